@@ -1,0 +1,17 @@
+"""Compiled functions on floats and arrays only: no objects, no names of brakes.
+
+flow        closed-form motion inside one linear piece, and its time derivatives
+bound       the step that provably contains no root
+slip        the first event inside a piece
+hold        the end of an interval of rest
+exact       piece to piece: the event-driven trajectory, and its evaluation at any times
+dop853      the Dormand-Prince 8(5,3) step with its continuous extension
+smooth      any smooth law: layer by DOP853, saturated speeds in closed form
+ode14x      the paper's fixed-step extrapolated linearly implicit Euler
+
+State convention: ``theta`` is the driveline angle [rad] and ``w`` its velocity [rad/s].
+Brake pieces are given over ``w``, that is already shifted by the drive speed, so that
+the drive speed itself appears only as ``w_rest``, the velocity of rest relative to the
+brake. Time is a period number and a time inside the period, so that rounding in the
+phase of the torque does not grow with the length of the run.
+"""

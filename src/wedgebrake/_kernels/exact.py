@@ -1,0 +1,250 @@
+"""The event-driven trajectory: closed forms joined at events (PHYSICS section 5).
+
+The brake is known here only by its characteristic over the driveline velocity ``w``:
+breakpoints, an offset and a slope for each piece between them, and the torque interval
+that it can hold at rest. One row of the log is one event; the motion until the next row
+follows from the row itself, in closed form.
+"""
+
+import math
+
+import numpy as np
+from .compiling import compiled
+
+from .flow import BLOCKED, G2, KIND, acceleration, entry, state_at
+from .hold import HELD, LEFT_UP, hold_moving, hold_still
+from .slip import HIT_HIGH, HIT_LOW, slip
+
+# Outcome of a run.
+COMPLETED, DIVERGED, NO_SLIDING, EVENT_LIMIT, LOG_FULL = 0, 1, 2, 3, 4
+
+# Kinds of event.
+START, PERIOD, STICK, SLIP, REVERSAL, BREAKPOINT, END = range(7)
+
+# The piece number that stands for rest.
+REST = -1
+
+# Columns of the log.
+LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_PIECE, LOG_SIDE = range(7)
+LOG_COLUMNS = 7
+
+
+@compiled
+def _piece_at(bounds, w, a):
+    """The piece that holds ``w``; on a breakpoint, the one that the acceleration points to."""
+    piece = 0
+    while piece < bounds.size and (w > bounds[piece] or (w == bounds[piece] and a > 0.0)):
+        piece += 1
+    return piece
+
+
+@compiled
+def run(
+    inertia,
+    damping,
+    stiffness,
+    amplitude,
+    omega,
+    bounds,
+    offsets,
+    table,
+    zero,
+    lower,
+    upper,
+    w_rest,
+    w_diverged,
+    period,
+    t,
+    theta,
+    w,
+    last_period,
+    last_time,
+    max_events,
+    log,
+    poincare,
+):
+    """Advance from (period, t, theta, w) to (last_period, last_time).
+
+    bounds           (pieces-1,) breakpoints over w [rad/s], ascending, one of them w_rest
+    offsets          (pieces,) torque at w = 0 of each piece's line [N m]
+    table            (pieces, flow.COLUMNS) constants of the pieces
+    zero             index of the piece just above w_rest
+    lower, upper     holding interval [N m]
+    w_diverged       speed past which growth is called divergence [rad/s]
+    t, last_time     time inside the period, in [0, 2 pi/omega]
+    log              (rows, LOG_COLUMNS); no rows: nothing is logged
+    poincare         (n, 2) receives (theta, w) at the start of each later period
+
+    Returns (outcome, period, t, theta, w, events, rows, evaluations). Runs on when called
+    again with what it returned.
+    """
+    w2 = stiffness / inertia
+    f = amplitude / inertia
+    length = 2.0 * math.pi / omega
+    top = bounds.size
+    first_period = period
+    events, rows, evaluations = 0, 0, 0
+    sine, cosine = math.sin(omega * t), math.cos(omega * t)
+    a = 0.0
+    kind, side, came_from = START, 0.0, 0.0
+
+    # Where the state is: on the rest velocity the holding interval decides, below.
+    deciding = w == w_rest
+    piece = REST
+    if not deciding:
+        piece = _piece_at(bounds, w, 0.0)
+        if table[piece, KIND] != BLOCKED:
+            a = acceleration(table[piece], w2, f, theta, w, sine)
+            if piece < top and w == bounds[piece] and a > 0.0:
+                piece += 1
+
+    while True:
+        if deciding:
+            # At rest relative to the brake: hold, or slip the way the torque points.
+            pull = amplitude * sine - damping * w_rest - stiffness * theta
+            if pull > upper or pull < lower:
+                piece = zero if pull > upper else zero - 1
+                if kind == STICK:
+                    kind = REVERSAL
+                    side = 1.0 if piece == zero else -1.0
+                if table[piece, KIND] != BLOCKED:
+                    a = acceleration(table[piece], w2, f, theta, w, sine)
+                    # The direction is decided; rounding must not turn it round.
+                    a = max(a, 0.0) if piece == zero else min(a, 0.0)
+            else:
+                piece = REST
+                side = came_from
+            deciding = False
+
+        if log.shape[0] > 0:
+            if rows == log.shape[0]:
+                return LOG_FULL, period, t, theta, w, events, rows, evaluations
+            log[rows, LOG_KIND] = kind
+            log[rows, LOG_PERIOD] = period
+            log[rows, LOG_TIME] = t
+            log[rows, LOG_THETA] = theta
+            log[rows, LOG_W] = w
+            log[rows, LOG_PIECE] = piece
+            log[rows, LOG_SIDE] = side
+            rows += 1
+        if kind >= STICK:
+            events += 1
+            if events >= max_events:
+                return EVENT_LIMIT, period, t, theta, w, events, rows, evaluations
+
+        final = period >= last_period
+        t_end = last_time if final else length
+        if final and t >= t_end:
+            return COMPLETED, period, t, theta, w, events, rows, evaluations
+
+        arrived = False
+        if piece == REST:
+            if w_rest == 0.0:
+                what, t_next = hold_still(amplitude, omega, stiffness, lower, upper, t, theta)
+            else:
+                what, t_next = hold_moving(
+                    amplitude, omega, stiffness, damping, lower, upper, t, t_end, theta, w_rest
+                )
+            if what == HELD or t_next > t_end:
+                t_next, arrived = t_end, True
+            theta += w_rest * (t_next - t)
+            t = t_next
+            sine, cosine = math.sin(omega * t), math.cos(omega * t)
+            if not arrived:
+                # The side is the end of the interval that was left: the acceleration there
+                # is the step from static to kinetic torque, known without rounding.
+                kind, w = SLIP, w_rest
+                if what == LEFT_UP:
+                    piece, side = zero, 1.0
+                    limit = upper
+                else:
+                    piece, side = zero - 1, -1.0
+                    limit = lower
+                slope = table[piece, G2] * inertia - damping
+                a = (limit - offsets[piece] - slope * w_rest) / inertia
+                a = max(a, 0.0) if what == LEFT_UP else min(a, 0.0)
+        else:
+            if table[piece, KIND] == BLOCKED:
+                return NO_SLIDING, period, t, theta, w, events, rows, evaluations
+            low = bounds[piece - 1] if piece > 0 else -math.inf
+            high = bounds[piece] if piece < top else math.inf
+            if table[piece, G2] < 0.0:
+                # Only an unbounded piece with negative damping can run away.
+                low = max(low, -w_diverged)
+                high = min(high, w_diverged)
+            what, t, sine, cosine, theta, w, a, spent = slip(
+                table[piece], w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a
+            )
+            evaluations += spent
+            if not math.isfinite(w):
+                return DIVERGED, period, t, theta, w, events, rows, evaluations
+            if what == HIT_LOW or what == HIT_HIGH:
+                side = -1.0 if what == HIT_LOW else 1.0
+                neighbour = piece - 1 if what == HIT_LOW else piece + 1
+                if (what == HIT_LOW and piece == 0) or (what == HIT_HIGH and piece == top):
+                    return DIVERGED, period, t, theta, w, events, rows, evaluations
+                if w == w_rest and (piece == zero or neighbour == zero):
+                    kind, deciding = STICK, True
+                    came_from = 1.0 if what == HIT_LOW else -1.0
+                else:
+                    kind, piece = BREAKPOINT, neighbour
+            else:
+                arrived = True
+
+        if arrived:
+            if final:
+                kind, side = END, 0.0
+            else:
+                kind, side = PERIOD, 0.0
+                period += 1
+                t, sine, cosine = 0.0, 0.0, 1.0
+                index = period - first_period - 1
+                if index < poincare.shape[0]:
+                    poincare[index, 0] = theta
+                    poincare[index, 1] = w
+
+
+@compiled
+def evaluate(
+    inertia, stiffness, amplitude, omega, table, w_rest, log, periods, times, theta, w, piece
+):
+    """State at any times, ascending, from the closed form that follows each logged event.
+
+    periods, times   (n,) period number and time inside the period
+    theta, w, piece  (n,) results
+    """
+    w2 = stiffness / inertia
+    f = amplitude / inertia
+    length = 2.0 * math.pi / omega
+    row = 0
+    for i in range(times.size):
+        n, t = periods[i], times[i]
+        while row + 1 < log.shape[0] and (
+            log[row + 1, LOG_PERIOD] < n
+            or (log[row + 1, LOG_PERIOD] == n and log[row + 1, LOG_TIME] <= t)
+        ):
+            row += 1
+        t0 = log[row, LOG_TIME]
+        tau = (n - log[row, LOG_PERIOD]) * length + t - t0
+        number = int(log[row, LOG_PIECE])
+        piece[i] = number
+        if number == REST:
+            theta[i] = log[row, LOG_THETA] + w_rest * tau
+            w[i] = w_rest
+        elif tau == 0.0:
+            theta[i] = log[row, LOG_THETA]
+            w[i] = log[row, LOG_W]
+        else:
+            theta0, w0 = log[row, LOG_THETA], log[row, LOG_W]
+            sin0, cos0 = math.sin(omega * t0), math.cos(omega * t0)
+            sin1, cos1 = math.sin(omega * t), math.cos(omega * t)
+            flow = table[number]
+            coefficients = entry(flow, w2, omega, theta0, w0, sin0, cos0)
+            theta[i], w[i] = state_at(
+                flow, w2, f, omega, theta0, w0, sin0, cos0, coefficients, tau, sin1, cos1
+            )
+
+
+def empty_log(rows):
+    """Room for ``rows`` events."""
+    return np.empty((rows, LOG_COLUMNS))

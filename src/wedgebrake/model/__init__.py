@@ -1,0 +1,9 @@
+"""What the machine is.
+
+driveline, brakes, friction, actuation, excitation   its parts, immutable and in SI
+system           BrakedDriveline, all parts together
+groups           the paper's normalised groups, both ways
+characteristic   brake torque against velocity, all that the exact solver sees
+part             the base of the parts: validation and its messages
+study            the same machine as a file
+"""

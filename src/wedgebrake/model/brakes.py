@@ -1,0 +1,142 @@
+"""Brakes: all differ in one signed function, the amplification g.
+
+The brake turns the actuation force F_a into the friction force F_mu = F_a g(m), with
+m = mu sign(v) the signed friction coefficient. To add a brake, write one class that states
+
+- its parameters, among them ``radius``, and ``kind``, its name in study files;
+- ``shape()``: the numbers that its law needs;
+- ``law(m, shape)``: g(m), with ``math`` functions only (it is compiled for the smooth
+  solver), returning ``math.inf`` where the brake locks itself and cannot slide.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+from wedgebrake.model.part import Part, parameter
+
+
+class Brake(Part):
+    """A brake: an amplification g and a radius."""
+
+    table: ClassVar[str] = "brake"
+    kind: ClassVar[str] = ""
+    kinds: ClassVar[dict[str, type[Brake]]] = {}
+    """Every brake that states a kind, by that kind."""
+
+    radius: float = parameter(
+        "equivalent radius R of the friction force", symbol="R", unit="m", example=0.2,
+        gt=0, le=1e3,
+    )  # fmt: skip
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        if cls.kind:
+            Brake.kinds[cls.kind] = cls
+
+    def shape(self) -> tuple[float, ...]:
+        """The numbers that ``law`` needs, in its order."""
+        return ()
+
+    @staticmethod
+    @abstractmethod
+    def law(m: float, shape: Sequence[float]) -> float:
+        """Amplification g(m) at the signed friction coefficient m; inf where it locks."""
+
+    def amplification(self, m: float) -> float:
+        """F_mu/F_a at the signed friction coefficient m [1]; inf where the brake locks."""
+        return self.law(float(m), self.shape())
+
+    def locks(self, m: float) -> bool:
+        """Whether the brake cannot slide at the signed friction coefficient m."""
+        return math.isinf(self.amplification(m))
+
+
+class ConventionalBrake(Brake):
+    """The actuation force presses directly: g(m) = m  (eq. 22)."""
+
+    kind: ClassVar[str] = "conventional"
+
+    @staticmethod
+    def law(m: float, shape: Sequence[float]) -> float:
+        """G(m) = m."""
+        return m
+
+
+class WedgeBrake(Brake):
+    """A wedge pressed along its short side: g(m) = m/(tan(angle) - m)  (eqs. 2, 4, 5).
+
+    It locks itself, forwards, where tan(angle) <= mu.
+    """
+
+    kind: ClassVar[str] = "wedge"
+
+    angle: float = parameter(
+        "wedge angle", symbol="alpha_w", unit="rad", example=0.34, gt=0, lt=math.pi / 2
+    )
+
+    def shape(self) -> tuple[float, ...]:
+        """The tangent of the wedge angle."""
+        return (math.tan(self.angle),)
+
+    @staticmethod
+    def law(m: float, shape: Sequence[float]) -> float:
+        """G(m) = m/(tan(angle) - m)."""
+        gap = shape[0] - m
+        return m / gap if gap > 0.0 else math.inf
+
+
+class BandBrake(Brake):
+    """A band round a drum, pulled at its slack end: g(m) = exp(m wrap_angle) - 1.
+
+    The capstan equation; it amplifies but never locks.
+    """
+
+    kind: ClassVar[str] = "band"
+
+    wrap_angle: float = parameter(
+        "wrap angle of the band", symbol="beta", unit="rad", example=4.0, gt=0, le=100
+    )
+
+    def shape(self) -> tuple[float, ...]:
+        """The wrap angle."""
+        return (self.wrap_angle,)
+
+    @staticmethod
+    def law(m: float, shape: Sequence[float]) -> float:
+        """G(m) = exp(m wrap_angle) - 1."""
+        return math.expm1(m * shape[0])
+
+
+class LeadingShoeBrake(Brake):
+    """A pivoted shoe led by the drum: g(m) = m a/(b - m d).
+
+    Moments about the pivot: the actuation acts at the arm ``a``, the normal force at ``b``,
+    the friction force at ``d``. It locks itself where m d >= b.
+    """
+
+    kind: ClassVar[str] = "leading-shoe"
+
+    actuation_arm: float = parameter(
+        "arm of the actuation force", symbol="a", unit="m", example=0.2, gt=0, le=1e3
+    )
+    normal_arm: float = parameter(
+        "arm of the normal force", symbol="b", unit="m", example=0.1, gt=0, le=1e3
+    )
+    friction_arm: float = parameter(
+        "arm of the friction force", symbol="d", unit="m", example=0.08, ge=0, le=1e3
+    )
+
+    def shape(self) -> tuple[float, ...]:
+        """The three arms a, b, d."""
+        return (self.actuation_arm, self.normal_arm, self.friction_arm)
+
+    @staticmethod
+    def law(m: float, shape: Sequence[float]) -> float:
+        """G(m) = m a/(b - m d)."""
+        gap = shape[1] - m * shape[2]
+        return m * shape[0] / gap if gap > 0.0 else math.inf

@@ -1,0 +1,168 @@
+"""Brake torque against sliding velocity: all that the exact solver sees of a brake."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.brakes import Brake
+from wedgebrake.model.friction import SetValuedFriction
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Characteristic:
+    """A piecewise-linear brake torque with an interval at rest.
+
+    Between two neighbouring breakpoints the torque is ``offset + slope * v``; it is
+    continuous everywhere but at v = 0, where it may take any value in ``holding``.
+
+    breakpoints : (n-1,) sliding velocities [rad/s], ascending, one of them 0
+    slopes      : (n,) [N m s/rad]
+    offsets     : (n,) [N m]; infinite where no sliding is possible (self-locking)
+    holding     : (lower, upper) torque that the brake holds at rest [N m], may be infinite
+
+    Raises ``InputError`` where these do not fit together.
+    """
+
+    breakpoints: FloatArray
+    slopes: FloatArray
+    offsets: FloatArray
+    holding: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        for name in ("breakpoints", "slopes", "offsets"):
+            values = np.array(getattr(self, name), dtype=float)
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+        n = self.slopes.size
+        if self.offsets.size != n or self.breakpoints.size != n - 1:
+            raise InputError(
+                f"characteristic: {n} slopes, {self.offsets.size} offsets and"
+                f" {self.breakpoints.size} breakpoints: must be n, n and n - 1."
+            )
+        if np.any(np.diff(self.breakpoints) <= 0.0) or 0.0 not in self.breakpoints:
+            raise InputError(
+                f"characteristic.breakpoints = {self.breakpoints.tolist()}: must ascend and"
+                " contain 0, the velocity of rest."
+            )
+        self._check_joints()
+
+    def _check_joints(self) -> None:
+        for i, v in enumerate(self.breakpoints):
+            left = self.offsets[i] + self.slopes[i] * v
+            right = self.offsets[i + 1] + self.slopes[i + 1] * v
+            scale = abs(self.offsets[i]) + abs(self.offsets[i + 1]) + 1e-300
+            if v != 0.0:
+                gap = abs(left - right)
+                if math.isfinite(left) and math.isfinite(right) and gap > 1e-9 * scale:
+                    raise InputError(
+                        f"characteristic: torque jumps from {left:g} to {right:g} N m at"
+                        f" {v:g} rad/s: must be continuous except at 0."
+                    )
+                continue
+            lower, upper = self.holding
+            room = 1e-12 * scale
+            if not (lower <= left + room and right <= upper + room and lower <= upper):
+                raise InputError(
+                    f"characteristic.holding = ({lower:g}, {upper:g}) N m: must contain the"
+                    f" torque on both sides of rest, {left:g} and {right:g} N m."
+                )
+
+    @property
+    def first_forward(self) -> int:
+        """Index of the piece just above rest."""
+        return int(np.searchsorted(self.breakpoints, 0.0)) + 1
+
+    def piece(self, velocity: ArrayLike) -> NDArray[np.intp]:
+        """Index of the piece at each sliding velocity [rad/s]; on a breakpoint, the lower."""
+        return np.searchsorted(self.breakpoints, np.asarray(velocity, dtype=float), side="left")
+
+    def torque(self, velocity: ArrayLike) -> FloatArray:
+        """Torque [N m] at sliding velocities [rad/s] other than 0; nan at 0."""
+        v = np.asarray(velocity, dtype=float)
+        index = self.piece(v)
+        value = self.offsets[index] + self.slopes[index] * v
+        return np.where(v == 0.0, np.nan, value)
+
+    def over_driveline_velocity(self, drive_speed: float) -> dict[str, Any]:
+        """The same lines over theta' = v - drive_speed, as the kernels take them."""
+        return {
+            "bounds": np.ascontiguousarray(self.breakpoints - drive_speed),
+            "slopes": np.ascontiguousarray(self.slopes),
+            "offsets": self.offsets + np.where(self.slopes == 0.0, 0.0, self.slopes * drive_speed),
+            "zero": self.first_forward,
+            "holding": self.holding,
+        }
+
+
+def characteristic(
+    brake: Brake, friction: SetValuedFriction, actuation: Actuation
+) -> Characteristic:
+    """Torque R F_a(|v|) g(m) of a brake with set-valued friction (eqs. 3 to 5, 22).
+
+    Exact for Coulomb friction. For a table of coefficients, linear in torque between the
+    points of the table and the release speed.
+    """
+    backward = _half(brake, friction, actuation, -1.0)
+    forward = _half(brake, friction, actuation, 1.0)
+    breakpoints = [-v for v, _, _ in reversed(backward[1:])] + [v for v, _, _ in forward]
+    pieces = [(offset, -slope) for _, offset, slope in reversed(backward)]
+    pieces += [(offset, slope) for _, offset, slope in forward]
+    lower, upper = (_holding(brake, friction, actuation, side) for side in (-1.0, 1.0))
+    return Characteristic(
+        breakpoints=np.array(breakpoints),
+        slopes=np.array([slope for _, slope in pieces]),
+        offsets=np.array([offset for offset, _ in pieces]),
+        holding=(lower, upper),
+    )
+
+
+def _half(
+    brake: Brake, friction: SetValuedFriction, actuation: Actuation, side: float
+) -> list[tuple[float, float, float]]:
+    """Pieces (start speed, offset, slope against |v|) of one direction, from rest on."""
+    radius, release = brake.radius, actuation.release_speed
+    table = [(speed / radius, m) for speed, m in friction.nodes()]
+    speeds = [v for v, _ in table if v < release]
+    ends = [*speeds[1:], release]
+    pieces = []
+    for start, end in zip(speeds, ends, strict=True):
+        gains = [radius * brake.amplification(side * _at(table, v)) for v in (start, end)]
+        forces = [actuation.initial_force + actuation.slope * v for v in (start, end)]
+        if any(math.isinf(gain) for gain in gains):
+            pushed = actuation.initial_force > 0.0 or actuation.slope > 0.0
+            pieces.append((start, math.inf if pushed else 0.0, 0.0))
+        elif gains[0] == gains[1]:
+            pieces.append((start, gains[0] * actuation.initial_force, gains[0] * actuation.slope))
+        else:
+            slope = (gains[1] * forces[1] - gains[0] * forces[0]) / (end - start)
+            pieces.append((start, gains[0] * forces[0] - slope * start, slope))
+    if math.isfinite(release):
+        pieces.append((release, 0.0, 0.0))
+    return pieces
+
+
+def _at(table: list[tuple[float, float]], v: float) -> float:
+    """Coefficient at the speed v [rad/s], constant beyond the table."""
+    if math.isinf(v):
+        return table[-1][1]
+    return float(np.interp(v, [node for node, _ in table], [m for _, m in table]))
+
+
+def _holding(
+    brake: Brake, friction: SetValuedFriction, actuation: Actuation, side: float
+) -> float:
+    """One end of the torque interval at rest, R F_a0 g(+-mu_s) (eq. 5, corrected)."""
+    gain = brake.radius * brake.amplification(side * friction.breakaway)
+    if math.isfinite(gain):
+        return gain * actuation.initial_force
+    # A self-locking brake holds anything, unless nothing ever presses it.
+    return math.inf if actuation.initial_force > 0.0 or actuation.slope > 0.0 else 0.0

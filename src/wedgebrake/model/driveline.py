@@ -1,0 +1,37 @@
+"""The driveline: one torsional degree of freedom on a shaft that may turn (eq. 1)."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from wedgebrake.model.part import Part, parameter
+
+
+class Driveline(Part):
+    """J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
+
+    ``drive_speed`` is the mean speed of the shaft: the brake slides at
+    ``drive_speed + theta'``. The paper is ``drive_speed = 0``.
+    """
+
+    table: ClassVar[str] = "driveline"
+
+    inertia: float = parameter(
+        "moment of inertia J", symbol="J", unit="kg m^2", example=1.0, gt=0, le=1e12
+    )
+    damping: float = parameter(
+        "viscous damping c", symbol="c", unit="N m s/rad", example=0.1, ge=0, le=1e12
+    )
+    stiffness: float = parameter(
+        "torsional stiffness k", symbol="k", unit="N m/rad", example=1e4, ge=0, le=1e15
+    )
+    drive_speed: float = parameter(
+        "mean speed of the shaft", symbol="Omega", unit="rad/s", example=0.0, default=0.0,
+        ge=-1e6, le=1e6,
+    )  # fmt: skip
+
+    @property
+    def natural_frequency(self) -> float:
+        """Angular natural frequency sqrt(k/J) [rad/s]."""
+        return math.sqrt(self.stiffness / self.inertia)

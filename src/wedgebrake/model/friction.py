@@ -1,0 +1,272 @@
+"""Friction: the signed coefficient m as a function of the sliding speed v_r = R v.
+
+Two families. Set-valued laws (``CoulombFriction``, ``TabulatedFriction``) hold any torque
+in an interval at rest and are piecewise linear in motion: the exact solver's. Smooth laws
+(``SmoothedFriction``, ``CustomFriction``) are functions of the speed alone: the smooth
+solver's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+
+from pydantic import ConfigDict, Field, model_validator
+
+from wedgebrake.model.part import Part, parameter
+
+
+def _kinetic(**extra: Any) -> Any:
+    return parameter(
+        "kinetic friction coefficient", symbol="mu_k", unit="1", example=0.3, ge=0, le=5, **extra
+    )
+
+
+def _static() -> Any:
+    return parameter(
+        "static friction coefficient (default: the kinetic one)", symbol="mu_s", unit="1",
+        example=0.33, ge=0, le=5, default_factory=lambda data: data.get("kinetic", 0.0),
+    )  # fmt: skip
+
+
+class Friction(Part):
+    """A friction law."""
+
+    table: ClassVar[str] = "friction"
+    kind: ClassVar[str] = ""
+    kinds: ClassVar[dict[str, type[Friction]]] = {}
+    """Every friction law that a study file can name."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        if cls.kind:
+            Friction.kinds[cls.kind] = cls
+
+    @property
+    def reference(self) -> float:
+        """The kinetic coefficient that the normalised groups refer to [1]."""
+        raise NotImplementedError
+
+
+class SetValuedFriction(Friction):
+    """A law that holds an interval of torque at rest."""
+
+    def nodes(self) -> tuple[tuple[float, float], ...]:
+        """(sliding speed [m/s], kinetic coefficient) where the law bends, from speed 0 on."""
+        raise NotImplementedError
+
+    @property
+    def breakaway(self) -> float:
+        """The static coefficient mu_s [1]."""
+        raise NotImplementedError
+
+
+class SmoothFriction(Friction):
+    """A law that is a function of the sliding speed."""
+
+    def coefficient(self, speed: float) -> float:
+        """Signed friction coefficient m at the sliding speed v_r [m/s]."""
+        raise NotImplementedError
+
+    @property
+    def transition(self) -> float:
+        """Half width of the steep part about zero speed [m/s]."""
+        raise NotImplementedError
+
+
+def _check_static(kinetic: float, static: float) -> None:
+    if static < kinetic:
+        raise ValueError(
+            f"friction.static = {static!r}: must be at least friction.kinetic = {kinetic!r}."
+            " Raise static, lower kinetic, or leave static out to make them equal."
+        )
+
+
+class CoulombFriction(SetValuedFriction):
+    """Coulomb friction, set-valued at rest (eq. 4)."""
+
+    kind: ClassVar[str] = "coulomb"
+
+    kinetic: float = _kinetic()
+    static: float = _static()
+
+    @model_validator(mode="after")
+    def _ordered(self) -> CoulombFriction:
+        _check_static(self.kinetic, self.static)
+        return self
+
+    @property
+    def reference(self) -> float:
+        """The kinetic coefficient mu_k [1]."""
+        return self.kinetic
+
+    def nodes(self) -> tuple[tuple[float, float], ...]:
+        """One value at all speeds."""
+        return ((0.0, self.kinetic),)
+
+    @property
+    def breakaway(self) -> float:
+        """The static coefficient mu_s [1]."""
+        return self.static
+
+
+class TabulatedFriction(SetValuedFriction):
+    """A kinetic coefficient that varies with speed, linear between the points of a table.
+
+    Constant beyond the last point. With actuation that depends on velocity, or a brake
+    whose g is not linear, the *torque* is made linear between the points (and the release
+    speed); add points to refine.
+    """
+
+    kind: ClassVar[str] = "tabulated"
+
+    speeds: tuple[float, ...] = Field(
+        description="sliding speeds of the table, from 0 on, ascending [m/s]",
+        json_schema_extra={"symbol": "v_r", "unit": "m/s", "example": [0.0, 0.1, 1.0]},
+        min_length=1, max_length=10_000, strict=False,
+    )  # fmt: skip
+    coefficients: tuple[float, ...] = Field(
+        description="kinetic friction coefficients at those speeds",
+        json_schema_extra={"symbol": "mu_k", "unit": "1", "example": [0.4, 0.35, 0.3]},
+        min_length=1, max_length=10_000, strict=False,
+    )  # fmt: skip
+    static: float = parameter(
+        "static friction coefficient (default: the first of the table)", symbol="mu_s",
+        unit="1", example=0.4, ge=0, le=5,
+        default_factory=lambda data: next(iter(data.get("coefficients", ())), 0.0),
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _consistent(self) -> TabulatedFriction:
+        speeds, coefficients = self.speeds, self.coefficients
+        if len(speeds) != len(coefficients):
+            raise ValueError(
+                f"friction.coefficients: has {len(coefficients)} values, but friction.speeds"
+                f" has {len(speeds)}. Give one coefficient for each speed."
+            )
+        if speeds[0] != 0.0 or any(b <= a for a, b in zip(speeds, speeds[1:], strict=False)):
+            raise ValueError(
+                "friction.speeds: must start at 0 and ascend. Sort the table and remove"
+                " repeated speeds."
+            )
+        if min(coefficients) < 0.0 or max(coefficients) > 5.0:
+            raise ValueError(
+                "friction.coefficients: must be in [0, 5]. The sign of the friction follows"
+                " the direction of motion; give magnitudes."
+            )
+        _check_static(coefficients[0], self.static)
+        return self
+
+    @property
+    def reference(self) -> float:
+        """The coefficient at vanishing speed [1]."""
+        return self.coefficients[0]
+
+    def nodes(self) -> tuple[tuple[float, float], ...]:
+        """The table."""
+        return tuple(zip(self.speeds, self.coefficients, strict=True))
+
+    @property
+    def breakaway(self) -> float:
+        """The static coefficient mu_s [1]."""
+        return self.static
+
+
+class SmoothedFriction(SmoothFriction):
+    """m = mu_k [1 + (mu_s/mu_k - 1) exp(-decay |v_r|)] tanh(steepness v_r)  (eqs. 14, 15).
+
+    The paper prints (14) without the factor mu_k.
+    """
+
+    kind: ClassVar[str] = "smoothed"
+
+    kinetic: float = _kinetic()
+    static: float = _static()
+    decay: float = parameter(
+        "decay of the static peak with speed", symbol="sigma", unit="s/m", example=6.0,
+        default=6.0, ge=0, le=1e9,
+    )  # fmt: skip
+    steepness: float = parameter(
+        "steepness of tanh about zero speed", symbol="xi", unit="s/m", example=100.0,
+        default=100.0, gt=0, le=1e9,
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _ordered(self) -> SmoothedFriction:
+        _check_static(self.kinetic, self.static)
+        return self
+
+    @property
+    def reference(self) -> float:
+        """The kinetic coefficient mu_k [1]."""
+        return self.kinetic
+
+    @property
+    def transition(self) -> float:
+        """1/steepness [m/s]."""
+        return 1.0 / self.steepness
+
+    def shape(self) -> tuple[float, ...]:
+        """The numbers that ``law`` needs."""
+        return (self.kinetic, self.static - self.kinetic, self.decay, self.steepness)
+
+    @staticmethod
+    def law(speed: float, shape: Sequence[float]) -> float:
+        """m(v_r), eq. (14)."""
+        peak = shape[1]
+        if peak != 0.0:
+            peak *= math.exp(-shape[2] * abs(speed))
+        return (shape[0] + peak) * math.tanh(shape[3] * speed)
+
+    def coefficient(self, speed: float) -> float:
+        """Signed friction coefficient m at the sliding speed v_r [m/s]."""
+        return self.law(float(speed), self.shape())
+
+
+class CustomFriction(SmoothFriction):
+    """A smooth law of your own: m(v_r), a function that Numba can compile.
+
+    ``law`` takes the sliding speed v_r [m/s] and returns the signed friction coefficient;
+    it may have a kink at v_r = 0. ``width`` is the half width of its steep part about zero
+    speed [m/s]: the solver never steps across that layer unseen.
+    """
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    law: Callable[[float], float] = Field(description="signed friction coefficient m(v_r)")
+    width: float = parameter(
+        "half width of the steep part", symbol="v_0", unit="m/s", example=0.01, gt=0, le=1e6
+    )
+    kinetic: float = _kinetic(default=0.0)
+
+    @model_validator(mode="after")
+    def _callable_law(self) -> CustomFriction:
+        for speed in (-1.0, 0.0, 1.0):
+            value = self.law(speed)
+            if not isinstance(value, int | float) or not math.isfinite(value):
+                raise ValueError(
+                    f"friction.law: law({speed}) gave {value!r}: must be a finite number."
+                    " Return the signed friction coefficient as a float."
+                )
+            if value * speed < 0.0:
+                raise ValueError(
+                    f"friction.law: law({speed}) = {value!r}: must have the sign of its"
+                    " argument. Friction opposes sliding; return m = mu sign(v_r)."
+                )
+        return self
+
+    @property
+    def reference(self) -> float:
+        """The kinetic coefficient stated for the normalised groups [1]."""
+        return self.kinetic
+
+    @property
+    def transition(self) -> float:
+        """The stated half width [m/s]."""
+        return self.width
+
+    def coefficient(self, speed: float) -> float:
+        """Signed friction coefficient m at the sliding speed v_r [m/s]."""
+        return float(self.law(float(speed)))

@@ -1,0 +1,118 @@
+"""The normalised groups of the paper, both ways (PHYSICS section 2)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.brakes import WedgeBrake
+
+if TYPE_CHECKING:
+    from wedgebrake.model.system import BrakedDriveline
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Dimensionless groups; None where a group is not defined for the system.
+
+    eta          : slope of the actuation force, delta R mu_k / c
+    f            : forcing frequency over natural frequency, f_e / f_n
+    F0           : initial actuation force, F_a0 mu_k R / T_e
+    alpha        : tan(wedge angle) / mu_k
+    loss_factor  : c / sqrt(k J)
+    kinetic      : mu_k
+    static_ratio : mu_s / mu_k
+    drive        : Omega sqrt(k J) / T_e
+    """
+
+    eta: float | None
+    f: float | None
+    F0: float | None
+    alpha: float | None
+    loss_factor: float | None
+    kinetic: float
+    static_ratio: float | None
+    drive: float | None
+
+    def as_dict(self) -> dict[str, float | None]:
+        """The groups by name."""
+        return asdict(self)
+
+
+def _ratio(numerator: float, denominator: float) -> float | None:
+    return numerator / denominator if denominator > 0.0 else None
+
+
+def compute(system: BrakedDriveline) -> Groups:
+    """The groups of a system, from its SI values."""
+    line, brake, force = system.driveline, system.brake, system.actuation
+    mu = system.friction.reference
+    static = getattr(system.friction, "static", mu)
+    impedance = math.sqrt(line.stiffness * line.inertia)
+    amplitude = system.excitation.amplitude
+    tangent = math.tan(brake.angle) if isinstance(brake, WedgeBrake) else None
+    return Groups(
+        eta=_ratio(force.slope * brake.radius * mu, line.damping),
+        f=_ratio(system.excitation.angular_frequency, line.natural_frequency),
+        F0=_ratio(force.initial_force * mu * brake.radius, amplitude),
+        alpha=None if tangent is None else _ratio(tangent, mu),
+        loss_factor=_ratio(line.damping, impedance),
+        kinetic=mu,
+        static_ratio=_ratio(static, mu),
+        drive=_ratio(line.drive_speed * impedance, amplitude),
+    )
+
+
+def _undefined(group: str, why: str) -> InputError:
+    return InputError(f"groups.{group}: not defined here, because {why}. Give SI values instead.")
+
+
+def _slope(system: BrakedDriveline, eta: float) -> float:
+    lever = system.brake.radius * system.friction.reference
+    if system.driveline.damping == 0.0:
+        raise _undefined("eta", "driveline.damping is 0 and eta = delta R mu_k / c")
+    if lever == 0.0:
+        raise _undefined("eta", "friction.kinetic is 0 and eta = delta R mu_k / c")
+    return eta * system.driveline.damping / lever
+
+
+def _frequency(system: BrakedDriveline, f: float) -> float:
+    if system.driveline.stiffness == 0.0:
+        raise _undefined("f", "driveline.stiffness is 0: there is no natural frequency")
+    if f <= 0.0:
+        raise InputError(f"groups.f = {f!r}: must be greater than 0. It is f_e / f_n.")
+    return f * system.driveline.natural_frequency / (2.0 * math.pi)
+
+
+def _amplitude(system: BrakedDriveline, initial: float) -> float:
+    if initial <= 0.0:
+        raise InputError(
+            f"groups.F0 = {initial!r}: must be greater than 0. It is F_a0 mu_k R / T_e; for a"
+            " driveline without torque set excitation.amplitude = 0."
+        )
+    force = system.actuation.initial_force * system.friction.reference * system.brake.radius
+    if force == 0.0:
+        raise _undefined("F0", "initial_force or kinetic is 0 and F0 = F_a0 mu_k R / T_e")
+    return force / initial
+
+
+def _angle(system: BrakedDriveline, alpha: float) -> float:
+    if not isinstance(system.brake, WedgeBrake):
+        raise _undefined("alpha", f"the brake is a {type(system.brake).__name__}, not a WedgeBrake")
+    if system.friction.reference == 0.0:
+        raise _undefined("alpha", "friction.kinetic is 0 and alpha = tan(angle) / mu_k")
+    if alpha <= 0.0:
+        raise InputError(f"groups.alpha = {alpha!r}: must be greater than 0 (tan(angle)/mu_k).")
+    return math.atan(alpha * system.friction.reference)
+
+
+# Each group that can be set: the SI parameter that it changes, and how.
+SETTERS: dict[str, tuple[str, Callable[[BrakedDriveline, float], float]]] = {
+    "eta": ("slope", _slope),
+    "f": ("frequency", _frequency),
+    "F0": ("amplitude", _amplitude),
+    "alpha": ("angle", _angle),
+}

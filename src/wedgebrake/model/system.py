@@ -1,0 +1,176 @@
+"""The whole machine: driveline, brake, friction, actuation and torque."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+from pydantic import ConfigDict, PrivateAttr, SerializeAsAny
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model import groups as _groups
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.brakes import Brake
+from wedgebrake.model.characteristic import Characteristic, characteristic
+from wedgebrake.model.driveline import Driveline
+from wedgebrake.model.excitation import HarmonicTorque
+from wedgebrake.model.friction import Friction, SetValuedFriction
+from wedgebrake.model.groups import Groups
+from wedgebrake.model.part import Part
+
+PARTS: tuple[str, ...] = ("driveline", "brake", "friction", "actuation", "excitation")
+_BASES: dict[str, type[Part]] = {
+    "driveline": Driveline,
+    "brake": Brake,
+    "friction": Friction,
+    "actuation": Actuation,
+    "excitation": HarmonicTorque,
+}
+
+
+class BrakedDriveline(Part):
+    """A driveline with a brake: J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
+
+    Immutable, in SI units. ``groups`` gives the normalised groups of the paper;
+    ``replace`` gives a changed copy, by SI name, group name or whole part.
+    """
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+    table: ClassVar[str] = ""
+
+    driveline: Driveline
+    brake: SerializeAsAny[Brake]
+    friction: SerializeAsAny[Friction]
+    actuation: Actuation
+    excitation: HarmonicTorque
+
+    # Groups as they were stated: reading back eta gives the number that was put in, to the
+    # last bit, although the slope that stores it is rounded.
+    _stated: dict[str, float] = PrivateAttr(default_factory=dict)
+
+    def __init__(self, **data: Any) -> None:
+        for name, base in _BASES.items():
+            if name in data and not isinstance(data[name], base):
+                raise InputError(
+                    f"{name} = {data[name]!r}: must be a {base.__name__}, for example"
+                    f" {_example(base)}."
+                )
+        super().__init__(**data)
+
+    @property
+    def groups(self) -> Groups:
+        """The normalised groups (PHYSICS section 2)."""
+        computed = _groups.compute(self)
+        if not self._stated:
+            return computed
+        return Groups(**{**computed.as_dict(), **self._stated})
+
+    @property
+    def characteristic(self) -> Characteristic:
+        """Brake torque against sliding velocity, for set-valued friction.
+
+        Raises ``InputError`` for a smooth friction law.
+        """
+        if not isinstance(self.friction, SetValuedFriction):
+            raise InputError(
+                f"friction = {type(self.friction).__name__}: must be set-valued"
+                " (CoulombFriction or TabulatedFriction) to have a characteristic. Use"
+                " method='smooth', or replace(friction=wb.CoulombFriction(kinetic=...))."
+            )
+        return characteristic(self.brake, self.friction, self.actuation)
+
+    def replace(self, **changes: Any) -> BrakedDriveline:
+        """A copy with other values.
+
+        Names are SI parameters (``slope=-40.0``), groups (``eta``, ``f``, ``F0``,
+        ``alpha``) or whole parts (``brake=...``). A group changes one SI parameter and
+        nothing else: ``eta`` the slope, ``f`` the torque's frequency, ``F0`` the torque's
+        amplitude, ``alpha`` the wedge angle. Groups are applied last, on the new SI values.
+
+        Raises ``InputError`` for an unknown name, a value out of range, or a group beside
+        the SI parameter that it would change.
+        """
+        parts = {name: getattr(self, name) for name in PARTS}
+        owners = {field: name for name in PARTS for field in type(parts[name]).model_fields}
+        for name in PARTS:
+            if name in changes:
+                parts[name] = changes[name]
+        stated = {name: value for name, value in changes.items() if name in _groups.SETTERS}
+        si: dict[str, Any] = {}
+        for name, value in changes.items():
+            if name in PARTS or name in stated:
+                continue
+            if name not in owners:
+                allowed = [*owners, *_groups.SETTERS, *PARTS]
+                raise InputError(f"{name}: no such parameter or group. {nearest(name, allowed)}")
+            si[name] = value
+        for name in stated:
+            target = _groups.SETTERS[name][0]
+            if target in si:
+                raise InputError(
+                    f"{name} and {target}: both given, but {name} sets {target}. Give one."
+                )
+        for name, value in si.items():
+            parts[owners[name]] = _changed(parts[owners[name]], name, value)
+        system = BrakedDriveline(**parts)
+        for name, value in stated.items():
+            system = system._with_group(name, value)
+        kept = {**self._stated, **{name: float(value) for name, value in stated.items()}}
+        before, after = _groups.compute(self), _groups.compute(system)
+        for name, value in kept.items():
+            if name in stated or getattr(before, name) == getattr(after, name):
+                system._stated[name] = value
+        return system
+
+    def _with_group(self, name: str, value: Any) -> BrakedDriveline:
+        if not isinstance(value, int | float) or isinstance(value, bool) or not _finite(value):
+            raise InputError(f"groups.{name} = {value!r}: must be a finite number.")
+        if getattr(self.groups, name) == value:
+            return self
+        target, setter = _groups.SETTERS[name]
+        si = setter(self, float(value))
+        parts = {part: getattr(self, part) for part in PARTS}
+        for part, object_ in parts.items():
+            if target in type(object_).model_fields:
+                parts[part] = _changed(object_, target, si)
+        return BrakedDriveline(**parts)
+
+    def as_dict(self) -> dict[str, dict[str, Any]]:
+        """The system as plain tables, as a study file holds them.
+
+        Raises ``InputError`` for a part without a name in study files.
+        """
+        tables: dict[str, dict[str, Any]] = {}
+        for name in PARTS:
+            part = getattr(self, name)
+            table = {key: _plain(value) for key, value in dict(part).items()}
+            if isinstance(part, Brake | Friction):
+                if not part.kind:
+                    table = {key: value for key, value in table.items() if not callable(value)}
+                table = {"kind": part.kind or type(part).__name__, **table}
+            tables[name] = table
+        return tables
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _finite(value: float) -> bool:
+    return math.isfinite(value)
+
+
+def _changed(part: Part, name: str, value: Any) -> Part:
+    """A copy of ``part`` with one other value; what was left to a default stays so."""
+    given = {key: getattr(part, key) for key in part.model_fields_set}
+    return type(part)(**{**given, name: value})
+
+
+def _example(base: type[Part]) -> str:
+    return {
+        "Driveline": "wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4)",
+        "Brake": "wb.WedgeBrake(angle=0.34, radius=0.2)",
+        "Friction": "wb.CoulombFriction(kinetic=0.3)",
+        "Actuation": "wb.Actuation(initial_force=300, slope=-40)",
+        "HarmonicTorque": "wb.HarmonicTorque(amplitude=500, frequency=10.03)",
+    }[base.__name__]

@@ -1,0 +1,211 @@
+"""The front door of the solvers: ``simulate``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.trajectory import Clock, FloatArray, Task, Trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+METHODS: dict[str, str] = {
+    "exact": "closed forms from event to event; Coulomb or tabulated friction",
+    "smooth": "adaptive, eighth order; smoothed or custom friction",
+    "ode14x": "the paper's fixed step; smoothed or Coulomb friction (banded)",
+}
+_MAX_SAMPLES = 50_000_000
+
+
+def simulate(
+    system: BrakedDriveline,
+    duration: float | None = None,
+    *,
+    periods: int | None = None,
+    initial: tuple[float, float] = (0.0, 0.0),
+    start_time: float = 0.0,
+    method: str | None = None,
+    times: ArrayLike | None = None,
+    samples_per_period: int = 200,
+    rtol: float = 1e-9,
+    step: float = 1e-4,
+    max_events: int = 10_000_000,
+    max_steps: int = 100_000_000,
+) -> xr.Dataset:
+    """The response of a braked driveline.
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+    duration : float
+        How long [s]; or ``periods``, in periods of the torque. Give one of the two.
+    initial : (angle [rad], velocity theta' [rad/s])
+    start_time : float
+        Time at which the state is ``initial`` [s]; it sets the phase of the torque.
+    method : {"exact", "smooth", "ode14x"}
+        Default: "exact" for Coulomb and tabulated friction, "smooth" for smooth laws.
+    times : array of float
+        Times at which the response is wanted [s], ascending; default
+        ``samples_per_period`` equally spaced times in each period of the torque.
+    rtol : float
+        Relative tolerance of "smooth", 1e-13 to 1e-2; the absolute tolerances are rtol
+        times the system's own scales of angle and velocity.
+    step : float
+        Fixed step of "ode14x" [s].
+    max_events, max_steps : int
+        Limits of "exact" and of the other two.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``time``: angle [rad], velocity [rad/s], brake_torque, drive_torque [N m],
+        sticking. Over ``period``: the Poincare section. Over ``event`` and ``stick``: the
+        events, and the intervals of rest. How it ended is in ``attrs["status"]`` and
+        ``attrs["message"]``: divergence and self-locking are answers, not exceptions.
+
+    Raises
+    ------
+    InputError
+        For arguments that are wrong or do not fit the friction law.
+    """
+    _require(isinstance(system, BrakedDriveline), "system", system, "a BrakedDriveline")
+    method = _method(system, method)
+    task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
+    _number("rtol", rtol, 1e-13, 1e-2, " Smaller asks for more accuracy than doubles have.")
+    _number("step", step, 1e-9, 1.0)
+    _whole("max_events", max_events)
+    _whole("max_steps", max_steps)
+    options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
+    limits = {
+        "exact": {"max_events": max_events},
+        "smooth": {"rtol": rtol, "max_steps": max_steps},
+        "ode14x": {"step": step, "max_steps": max_steps},
+    }[method]
+    trajectory = _solver(method)(system, task, **limits)
+    from wedgebrake.solvers.response import assemble
+
+    return assemble(system, trajectory, method, {**options, **limits})
+
+
+def _solver(method: str) -> Callable[..., Trajectory]:
+    """The solver itself, imported (and with it Numba) only now."""
+    if method == "exact":
+        from wedgebrake.solvers import exact
+
+        return exact.solve
+    if method == "smooth":
+        from wedgebrake.solvers import smooth
+
+        return smooth.solve
+    from wedgebrake.solvers import ode14x
+
+    return ode14x.solve
+
+
+def _method(system: BrakedDriveline, method: str | None) -> str:
+    set_valued = isinstance(system.friction, SetValuedFriction)
+    if method is None:
+        return "exact" if set_valued else "smooth"
+    if method not in METHODS:
+        raise InputError(f"method = {method!r}: not known. {nearest(str(method), METHODS)}")
+    name = type(system.friction).__name__
+    if method == "exact" and not set_valued:
+        raise InputError(
+            f"method = 'exact': needs CoulombFriction or TabulatedFriction, not {name}. Use"
+            " method='smooth', or system.replace(friction=wb.CoulombFriction(kinetic=0.3))."
+        )
+    if method == "smooth" and not isinstance(system.friction, SmoothFriction):
+        raise InputError(
+            f"method = 'smooth': needs SmoothedFriction or CustomFriction, not {name}. Use"
+            " method='exact', or system.replace(friction=wb.SmoothedFriction(kinetic=0.3))."
+        )
+    return method
+
+
+def _task(
+    system: BrakedDriveline,
+    duration: float | None,
+    periods: int | None,
+    initial: tuple[float, float],
+    start_time: float,
+    times: ArrayLike | None,
+    samples: int,
+) -> Task:
+    clock = Clock(system.excitation.angular_frequency)
+    if (duration is None) == (periods is None):
+        raise InputError(
+            f"duration = {duration!r} and periods = {periods!r}: give exactly one of them,"
+            " for example duration=25.0 (seconds) or periods=250 (of the torque)."
+        )
+    _number("start_time", start_time, 0.0, 1e12)
+    _require(
+        isinstance(initial, tuple | list) and len(initial) == 2, "initial", initial,
+        "two numbers, angle [rad] and velocity [rad/s]",
+    )  # fmt: skip
+    angle = _number("initial[0]", initial[0], -1e12, 1e12)
+    velocity = _number("initial[1]", initial[1], -1e12, 1e12)
+    number, rest = clock.split(start_time)
+    start = (int(number), float(rest))
+    if periods is not None:
+        _whole("periods", periods)
+        end = (start[0] + periods, start[1])
+    else:
+        assert duration is not None  # noqa: S101 - one of the two is given, checked above
+        _number("duration", duration, 0.0, 1e12)
+        number, rest = clock.split(start_time + duration)
+        end = (int(number), float(rest))
+    stop = float(clock.join(*end))
+    if times is None:
+        _whole("samples_per_period", samples)
+        count = max(1, math.ceil((stop - start_time) / clock.period * samples - 1e-6))
+        if count > _MAX_SAMPLES:
+            raise InputError(
+                f"samples_per_period = {samples}: would give {count} samples, at most"
+                f" {_MAX_SAMPLES}. Lower it, or give the wanted times in `times`."
+            )
+        wanted = np.linspace(start_time, stop, count + 1)
+    else:
+        wanted = _wanted(times, start_time, stop)
+    return Task(clock, start, end, angle, velocity, wanted)
+
+
+def _wanted(times: ArrayLike, start: float, stop: float) -> FloatArray:
+    try:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError("times: must be an array of numbers [s].") from None
+    slack = 1e-9 * max(abs(stop), 1e-9)
+    inside = wanted.size == 0 or (wanted.min() >= start - slack and wanted.max() <= stop + slack)
+    if wanted.ndim != 1 or not np.all(np.isfinite(wanted)) or not inside:
+        raise InputError(
+            f"times: must be finite, one-dimensional and between {start:g} s (start_time) and"
+            f" {stop:g} s (the end). Lengthen duration, or drop the times outside."
+        )
+    if np.any(np.diff(wanted) < 0.0):
+        raise InputError("times: must ascend. Sort them, for example with numpy.sort.")
+    return np.clip(wanted, start, stop)
+
+
+def _require(fits: bool, name: str, value: object, allowed: str) -> None:
+    if not fits:
+        raise InputError(f"{name} = {value!r}: must be {allowed}.")
+
+
+def _number(name: str, value: Any, low: float, high: float, why: str = "") -> float:
+    plain = isinstance(value, int | float | np.integer | np.floating)
+    if not plain or isinstance(value, bool) or not low <= value <= high:
+        raise InputError(f"{name} = {value!r}: must be a number in [{low:g}, {high:g}].{why}")
+    return float(value)
+
+
+def _whole(name: str, value: Any) -> None:
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or not value > 0:
+        raise InputError(f"{name} = {value!r}: must be a whole number above 0.")

@@ -1,0 +1,40 @@
+"""How a simulation ended: one enumeration, one sentence each."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Status(Enum):
+    """Outcome of a simulation, with the sentence that tells it to a person."""
+
+    COMPLETED = "completed"
+    DIVERGED = "diverged"
+    NO_FORWARD_SOLUTION = "no_forward_solution"
+    EVENT_LIMIT = "event_limit"
+    STEP_LIMIT = "step_limit"
+
+    @property
+    def sentence(self) -> str:
+        """What the status means and what can be done."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Status.COMPLETED: "The simulation ran to the end of the wanted time.",
+    Status.DIVERGED: (
+        "The motion grows without bound: damping is negative at the highest speeds and nothing"
+        " limits it. Let the brake release (actuation.release), or make the slope less negative."
+    ),
+    Status.NO_FORWARD_SOLUTION: (
+        "The brake locked itself while sliding: no friction force satisfies equilibrium in this"
+        " direction. Enlarge the wedge angle or lower the friction coefficient."
+    ),
+    Status.EVENT_LIMIT: (
+        "More events than allowed; the state is valid up to the last time. Raise max_events."
+    ),
+    Status.STEP_LIMIT: (
+        "The integrator needed more steps than allowed, or a step below rounding; the state is"
+        " valid up to the last time. Loosen rtol, lower the steepness, or raise max_steps."
+    ),
+}
