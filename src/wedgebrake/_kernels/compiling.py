@@ -9,11 +9,13 @@ serve a stale kernel after a change in another kernel that it calls. Here every 
 carries the stamp of all kernel files together.
 """
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from numba import njit
+from numba.core.errors import NumbaExperimentalFeatureWarning
 
 _OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}}
 
@@ -26,19 +28,28 @@ def _stamp() -> tuple[tuple[str, int, int], ...]:
 SOURCE_STAMP = _stamp()
 
 
-def compiled(function: Callable[..., Any], signature: Any = None) -> Any:
-    """Compile a kernel at its first call, or at once for a given signature."""
-    if signature is None:
-        dispatcher = njit(**_OPTIONS)(function)
-        stamped(dispatcher)
-        return dispatcher
-    lazy = compiled(function)
-    lazy.compile(signature)
-    lazy.disable_compile()
-    return lazy
-
-
-def stamped(dispatcher: Any) -> None:
-    """Tie the disk cache of a compiled function to all kernel files."""
+def compiled(function: Callable[..., Any]) -> Any:
+    """Compile a kernel at its first call."""
+    dispatcher = njit(**_OPTIONS)(function)
     # Private, since Numba has no public way; test_compiling fails if this stops working.
     dispatcher._cache._cache_file._source_stamp = SOURCE_STAMP
+    return dispatcher
+
+
+def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a kernel at once, for one signature: laws come as function pointers.
+
+    Called with laws it has not seen, a kernel without a fixed signature would be compiled
+    again for each of them.
+    """
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        dispatcher = compiled(function)
+        with warnings.catch_warnings():
+            # Function pointers have been "experimental" since 2020; the tests cover our use.
+            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+            dispatcher.compile(signature)
+        dispatcher.disable_compile()
+        return dispatcher
+
+    return decorate

@@ -120,12 +120,12 @@ def _method(system: BrakedDriveline, method: str | None) -> str:
     if method == "exact" and not set_valued:
         raise InputError(
             f"method = 'exact': needs CoulombFriction or TabulatedFriction, not {name}. Use"
-            " method='smooth', or system.replace(friction=wb.CoulombFriction(kinetic=0.3))."
+            " method='smooth', or friction of kind 'coulomb' (wb.CoulombFriction)."
         )
     if method == "smooth" and not isinstance(system.friction, SmoothFriction):
         raise InputError(
             f"method = 'smooth': needs SmoothedFriction or CustomFriction, not {name}. Use"
-            " method='exact', or system.replace(friction=wb.SmoothedFriction(kinetic=0.3))."
+            " method='exact', or friction of kind 'smoothed' (wb.SmoothedFriction)."
         )
     return method
 

@@ -1,0 +1,360 @@
+"""A smooth friction law: numeric near zero speed, closed form where the torque is linear.
+
+The velocity axis is cut at ``edges``. Two kinds of cut:
+
+kinks     zero sliding speed and the release of the actuation, where the law bends: a step
+          ends exactly there, found on DOP853's continuous extension with the rigour of the
+          exact solver (no crossing is missed);
+borders   of the steep layer and of the speeds from which the law is constant to well below
+          the tolerance: there only the way of solving changes.
+
+Where the torque is linear, the exact solver's closed form and event search serve.
+"""
+
+import math
+
+from numba import types
+
+from .compiling import compiled, compiled_for
+from .dop853 import (
+    DEGREE,
+    acceleration,
+    coefficients,
+    error_norm,
+    extend,
+    first_root,
+    step,
+    value,
+)
+from .exact import BREAKPOINT, END, PERIOD, REVERSAL, START
+from .flow import BLOCKED, G2, KIND, entry, state_at
+from .flow import acceleration as linear_acceleration
+from .slip import HIT_HIGH, HIT_LOW, REACHED_END, slip
+from .torque import LAW, SHAPE
+
+# Outcome of a run.
+COMPLETED, DIVERGED, NO_SLIDING, STEP_LIMIT, LOG_FULL = 0, 1, 2, 3, 4
+
+# Kinds of row beside the exact solver's: the speed enters or leaves the stick band.
+BAND_ENTERED, BAND_LEFT = END + 1, END + 2
+
+LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(6)
+LOG_COLUMNS = 6
+
+# Rows of the scratch array.
+_RATE, _ACCEL, _POLY_W, _POLY_THETA, _TERMS = range(5)
+SCRATCH_ROWS = 5
+
+
+@compiled
+def _write(log, rows, kind, period, t, theta, w, side):
+    """One row of the log; the caller has made sure that there is room."""
+    log[rows, LOG_KIND] = kind
+    log[rows, LOG_PERIOD] = period
+    log[rows, LOG_TIME] = t
+    log[rows, LOG_THETA] = theta
+    log[rows, LOG_W] = w
+    log[rows, LOG_SIDE] = side
+    return rows + 1
+
+
+@compiled
+def _stretch_at(edges, w, rising):
+    """The stretch that holds ``w``; on an edge, the one that the motion enters."""
+    stretch = 0
+    while stretch < edges.size and (w > edges[stretch] or (w == edges[stretch] and rising)):
+        stretch += 1
+    return stretch
+
+
+@compiled
+def _crossing(tableau, work, w, w1, h, low, high):
+    """(share of the step, what) of the first kink crossed by the extended step."""
+    _, _, _, _, _, _, _, d_matrix, bernstein = tableau
+    poly = work[_POLY_W]
+    x, hit = 2.0, REACHED_END
+    for what in (HIT_LOW, HIT_HIGH):
+        edge = low if what == HIT_LOW else high
+        if math.isinf(edge):
+            continue
+        coefficients(d_matrix, bernstein, w, w1, h, work[_ACCEL], work[_TERMS], poly)
+        for k in range(DEGREE + 1):
+            poly[k] = poly[k] - edge if what == HIT_LOW else edge - poly[k]
+        found = first_root(poly, w == edge)
+        if found < x:
+            x, hit = found, what
+    return x, hit
+
+
+@compiled
+def _attempt(plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, h):
+    """One step of size h: (theta, w, a, scaled error, lowest w, highest w)."""
+    a_matrix, b, c, e3, e5, _, _, _, _ = tableau
+    rtol, scale_theta, scale_w = tolerances
+    theta1, w1, a1, errors, lowest, highest = step(
+        plant, laws, numbers, a_matrix, b, c, e3, e5, t, theta, w, a, h, work[_RATE], work[_ACCEL]
+    )
+    norm = error_norm(
+        errors,
+        h,
+        rtol * (scale_theta + max(abs(theta), abs(theta1))),
+        rtol * (scale_w + max(abs(w), abs(w1))),
+    )
+    if not math.isfinite(a1):
+        norm = math.nan
+    return theta1, w1, a1, norm, lowest, highest
+
+
+@compiled
+def _numeric_step(
+    plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, h, h_left, low, high, tiny
+):
+    """One accepted step, ended at the first kink that it would cross.
+
+    Returns (theta, w, a, size, next size, what, attempts); size -1: below ``tiny``, because
+    of the tolerance (next size 0) or of the wall of a self-locking brake (next size -1).
+    """
+    _, _, _, _, _, a_extra, c_extra, _, _ = tableau
+    attempts = 0
+    walled = False
+    while h >= tiny:
+        attempts += 1
+        hs = min(h, h_left)
+        theta1, w1, a1, norm, lowest, highest = _attempt(
+            plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, hs
+        )
+        if not math.isfinite(norm):
+            # Beyond the wall of a self-locking brake: never step there.
+            walled = True
+            h = 0.25 * hs
+            continue
+        factor = 6.0 if norm < 1e-10 else min(6.0, max(0.2, 0.9 * norm**-0.125))
+        if norm > 1.0:
+            h = hs * min(factor, 0.9)
+            continue
+        following = hs * factor if hs == h else max(h, hs * factor)
+        margin = 0.5 * (highest - lowest)
+        if lowest - margin > low and highest + margin < high:
+            return theta1, w1, a1, hs, following, REACHED_END, attempts
+        extend(plant, laws, numbers, a_extra, c_extra, t, theta, w, hs, work[_RATE], work[_ACCEL])
+        x, hit = _crossing(tableau, work, w, w1, hs, low, high)
+        if hit == REACHED_END:
+            return theta1, w1, a1, hs, following, hit, attempts
+        edge = low if hit == HIT_LOW else high
+        cut = x * hs
+        if cut <= tiny:
+            return theta, edge, a, 0.0, h, hit, attempts
+        # Again, to the kink and no further: the extension was bent by it.
+        for _ in range(4):
+            attempts += 1
+            theta1, w1, a1, norm, lowest, highest = _attempt(
+                plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, cut
+            )
+            gap = edge - w1
+            if not norm <= 1.0 or abs(gap) <= 1e-4 * abs(a1) * cut * min(1.0, abs(gap)):
+                break
+            if abs(gap) <= 1e-2 * tolerances[0] * (tolerances[2] + abs(w1)):
+                break
+            cut = min(max(cut + gap / a1, 0.5 * cut), 1.5 * cut)
+        if norm <= 1.0 and abs(gap) <= 1e-3 * abs(a1) * cut:
+            # What is left is far below the tolerance: Newton.
+            theta1 += w1 * gap / a1
+            return theta1, edge, a1, cut + gap / a1, max(h, cut), hit, attempts
+        h = 0.5 * min(cut, hs)
+    return theta, w, a, -1.0, -1.0 if walled else 0.0, REACHED_END, attempts
+
+
+@compiled
+def _see_linear(row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen, wanted):
+    """Closed-form states at the wanted times up to t; the next one wanted."""
+    sin0, cos0 = math.sin(omega * t0), math.cos(omega * t0)
+    pull = entry(row, w2, omega, theta0, w0, sin0, cos0)
+    while wanted < want_time.size and (
+        want_period[wanted] < period or (want_period[wanted] == period and want_time[wanted] <= t)
+    ):
+        at = want_time[wanted]
+        seen[wanted, 0], seen[wanted, 1] = theta0, w0
+        if at > t0:
+            sin1, cos1 = math.sin(omega * at), math.cos(omega * at)
+            seen[wanted, 0], seen[wanted, 1] = state_at(
+                row, w2, f, omega, theta0, w0, sin0, cos0, pull, at - t0, sin1, cos1
+            )
+        wanted += 1
+    return wanted
+
+
+@compiled
+def _see_numeric(
+    plant, laws, numbers, tableau, work, theta, w, theta1, w1, t, h, period,
+    want_period, want_time, seen, wanted,
+):  # fmt: skip
+    """States at the wanted times inside a step, from its extension; the next one wanted."""
+    _, _, _, _, _, a_extra, c_extra, d_matrix, bernstein = tableau
+    extended = False
+    while wanted < want_time.size and (
+        want_period[wanted] < period
+        or (want_period[wanted] == period and want_time[wanted] <= t + h)
+    ):
+        if not extended:
+            rate, accel, terms = work[_RATE], work[_ACCEL], work[_TERMS]
+            extend(plant, laws, numbers, a_extra, c_extra, t, theta, w, h, rate, accel)
+            coefficients(d_matrix, bernstein, w, w1, h, accel, terms, work[_POLY_W])
+            coefficients(d_matrix, bernstein, theta, theta1, h, rate, terms, work[_POLY_THETA])
+            extended = True
+        part = min(1.0, max(0.0, (want_time[wanted] - t) / h))
+        seen[wanted, 0] = value(work[_POLY_THETA], part)
+        seen[wanted, 1] = value(work[_POLY_W], part)
+        wanted += 1
+    return wanted
+
+
+def _run(
+    plant,
+    laws,
+    numbers,
+    tableau,
+    edges,
+    kinks,
+    linear,
+    table,
+    rest_edge,
+    band,
+    w_diverged,
+    tolerances,
+    h_max,
+    period,
+    t,
+    theta,
+    w,
+    last_period,
+    last_time,
+    max_steps,
+    log,
+    want_period,
+    want_time,
+    seen,
+    work,
+):
+    """Advance from (period, t, theta, w) to (last_period, last_time).
+
+    plant      (J, c, k, T_e, omega, w_rest)
+    laws       (m, its shape, g, its shape), compiled
+    numbers    (radius, initial force, slope, release)
+    tableau    (A, b, c, e3, e5, A_extra, c_extra, D, Bernstein matrix)
+    edges      (n-1,) cuts of the velocity axis [rad/s], ascending
+    kinks      (n, 2) the nearest kinks below and above each stretch
+    linear     (n,) whether the torque is linear; table (n, flow.COLUMNS) its lines
+    rest_edge  index of the edge w_rest;  band  half width of the stick band [rad/s]
+    tolerances (rtol, scale of angle, scale of velocity)
+    want_*     (m,) wanted times, ascending; seen (m, 2) receives (theta, w)
+    work       (SCRATCH_ROWS, dop853.ROWS)
+
+    Returns (outcome, period, t, theta, w, steps, rows, seen count).
+    """
+    inertia, _, stiffness, amplitude, omega, w_rest = plant
+    w2, f = stiffness / inertia, amplitude / inertia
+    length = 2.0 * math.pi / omega
+    top = edges.size
+    steps, rows, wanted = 0, 0, 0
+    h = 1e-3 * h_max
+    a = acceleration(plant, laws, numbers, t, theta, w)
+    rising = a > 0.0 or (a == 0.0 and f * omega * math.cos(omega * t) > w2 * w)
+    stretch = _stretch_at(edges, w, rising)
+    inside = abs(w - w_rest) <= band
+    rows = _write(log, rows, START, period, t, theta, w, 0.0)
+    if inside:
+        rows = _write(log, rows, BAND_ENTERED, period, t, theta, w, 0.0)
+
+    while True:
+        if rows + 4 > log.shape[0]:
+            return LOG_FULL, period, t, theta, w, steps, rows, wanted
+        final = period >= last_period
+        t_end = last_time if final else length
+        hit = REACHED_END
+        t0, theta0, w0 = t, theta, w
+        if t >= t_end:
+            pass
+        elif linear[stretch]:
+            row = table[stretch]
+            if row[KIND] == BLOCKED:
+                return NO_SLIDING, period, t, theta, w, steps, rows, wanted
+            low = edges[stretch - 1] if stretch > 0 else -math.inf
+            high = edges[stretch] if stretch < top else math.inf
+            if row[G2] < 0.0:
+                low, high = max(low, -w_diverged), min(high, w_diverged)
+            sin0, cos0 = math.sin(omega * t), math.cos(omega * t)
+            a = linear_acceleration(row, w2, f, theta, w, sin0)
+            hit, t, _, _, theta, w, a, spent = slip(
+                row, w2, f, omega, low, high, t, t_end, sin0, cos0, theta, w, a
+            )
+            steps += spent
+            if wanted < want_time.size:
+                wanted = _see_linear(
+                    row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen,
+                    wanted,
+                )  # fmt: skip
+            h = min(h_max, 0.3 * abs((w - w_rest) / a))
+        else:
+            low, high = kinks[stretch, 0], kinks[stretch, 1]
+            theta, w, a, hs, h, hit, attempts = _numeric_step(
+                plant, laws, numbers, tableau, tolerances, work, t, theta, w, a,
+                min(h, h_max), t_end - t, low, high, 1e-15 * length,
+            )  # fmt: skip
+            steps += attempts
+            if hs < 0.0 or steps > max_steps:
+                outcome = NO_SLIDING if h < 0.0 else STEP_LIMIT
+                return outcome, period, t, theta, w, steps, rows, wanted
+            if wanted < want_time.size:
+                wanted = _see_numeric(
+                    plant, laws, numbers, tableau, work, theta0, w0, theta, w, t, hs, period,
+                    want_period, want_time, seen, wanted,
+                )  # fmt: skip
+            t = t_end if t_end - t - hs <= 4e-16 * length else t + hs
+
+        if (abs(w - w_rest) <= band) != inside and not linear[stretch]:
+            inside = not inside
+            gap0, gap1 = abs(w0 - w_rest) - band, abs(w - w_rest) - band
+            when = t0 + (t - t0) * gap0 / (gap0 - gap1)
+            side = 1.0 if (w0 if inside else w) > w_rest else -1.0
+            kind = BAND_ENTERED if inside else BAND_LEFT
+            rows = _write(log, rows, kind, period, when, theta, w, side)
+
+        if not math.isfinite(w) or abs(w - w_rest) >= w_diverged:
+            return DIVERGED, period, t, theta, w, steps, rows, wanted
+        if hit != REACHED_END:
+            side = -1.0 if hit == HIT_LOW else 1.0
+            stretch = _stretch_at(edges, w, hit == HIT_HIGH)
+            kind = REVERSAL if w == edges[rest_edge] else BREAKPOINT
+            if w == edges[rest_edge] or w == kinks[stretch, 0] or w == kinks[stretch, 1]:
+                rows = _write(log, rows, kind, period, t, theta, w, side)
+        elif not linear[stretch]:
+            stretch = _stretch_at(edges, w, a > 0.0)
+        if not linear[stretch]:
+            a = acceleration(plant, laws, numbers, t, theta, w)
+
+        if hit == REACHED_END and t >= t_end:
+            if final:
+                rows = _write(log, rows, END, period, t_end, theta, w, 0.0)
+                return COMPLETED, period, t_end, theta, w, steps, rows, wanted
+            period += 1
+            t = 0.0
+            a = acceleration(plant, laws, numbers, t, theta, w)
+            rows = _write(log, rows, PERIOD, period, t, theta, w, 0.0)
+
+
+def _signature():
+    """The one signature of ``run``: laws as function pointers, so that its cache serves all."""
+    real, whole = types.float64, types.int64
+    vector, matrix = types.Array(real, 1, "C"), types.Array(real, 2, "C")
+    indices, flags = types.Array(whole, 1, "C"), types.Array(types.boolean, 1, "C")
+    laws = types.Tuple((LAW, SHAPE, LAW, SHAPE))
+    numbers = types.Tuple((real, real, real, types.boolean))
+    tableau = types.Tuple((matrix, vector, vector, vector, vector, matrix, vector, matrix, matrix))
+    return (
+        types.UniTuple(real, 6), laws, numbers, tableau, vector, matrix, flags, matrix, whole,
+        real, real, types.UniTuple(real, 3), real, whole, real, real, real, whole, real, whole,
+        matrix, indices, vector, matrix, matrix,
+    )  # fmt: skip
+
+
+run = compiled_for(_signature())(_run)

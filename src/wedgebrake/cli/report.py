@@ -1,0 +1,181 @@
+"""A verdict and a response, as JSON and as words."""
+
+from __future__ import annotations
+
+import json
+import platform
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.linear_stability import DirectionStability, Stability, stability
+from wedgebrake.model.system import BrakedDriveline
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_LIBRARIES = ("numpy", "scipy", "numba", "xarray", "pydantic")
+
+
+def to_json(report: dict[str, Any]) -> str:
+    """One JSON object; infinities are the strings "inf" and "-inf", nan does not occur."""
+    return json.dumps(_plain(report), allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float) and value in (float("inf"), float("-inf")):
+        return str(value)
+    return value
+
+
+def stability_text(system: BrakedDriveline, verdict: Stability) -> str:
+    """The linear verdict for a person."""
+    lines = [describe(system), "", f"Linear stability: {verdict.verdict}"]
+    for name, one in (("forwards", verdict.forward), ("backwards", verdict.backward)):
+        lines.append("")
+        lines.extend(_direction_lines(name, one))
+    return "\n".join(lines)
+
+
+def _direction_lines(name: str, one: DirectionStability) -> list[str]:
+    if one.locked or one.eigenvalues is None:
+        return [f"Sliding {name}: does not exist (self-locking)."]
+    roots = ", ".join(f"{value.real:.6g}{value.imag:+.6g}i" for value in one.eigenvalues)
+    lines = [f"Sliding {name}:", f"  damping      {one.damping:.6g} N m s/rad"]
+    lines.append(f"  eigenvalues  {roots} 1/s")
+    for label, stem in (
+        ("Hopf", "hopf"),
+        ("node-focus, stable side", "node_focus_stable"),
+        ("node-focus, unstable side", "node_focus_unstable"),
+    ):
+        slope, eta = getattr(one, f"{stem}_slope"), getattr(one, f"{stem}_eta")
+        if slope is None:
+            continue
+        in_eta = "" if eta is None else f"eta = {eta:.6g}, "
+        lines.append(f"  {label}: {in_eta}slope = {slope:.6g} N s/rad")
+    return lines
+
+
+def describe(system: BrakedDriveline) -> str:
+    """The system in one line: its brake, friction and groups."""
+    groups = [
+        f"{name} = {value:.6g}"
+        for name, value in system.groups.as_dict().items()
+        if value is not None and name in ("eta", "f", "F0", "alpha")
+    ]
+    friction = type(system.friction).__name__.removesuffix("Friction")
+    brake = type(system.brake).__name__.removesuffix("Brake")
+    return f"{brake} brake, {friction} friction: " + ", ".join(groups)
+
+
+def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
+    """Everything that ``simulate --json`` prints."""
+    from wedgebrake.measures.sticking import steady_start, sticks
+    from wedgebrake.solvers.trajectory import EventKind
+
+    steady_from = steady_start(response)
+    steady = sticks(response, steady_from)
+    kinds, counts = np.unique(response["event_kind"].values, return_counts=True)
+    events = {EventKind(kind).name.lower(): int(n) for kind, n in zip(kinds, counts, strict=True)}
+    attrs = response.attrs
+    linear = stability(system)
+    report: dict[str, Any] = {
+        "wedgebrake": attrs["wedgebrake_version"],
+        "versions": {
+            "python": platform.python_version(),
+            **{name: version(name) for name in _LIBRARIES},
+        },
+        "system": json.loads(attrs["system"]),
+        "groups": json.loads(attrs["groups"]),
+        "method": attrs["method"],
+        "options": json.loads(attrs["options"]),
+        "status": attrs["status"],
+        "message": attrs["message"],
+        "final": {
+            "time": attrs["final_time"],
+            "angle": attrs["final_angle"],
+            "velocity": attrs["final_velocity"],
+        },
+        "stability": linear.as_dict(),
+        "steady_from": steady_from,
+        "stick_slip_class": steady.attrs["class"],
+        "stick_share": steady.attrs["share"],
+        "events": events,
+        "sticks": {
+            name: response[f"stick_{name}"].values.tolist()
+            for name in ("start", "end", "entry", "exit")
+        },
+        "poincare": {
+            "period": response["period"].values.tolist(),
+            "time": response["poincare_time"].values.tolist(),
+            "angle": response["poincare_angle"].values.tolist(),
+            "velocity": response["poincare_velocity"].values.tolist(),
+        },
+    }
+    report["repeats_after"] = repetition(response)
+    report["summary"] = summary(report, response)
+    return report
+
+
+def repetition(response: xr.Dataset, longest: int = 24) -> tuple[int, float] | None:
+    """(n, distance): the last Poincare points return after n periods, to a share of their size.
+
+    The smallest n whose points return within 1e-3 over the last fifth of the run; None if
+    there is none up to ``longest``, or too few points to say. It is an observation, not a
+    classification of the motion.
+    """
+    points = np.column_stack(
+        [response["poincare_angle"].values, response["poincare_velocity"].values]
+    )
+    tail = points[-max(2, len(points) // 5) :]
+    scale = np.max(np.abs(points), axis=0, initial=1e-300)
+    for n in range(1, min(longest, len(tail) // 2) + 1):
+        distance = float(np.max(np.abs(tail[n:] - tail[:-n]) / scale))
+        if distance <= 1e-3:
+            return n, distance
+    return None
+
+
+def summary(report: dict[str, Any], response: xr.Dataset) -> str:
+    """How the brake vibrates, in one or two sentences."""
+    if report["status"] != "completed":
+        return str(report["message"])
+    late = response["velocity"].values[response["time"].values >= report["steady_from"]]
+    kind = str(report["stick_slip_class"])
+    if kind == "at rest":
+        return "The brake holds the driveline at rest."
+    words = f"{kind[0].upper()}{kind[1:]} vibration, velocity between {late.min():.4g} and"
+    words += f" {late.max():.4g} rad/s, at rest {100 * report['stick_share']:.3g} % of the time."
+    repeats = report["repeats_after"]
+    if repeats is None:
+        return words + " It does not repeat within 24 torque periods."
+    n, distance = repeats
+    words += " It repeats every torque period" if n == 1 else f" It repeats every {n} periods"
+    return words + (f" (to {distance:.0e})." if distance > 1e-6 else ".")
+
+
+def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
+    """The response for a person."""
+    final = report["final"]
+    events = ", ".join(f"{count} {name}" for name, count in report["events"].items()) or "none"
+    return "\n".join(
+        [
+            describe(system),
+            "",
+            f"Linear stability: {report['stability']['verdict']}",
+            f"Response ({report['method']}): {report['summary']}",
+            f"  {report['message']}" if report["status"] == "completed" else "",
+            f"  events: {events}",
+            f"  state at t = {final['time']:.6g} s: angle {final['angle']:.9g} rad,"
+            f" velocity {final['velocity']:.9g} rad/s",
+        ]
+    ).replace("\n\n  events", "\n  events")

@@ -1,0 +1,321 @@
+"""Linear stability of sliding: eigenvalues, bifurcation points, maps (the paper's section 3).
+
+In each direction of motion the slope of the actuation force adds damping,
+
+    c_dir = c + R delta |g(+-mu_k)| = c (1 + eta/D),   D = mu_k/|g(+-mu_k)|,
+
+so that D = tan(alpha_w) -+ mu_k for the wedge and D = 1 for the conventional brake. The
+brake's law enters through g alone. This is the verdict on small vibration about steady
+sliding; friction at rest dissipates, so the nonlinear verdict is another one.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.system import BrakedDriveline
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DirectionStability:
+    """Linear stability of sliding in one direction.
+
+    direction   : +1 forwards, -1 backwards
+    locked      : the brake locks itself; sliding in this direction does not exist and all
+                  that follows is None
+    damping     : c + R delta |g| [N m s/rad]
+    growth_rate : h = -damping/2J [1/s]  (eqs. 11, 26)
+    eigenvalues : h +- sqrt(h^2 - w_n^2) [1/s]  (eqs. 12, 27)
+    stable      : both real parts negative
+    oscillates  : the eigenvalues are complex
+    hopf_eta    : eta where the damping vanishes, -D  (eqs. 13, 28, 29)
+    node_focus_stable_eta, node_focus_unstable_eta
+                : eta where oscillation ends, D (-1 +- 2 sqrt(kJ)/c)
+    hopf_slope, node_focus_stable_slope, node_focus_unstable_slope
+                : the same as slopes of the actuation force [N s/rad]
+    margin_eta  : eta - hopf_eta, positive where stable
+    margin_slope: slope - hopf_slope [N s/rad]
+
+    The points in eta are None where eta is not defined (c = 0); all points are None for a
+    brake without friction (g = 0).
+    """
+
+    direction: int
+    locked: bool
+    damping: float | None = None
+    growth_rate: float | None = None
+    eigenvalues: tuple[complex, complex] | None = None
+    stable: bool | None = None
+    oscillates: bool | None = None
+    hopf_eta: float | None = None
+    node_focus_stable_eta: float | None = None
+    node_focus_unstable_eta: float | None = None
+    hopf_slope: float | None = None
+    node_focus_stable_slope: float | None = None
+    node_focus_unstable_slope: float | None = None
+    margin_eta: float | None = None
+    margin_slope: float | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, eigenvalues as [real, imaginary] pairs."""
+        plain = asdict(self)
+        if self.eigenvalues is not None:
+            plain["eigenvalues"] = [[value.real, value.imag] for value in self.eigenvalues]
+        return plain
+
+
+@dataclass(frozen=True)
+class Stability:
+    """The linear verdict on both directions of motion.
+
+    stable        : sliding decays in every direction that exists
+    margin_eta    : the smaller margin of the two directions, in eta; None if not defined
+    margin_slope  : the same in slope of the actuation force [N s/rad]
+    self_locking  : "none", "static" (a brake at rest cannot break loose forwards, but slides
+                    forwards once moving) or "kinetic" (no forward sliding exists)
+    verdict       : all that in words
+    """
+
+    forward: DirectionStability
+    backward: DirectionStability
+    stable: bool
+    margin_eta: float | None
+    margin_slope: float | None
+    self_locking: str
+    verdict: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return {
+            "stable": self.stable,
+            "margin_eta": self.margin_eta,
+            "margin_slope": self.margin_slope,
+            "self_locking": self.self_locking,
+            "verdict": self.verdict,
+            "forward": self.forward.as_dict(),
+            "backward": self.backward.as_dict(),
+        }
+
+
+def stability(system: BrakedDriveline) -> Stability:
+    """Linear stability of sliding in both directions (eqs. 8 to 13 and 23 to 29).
+
+    Friction counts with its kinetic coefficient, constant in speed: the slope of a falling
+    friction curve is not included, nor the release of the actuation.
+    """
+    forward, backward = (_direction(system, side) for side in (1, -1))
+    existing = [d for d in (forward, backward) if not d.locked]
+    stable = all(bool(d.stable) for d in existing)
+    etas = [d.margin_eta for d in existing if d.margin_eta is not None]
+    slopes = [d.margin_slope for d in existing if d.margin_slope is not None]
+    margin_eta = min(etas) if etas else None
+    margin_slope = min(slopes) if slopes else None
+    locking = _self_locking(system)
+    return Stability(
+        forward=forward,
+        backward=backward,
+        stable=stable,
+        margin_eta=margin_eta,
+        margin_slope=margin_slope,
+        self_locking=locking,
+        verdict=_verdict(system, forward, backward, stable, locking),
+    )
+
+
+def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
+    line, brake, slope = system.driveline, system.brake, system.actuation.slope
+    gain = abs(brake.amplification(side * system.friction.reference))
+    if math.isinf(gain):
+        return DirectionStability(direction=side, locked=True)
+    lever = brake.radius * gain
+    damping = line.damping + lever * slope
+    natural = line.natural_frequency
+    rate = -damping / (2.0 * line.inertia)
+    eigenvalues = _eigenvalues(rate, natural)
+    points: dict[str, float | None] = {}
+    impedance = 2.0 * math.sqrt(line.stiffness * line.inertia)
+    for name, wanted in (
+        ("hopf", 0.0),
+        ("node_focus_stable", impedance),
+        ("node_focus_unstable", -impedance),
+    ):
+        at = (wanted - line.damping) / lever if lever > 0.0 else None
+        points[f"{name}_slope"] = at
+        points[f"{name}_eta"] = _as_eta(system, at)
+    hopf, eta = points["hopf_slope"], _as_eta(system, slope)
+    hopf_eta = points["hopf_eta"]
+    return DirectionStability(
+        direction=side,
+        locked=False,
+        damping=damping,
+        growth_rate=rate,
+        eigenvalues=eigenvalues,
+        stable=damping > 0.0 and line.stiffness > 0.0,
+        oscillates=abs(rate) < natural,
+        margin_slope=None if hopf is None else slope - hopf,
+        margin_eta=None if eta is None or hopf_eta is None else eta - hopf_eta,
+        **points,
+    )
+
+
+def _eigenvalues(rate: float, natural: float) -> tuple[complex, complex]:
+    """h +- sqrt(h^2 - w_n^2), the one with the larger real part first (eqs. 12, 27)."""
+    root = cmath.sqrt(rate * rate - natural * natural)
+    if root.imag != 0.0 or rate == 0.0:
+        return rate + root, rate - root
+    # Real roots: their product is w_n^2, which spares the smaller one the cancellation.
+    large = rate + math.copysign(root.real, rate)
+    small = natural * natural / large
+    return complex(max(large, small)), complex(min(large, small))
+
+
+def _as_eta(system: BrakedDriveline, slope: float | None) -> float | None:
+    if slope is None or system.driveline.damping == 0.0:
+        return None
+    return slope * system.brake.radius * system.friction.reference / system.driveline.damping
+
+
+def _self_locking(system: BrakedDriveline) -> str:
+    kinetic = system.friction.reference
+    static = max(kinetic, float(getattr(system.friction, "static", kinetic)))
+    if system.brake.locks(kinetic):
+        return "kinetic"
+    return "static" if system.brake.locks(static) else "none"
+
+
+def _verdict(
+    system: BrakedDriveline,
+    forward: DirectionStability,
+    backward: DirectionStability,
+    stable: bool,
+    locking: str,
+) -> str:
+    words = []
+    if locking == "kinetic":
+        words.append(
+            "The brake locks itself forwards: no forward sliding exists, and no torque breaks it"
+            " loose forwards."
+        )
+    elif locking == "static":
+        words.append(
+            "The brake locks itself at rest: no torque breaks it loose forwards, although it can"
+            " slide forwards once moving."
+        )
+    for name, one in (("forwards", forward), ("backwards", backward)):
+        if one.locked:
+            continue
+        how = "oscillating" if one.oscillates else "without oscillation"
+        state = "decays" if one.stable else "does not decay"
+        if one.damping is not None and one.damping < 0.0:
+            state = "grows"
+        margin = ""
+        if one.margin_eta is not None:
+            margin = f", margin {one.margin_eta:+.4g} in eta"
+        elif one.margin_slope is not None:
+            margin = f", margin {one.margin_slope:+.4g} N s/rad in slope"
+        words.append(f"Sliding {name}: small vibration {state} ({how}{margin}).")
+    words.append("Linearly " + ("stable." if stable else "unstable."))
+    if not stable and system.actuation.release and math.isfinite(system.actuation.release_speed):
+        words.append(
+            "The release of the actuation bounds the vibration; see the simulation for what it"
+            " becomes."
+        )
+    return " ".join(words)
+
+
+_AXES = ("eta", "alpha", "kinetic", "loss_factor")
+
+
+def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
+    """Linear stability over a grid of groups, vectorised.
+
+    axes : one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an array of
+        values; the dimensions of the result come in this order. All other groups are those
+        of the system.
+
+    Returns a dataset with, over those dimensions: ``margin`` (eta minus the critical eta of
+    the worse direction [1]), ``stable``, ``growth`` (largest real part over the natural
+    frequency [1], over both directions) and ``locked`` (no forward sliding exists; the
+    backward direction alone is then judged).
+
+    Raises ``InputError`` for unknown axes, empty or non-finite values.
+    """
+    import xarray as xr
+
+    groups = system.groups
+    if not axes:
+        raise InputError(f"axes: none given. Give at least one of {', '.join(_AXES)}.")
+    values: dict[str, Any] = {}
+    for number, (name, given) in enumerate(axes.items()):
+        if name not in _AXES:
+            raise InputError(f"{name}: not an axis of a stability map. {nearest(name, _AXES)}")
+        array = _axis(name, given)
+        values[name] = array.reshape([-1 if i == number else 1 for i in range(len(axes))])
+    for name in ("eta", "kinetic", "loss_factor"):
+        if name not in values:
+            stated = getattr(groups, name)
+            if stated is None:
+                raise InputError(
+                    f"groups.{name}: not defined for this system, so that a map over"
+                    f" {', '.join(axes)} has no meaning. Give {name} as an axis."
+                )
+            values[name] = np.asarray(stated)
+    forward, backward = _widths(system, values)
+    eta, loss = values["eta"], values["loss_factor"]
+    locked = ~(forward > 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ahead = np.where(locked, -np.inf, _growth(loss, eta, forward))
+    growth = np.maximum(ahead, _growth(loss, eta, backward))
+    margin = eta + np.where(locked, backward, np.minimum(forward, backward))
+    shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
+    data = {"margin": margin, "stable": margin > 0.0, "growth": growth, "locked": locked}
+    return xr.Dataset(
+        {name: (tuple(axes), np.broadcast_to(array, shape)) for name, array in data.items()},
+        coords={name: np.ravel(values[name]) for name in axes},
+        attrs={"brake": system.brake.kind},
+    )
+
+
+def _axis(name: str, given: ArrayLike) -> FloatArray:
+    try:
+        array = np.atleast_1d(np.asarray(given, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: must be an array of numbers.") from None
+    if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)):
+        raise InputError(f"{name}: must be one-dimensional, finite and not empty.")
+    if name != "eta" and array.min() <= 0.0:
+        raise InputError(f"{name} = {array.min():g} at the least: must be greater than 0.")
+    return array
+
+
+def _widths(system: BrakedDriveline, values: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
+    """D of both directions; not above zero where the brake locks."""
+    kinetic = values["kinetic"]
+    if isinstance(system.brake, WedgeBrake):
+        tangent = values["alpha"] * kinetic if "alpha" in values else math.tan(system.brake.angle)
+        return tangent - kinetic, tangent + kinetic
+    if "alpha" in values:
+        raise InputError("alpha: an axis of wedge brakes only. Use kinetic or eta.")
+    gain = np.vectorize(system.brake.amplification, otypes=[float])
+    return kinetic / gain(kinetic), kinetic / -gain(-kinetic)
+
+
+def _growth(loss: FloatArray, eta: FloatArray, width: FloatArray) -> FloatArray:
+    """Largest real part of h +- sqrt(h^2 - 1), h over the natural frequency."""
+    h = -0.5 * loss * (1.0 + eta / width)
+    root = np.sqrt(np.maximum(h * h - 1.0, 0.0))
+    # h + root, written as 1/(h - root) where the sum of real roots would cancel.
+    return np.asarray(np.where((root > 0.0) & (h < 0.0), 1.0 / (h - root), h + root))

@@ -1,0 +1,192 @@
+"""The amplitude spectrum of a response."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+# Times count as equally spaced if no step differs by more than this share of a step.
+_UNIFORM = 1e-6
+
+
+def spectrum(
+    response: xr.Dataset,
+    quantity: str = "velocity",
+    window: str | tuple[Any, ...] = "hann",
+    start: float | None = None,
+    stop: float | None = None,
+) -> xr.Dataset:
+    """One-sided amplitude spectrum in physical units.
+
+    A sine of amplitude A whose frequency is one of the bins gives A there, whatever the
+    window (the coherent gain is divided out); a constant gives itself at 0 Hz. Harris,
+    Proc. IEEE 66 (1978), 51-83, for windows, coherent gain and noise bandwidth.
+
+    The paper's spectra use all 25 s of the response, the default here. Where the samples
+    span a whole number of torque periods, the last one, which repeats the phase of the
+    first, is left out: forcing frequency and harmonics are then bins.
+
+    Parameters
+    ----------
+    response : xarray.Dataset
+        As ``simulate`` gives it, equally spaced in time.
+    quantity : str
+        A variable over time: "velocity", "angle", "brake_torque", "drive_torque".
+    window : str or tuple
+        A window of ``scipy.signal.windows``, for example "hann", "boxcar", "flattop",
+        ("kaiser", 8.6).
+    start, stop : float
+        Samples with start <= time <= stop are used [s]; default all.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``frequency`` [Hz], (n//2 + 1,): ``amplitude`` in the unit of the quantity.
+        ``attrs``: quantity, window, coherent_gain [1], noise_bandwidth [bins], resolution
+        [Hz], samples, sample_interval, start, stop [s]; where the response knows its
+        system, forcing_frequency and natural_frequency [Hz] (0: no stiffness).
+
+    Raises
+    ------
+    InputError
+        For an unknown quantity or window, fewer than two samples, values that are not
+        finite, or times that are not equally spaced.
+    """
+    import xarray as xr
+    from scipy.signal import windows
+
+    times, values = _samples(response, quantity, start, stop)
+    interval = _interval(times)
+    known = frequencies(response)
+    n = _whole_periods(times, interval, known.get("forcing_frequency", 0.0))
+    try:
+        weights = np.asarray(windows.get_window(window, n, fftbins=True), dtype=float)
+    except (ValueError, TypeError) as error:
+        raise InputError(
+            f"window = {window!r}: not a window of scipy.signal.windows ({error}). For"
+            " example 'hann', 'boxcar', 'flattop' or ('kaiser', 8.6)."
+        ) from None
+    amplitude = np.abs(np.fft.rfft(values[:n] * weights)) / abs(weights.sum())
+    # Every line but 0 Hz and, for even n, the Nyquist frequency stands for two.
+    amplitude[1 : (n + 1) // 2] *= 2.0
+    unit = response[quantity].attrs.get("units", "1")
+    dataset = xr.Dataset(
+        {
+            "amplitude": (
+                "frequency",
+                amplitude,
+                {"units": unit, "long_name": f"amplitude of {quantity}"},
+            )
+        },
+        coords={
+            "frequency": (
+                "frequency",
+                np.fft.rfftfreq(n, interval),
+                {"units": "Hz", "long_name": "frequency"},
+            )
+        },
+    )
+    dataset.attrs = {
+        "quantity": quantity,
+        "window": str(window),
+        "coherent_gain": float(weights.mean()),
+        "noise_bandwidth": float(n * np.sum(weights**2) / weights.sum() ** 2),
+        "resolution": 1.0 / (n * interval),
+        "samples": n,
+        "sample_interval": interval,
+        "start": float(times[0]),
+        "stop": float(times[n - 1]),
+        **known,
+    }
+    return dataset
+
+
+def frequencies(response: xr.Dataset) -> dict[str, float]:
+    """forcing_frequency and natural_frequency [Hz] of a response; {} if it does not say."""
+    try:
+        tables = json.loads(response.attrs["system"])
+        line, torque = tables["driveline"], tables["excitation"]
+        natural = math.sqrt(line["stiffness"] / line["inertia"]) / (2.0 * math.pi)
+        return {
+            "forcing_frequency": float(torque["frequency"]),
+            "natural_frequency": natural,
+        }
+    except (KeyError, TypeError, ValueError):
+        return {}
+
+
+def _samples(
+    response: xr.Dataset, quantity: str, start: float | None, stop: float | None
+) -> tuple[FloatArray, FloatArray]:
+    """Times and values between start and stop."""
+    if "time" not in getattr(response, "coords", {}):
+        raise InputError(
+            f"response = {type(response).__name__}: must be a dataset over time. Use the"
+            " result of wb.simulate(...)."
+        )
+    over_time = [str(name) for name, v in response.data_vars.items() if v.dims == ("time",)]
+    if quantity not in over_time:
+        hint = nearest(str(quantity), over_time)
+        raise InputError(f"quantity = {quantity!r}: no such variable over time. {hint}")
+    times = np.asarray(response["time"].to_numpy(), dtype=float)
+    values = np.asarray(response[quantity].to_numpy(), dtype=float)
+    first, last = (float(times[0]), float(times[-1])) if times.size else (0.0, 0.0)
+    low = first if start is None else _number("start", start)
+    high = last if stop is None else _number("stop", stop)
+    slack = 1e-12 * max(abs(first), abs(last))
+    inside = (times >= low - slack) & (times <= high + slack)
+    if np.count_nonzero(inside) < 2:
+        raise InputError(
+            f"start = {start!r}, stop = {stop!r}: {np.count_nonzero(inside)} samples between"
+            f" {low:g} s and {high:g} s, but a spectrum needs at least 2. The response has"
+            f" {times.size} from {first:g} s to {last:g} s."
+        )
+    times, values = times[inside], values[inside]
+    if not np.all(np.isfinite(values)):
+        raise InputError(
+            f"quantity = {quantity!r}: has values that are not finite. Choose start and stop"
+            " around them."
+        )
+    return times, values
+
+
+def _number(name: str, value: Any) -> float:
+    plain = isinstance(value, int | float | np.integer | np.floating)
+    if not plain or isinstance(value, bool) or not math.isfinite(value):
+        raise InputError(f"{name} = {value!r}: must be a finite number of seconds, or None.")
+    return float(value)
+
+
+def _interval(times: FloatArray) -> float:
+    """The one step of the times [s]."""
+    steps = np.diff(times)
+    interval = float((times[-1] - times[0]) / (times.size - 1))
+    rounding = 8.0 * np.finfo(float).eps * float(np.max(np.abs(times)))
+    worst = float(np.max(np.abs(steps - interval)))
+    if interval <= 0.0 or worst > _UNIFORM * interval + rounding:
+        raise InputError(
+            f"response: its times are not equally spaced (steps of {steps.min():g} to"
+            f" {steps.max():g} s), so it has no discrete spectrum. Simulate without `times`,"
+            " or with equally spaced ones."
+        )
+    return interval
+
+
+def _whole_periods(times: FloatArray, interval: float, forcing: float) -> int:
+    """Number of samples to use: without the last if it repeats the phase of the first."""
+    n = int(times.size)
+    turns = float(times[-1] - times[0]) * forcing
+    # Off by less than a thousandth of a sample.
+    repeats = round(turns) >= 1 and abs(turns - round(turns)) < 1e-3 * interval * forcing
+    return n - 1 if repeats and n > 2 else n

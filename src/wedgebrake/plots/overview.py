@@ -1,0 +1,118 @@
+"""Four pictures of one response on a page, with what was computed in the title."""
+
+from __future__ import annotations
+
+import json
+import re
+import textwrap
+from typing import TYPE_CHECKING
+
+from wedgebrake.errors import InputError
+from wedgebrake.measures.spectrum import spectrum as spectrum_of
+from wedgebrake.measures.sticking import span, steady_start
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.plots import history, phase, section, spectrum, style
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_METHODS = {"exact": "exact solution", "smooth": "adaptive solution", "ode14x": "ODE14x scheme"}
+PERIODS = 12.0
+"""Torque periods in the history."""
+
+# Characters in a line of the title.
+_COLUMNS = 130
+_SYMBOLS = {
+    "eta": r"\eta",
+    "f": "f",
+    "F0": "F_0",
+    "alpha": r"\alpha",
+    "loss_factor": r"c/\sqrt{kJ}",
+    "kinetic": r"\mu_k",
+    "static_ratio": r"\mu_s/\mu_k",
+    "drive": r"\Omega\sqrt{kJ}/T_e",
+}
+
+
+def overview(
+    system: BrakedDriveline,
+    response: xr.Dataset,
+    verdict: str = "",
+    *,
+    start: float | None = None,
+) -> Figure:
+    """History, phase portrait, Poincare section and spectrum of a response: a new figure.
+
+    system, response : what was simulated, and what ``simulate`` gave
+    verdict          : a sentence for the title, for example on stability
+    start            : beginning of the steady motion [s] for portrait and section; default
+                       the last fifth of the response
+
+    Raises ``InputError`` for a dataset that is no response or a start outside it.
+    """
+    if not isinstance(system, BrakedDriveline):
+        raise InputError(f"system = {system!r}: must be a BrakedDriveline.")
+    low = steady_start(response) if start is None else start
+    with style.use():
+        figure = style.new_figure(style.PAGE, 0.75 * style.PAGE)
+        grid = figure.subplots(2, 2)
+        history.draw(grid[0, 0], response, PERIODS)
+        phase.draw(grid[0, 1], system, response, low)
+        section.draw(grid[1, 0], response, low)
+        _draw_spectrum(grid[1, 1], response)
+        for word, axes in zip("abcd", grid.flat, strict=True):
+            style.letter(axes, word)
+        figure.suptitle(
+            "\n".join(title(system, response, verdict, low)), x=0.01, ha="left", linespacing=1.4
+        )
+        return figure
+
+
+def _draw_spectrum(axes: Axes, response: xr.Dataset) -> None:
+    """The spectrum of all the response, or why there is none."""
+    try:
+        lines = spectrum_of(response)
+    except InputError:
+        style.say(axes, "no spectrum: fewer than two samples,\nor not equally spaced")
+        return
+    spectrum.draw(axes, lines)
+
+
+def title(system: BrakedDriveline, response: xr.Dataset, verdict: str, low: float) -> list[str]:
+    """Lines: machine and groups; method and time spans; how it ended; the verdict."""
+    groups = ", ".join(
+        f"${_SYMBOLS[name]} = {style.number(value)}$"
+        for name, value in system.groups.as_dict().items()
+        if value is not None and not (name == "drive" and value == 0.0)
+    )
+    begin, end = span(response)
+    seen, _ = history.window(response, PERIODS)
+    when = [style.moment(time, end - begin) for time in (begin, end, seen, low)]
+    options = json.loads(response.attrs.get("options", "{}"))
+    method = str(response.attrs.get("method", ""))
+    how = _METHODS.get(method, method)
+    if "rtol" in options:
+        how += f" (rtol {options['rtol']:g})"
+    if "step" in options:
+        how += f" (step {options['step']:g} s)"
+    initial = ", ".join(f"{value:g}" for value in options.get("initial", []))
+    protocol = (
+        f"{how}, {when[0]} to {when[1]} s from ({initial});"
+        f" a: from {when[2]} s; b, c: from {when[3]} s; d: all"
+    )
+    machine = f"{_words(system.brake)}, {_words(system.friction)}:  {groups}"
+    lines = [machine, protocol]
+    if response.attrs.get("status", "completed") != "completed":
+        lines.append(str(response.attrs.get("message", response.attrs["status"])))
+    if verdict:
+        lines.append(verdict)
+    # Formulas are shorter than their source.
+    rows = [[line] if line == machine else textwrap.wrap(line, _COLUMNS) for line in lines]
+    return [row for wrapped in rows for row in wrapped]
+
+
+def _words(part: object) -> str:
+    """The name of a part's class as words: WedgeBrake, Wedge brake."""
+    return re.sub(r"(?<=.)([A-Z])", lambda m: " " + m[1].lower(), type(part).__name__)

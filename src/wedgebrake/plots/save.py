@@ -1,0 +1,79 @@
+"""A figure to a file, whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import secrets
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.errors import InputError, OutputError
+from wedgebrake.plots import style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Nothing in a file may tell when it was made: the same figure gives the same bytes.
+_METADATA: dict[str, dict[str, Any]] = {
+    "png": {},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+
+
+def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> Path:
+    """Write a figure as PNG, SVG or PDF, by the suffix of the path.
+
+    The file is complete or, after an error, as it was before: the picture is drawn in
+    memory, written under another name in the same folder, and then renamed.
+
+    figure : matplotlib.figure.Figure
+    path   : ends in .png, .svg or .pdf
+    width  : of a PNG [pixels]; the height follows. A page-wide overview at the default is
+             1600 x 1200
+
+    Returns the path.
+
+    Raises ``InputError`` for another suffix or a width outside 16 to 20000, ``OutputError``
+    where nothing can be written.
+    """
+    target = Path(path)
+    kind = target.suffix.lower().removeprefix(".")
+    if kind not in _METADATA:
+        raise InputError(
+            f"path = {str(path)!r}: must end in .png, .svg or .pdf. For example"
+            f" {target.with_suffix('.png').name!r}."
+            if target.name
+            else f"path = {str(path)!r}: must name a file that ends in .png, .svg or .pdf."
+        )
+    if not isinstance(width, int) or isinstance(width, bool) or not 16 <= width <= 20_000:
+        raise InputError(f"width = {width!r}: must be a whole number of pixels, 16 to 20000.")
+    image = io.BytesIO()
+    # Just above, as the size in pixels is cut to whole numbers.
+    dpi = width / figure.get_figwidth() * (1.0 + 1e-9)
+    with style.use():
+        figure.savefig(image, format=kind, dpi=dpi, metadata=_METADATA[kind])
+    _write(target, image.getbuffer())
+    return target
+
+
+def _write(target: Path, content: memoryview) -> None:
+    """Write beside the target, then rename."""
+    beside = target.with_name(f".{target.name}.{secrets.token_hex(6)}.part")
+    try:
+        try:
+            with beside.open("xb") as file:
+                file.write(content)
+            beside.replace(target)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                beside.unlink()
+            raise
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise OutputError(
+            f"path = {str(target)!r}: cannot be written ({reason}). Choose a folder that"
+            " exists and that you may write to."
+        ) from None

@@ -1,0 +1,199 @@
+"""The paper's own solver, as a reference: fixed step, no events (Simulink's ODE14x)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from wedgebrake._kernels import ode14x as kernel
+from wedgebrake.errors import InputError
+from wedgebrake.model.friction import CoulombFriction, SmoothFriction
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.laws import Shape, brake_law, compiled_law, friction_law
+from wedgebrake.solvers.status import Status
+from wedgebrake.solvers.sticks import SHORTEST_STICK, sticks_from_layer, within
+from wedgebrake.solvers.trajectory import EventKind, Events, FloatArray, Sticks, Task, Trajectory
+
+BAND = 1e-4
+"""Epsilon of eq. (16) [rad/s]: half width of the band in which Coulomb friction holds."""
+
+SUBSTEPS = (1, 2, 3, 4)
+"""Substeps n_j of one step. Simulink's generated code has (12, 8, 6, 4)."""
+
+SEES_END = True
+"""Whether a substep sees the torque of its end. In Simulink's generated code: of its start."""
+
+_STATUS = {
+    kernel.COMPLETED: Status.COMPLETED,
+    kernel.DIVERGED: Status.DIVERGED,
+    kernel.NO_SLIDING: Status.NO_FORWARD_SOLUTION,
+    kernel.STEP_LIMIT: Status.STEP_LIMIT,
+}
+_DIVERGED_FACTOR = 1e6
+_FIRST_ROWS = 100_000
+
+
+def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -> Trajectory:
+    """Simulate with a fixed step as the paper does, smoothed or banded Coulomb friction.
+
+    Extrapolated linearly implicit Euler of order 4 with one Newton iteration. The grid
+    starts at the start time. Grid points are returned as computed; times between them, the
+    Poincare section and the end by cubic Hermite interpolation, angle from (theta, theta')
+    and velocity from (theta', theta''). Reversals and the ends of sticks are interpolated
+    linearly in the sliding velocity. A stick is a passage through the band |v| <= 1e-4 rad/s
+    (Coulomb) or |R v| <= friction.transition (smooth) that takes longer than 1 % of a torque
+    period.
+
+    Coulomb friction is banded, eqs. (16) to (20), with mu_k alone: mu_s has no part in it.
+    Eq. (19) contains theta'', an algebraic loop as printed; it is read as Karnopp does, as
+    the force F_s = (T - c theta' - k theta)/R that makes theta'' vanish. A step that changes
+    the velocity by more than the band is wide may jump over the band and miss a stick, as
+    the paper's solver does.
+
+    step      : h [s]
+    max_steps : steps after which to give up
+
+    Raises ``InputError`` for friction other than smooth or Coulomb.
+    """
+    laws, hold, band = _laws(system)
+    line, force, omega = system.driveline, system.actuation, system.excitation.angular_frequency
+    plant = (
+        line.inertia, line.damping, line.stiffness, system.excitation.amplitude, omega,
+        0.0 - line.drive_speed,
+    )  # fmt: skip
+    numbers = (system.brake.radius, force.initial_force, force.slope, force.release)
+    first, rest = task.start
+    periods = np.arange(first + (rest > 0.0), task.end[0] + 1)
+    elapsed = _elapsed(task, *task.clock.split(task.times))
+    marks = _elapsed(task, periods, 0.0)
+    end = float(_elapsed(task, *task.end))
+    # The kernel sees one list of times: those wanted, the sections and the end.
+    merged = np.concatenate((elapsed, marks, [end]))
+    order = np.argsort(merged, kind="stable")
+    seen = np.full((merged.size, kernel.SEEN_COLUMNS), np.nan)
+    rows = _FIRST_ROWS
+    while True:
+        log = np.empty((rows, kernel.LOG_COLUMNS))
+        outcome, now, angle, velocity, steps, used, reached = kernel.run(
+            plant, *laws, numbers, hold, band, _DIVERGED_FACTOR * _speed_scale(system, task),
+            step, np.array(SUBSTEPS), _turns(omega * step), rest, task.angle, task.velocity, end,
+            max_steps, log, merged[order], seen, np.empty((4, 2)),
+        )  # fmt: skip
+        if outcome != kernel.LOG_FULL:
+            break
+        rows *= 4
+    inverse = np.empty_like(order)
+    inverse[order] = np.arange(order.size)
+    seen, done = seen[inverse], inverse < reached
+    wanted, sections = slice(elapsed.size), slice(elapsed.size, -1)
+    if done[-1]:
+        now, (angle, velocity) = end, seen[-1, :2]
+    start_time = float(task.clock.join(*task.start))
+    # The last step may reach beyond the end.
+    log = log[:used][log[:used, kernel.LOG_TIME] <= now]
+    times, at = task.times[done[wanted]], seen[wanted][done[wanted]]
+    section = seen[sections][done[sections]]
+    sticks = _sticks(log, start_time, now, SHORTEST_STICK * task.clock.period)
+    stop = float(task.clock.join(*task.end)) if done[-1] else start_time + now
+    return Trajectory(
+        times=times,
+        angle=at[:, kernel.SEEN_THETA].copy(),
+        velocity=at[:, kernel.SEEN_W].copy(),
+        brake_torque=at[:, kernel.SEEN_TORQUE].copy(),
+        sticking=within(times, sticks),
+        period=periods[done[sections]],
+        period_angle=section[:, kernel.SEEN_THETA].copy(),
+        period_velocity=section[:, kernel.SEEN_W].copy(),
+        events=_events(log, start_time),
+        sticks=sticks,
+        status=_STATUS[outcome],
+        final=(stop, float(angle), float(velocity)),
+        detail=_detail(outcome, stop, step, hold),
+        work=steps,
+    )
+
+
+def _coulomb(speed: float, shape: Shape) -> float:
+    """Signed kinetic coefficient; the sign of a zero speed counts."""
+    return math.copysign(shape[0], speed)
+
+
+def _laws(system: BrakedDriveline) -> tuple[tuple[Any, Shape, Any, Shape], float, float]:
+    """The laws, half width of the band in which the law holds and of that which is logged."""
+    friction = system.friction
+    if isinstance(friction, SmoothFriction):
+        band = friction.transition / system.brake.radius
+        return (*friction_law(friction), *brake_law(system.brake)), 0.0, band
+    if isinstance(friction, CoulombFriction):
+        shape = (friction.kinetic, 0.0, 0.0, 0.0)
+        return (compiled_law(_coulomb), shape, *brake_law(system.brake)), BAND, BAND
+    raise InputError(
+        f"method = 'ode14x': needs SmoothedFriction, CustomFriction or CoulombFriction, not"
+        f" {type(friction).__name__}. Use method='exact'."
+    )
+
+
+def _elapsed(task: Task, number: Any, rest: FloatArray | float) -> FloatArray:
+    """Times [s] since the start of period numbers and times inside the period."""
+    first, begun = task.start
+    return np.asarray((number - first) * task.clock.period + (rest - begun), dtype=float)
+
+
+def _turns(turn: float) -> FloatArray:
+    """(sin, cos) of the phase of each substep, with ``turn`` the phase of one step."""
+    share = [(m + SEES_END) / n for n in SUBSTEPS for m in range(n)]
+    phase = turn * np.array(share)
+    return np.column_stack((np.sin(phase), np.cos(phase)))
+
+
+def _speed_scale(system: BrakedDriveline, task: Task) -> float:
+    """A velocity [rad/s] that the motion has where nothing grows."""
+    line, force, release = system.driveline, system.actuation, system.actuation.release_speed
+    mu = system.friction.reference
+    gains = [abs(system.brake.amplification(m)) for m in (-mu, mu)]
+    held = system.brake.radius * force.initial_force * max(filter(math.isfinite, gains))
+    push = system.excitation.amplitude + held
+    fastest = max(line.natural_frequency, system.excitation.angular_frequency)
+    scale = abs(task.velocity) + line.natural_frequency * abs(task.angle) + abs(line.drive_speed)
+    scale += push / (line.inertia * fastest) + (release if math.isfinite(release) else 0.0)
+    return scale if scale > 0.0 else 1.0
+
+
+def _events(log: FloatArray, start_time: float) -> Events:
+    rows = log[log[:, kernel.LOG_KIND] == kernel.REVERSAL]
+    return Events(
+        time=start_time + rows[:, kernel.LOG_TIME],
+        kind=np.full(rows.shape[0], EventKind.REVERSAL, dtype=np.int8),
+        angle=rows[:, kernel.LOG_THETA].copy(),
+        velocity=rows[:, kernel.LOG_W].copy(),
+        side=rows[:, kernel.LOG_SIDE].astype(np.int8),
+    )
+
+
+def _sticks(log: FloatArray, start_time: float, end: float, minimum: float) -> Sticks:
+    entered = log[log[:, kernel.LOG_KIND] == kernel.BAND_ENTERED]
+    left = log[log[:, kernel.LOG_KIND] == kernel.BAND_LEFT]
+    leave_time, leave_side = left[:, kernel.LOG_TIME], left[:, kernel.LOG_SIDE]
+    if leave_time.size < entered.shape[0]:
+        leave_time, leave_side = np.append(leave_time, end), np.append(leave_side, 0.0)
+    return sticks_from_layer(
+        start_time + entered[:, kernel.LOG_TIME],
+        entered[:, kernel.LOG_SIDE],
+        start_time + leave_time,
+        leave_side,
+        minimum,
+    )
+
+
+def _detail(outcome: int, end: float, step: float, hold: float) -> str:
+    if outcome == kernel.DIVERGED:
+        return f"Diverged at t = {end:.6g} s."
+    if outcome == kernel.NO_SLIDING:
+        way_out = "method='exact'" if hold else "method='smooth'"
+        return (
+            f"The step of {step:g} s went into sliding without a solution at t = {end:.6g} s;"
+            f" {way_out} does not step over that wall."
+        )
+    return f"Stopped at t = {end:.6g} s." if outcome == kernel.STEP_LIMIT else ""

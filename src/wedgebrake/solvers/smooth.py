@@ -1,0 +1,261 @@
+"""Adaptive solution with a smooth friction law, split at its kinks."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import DOP853
+
+from wedgebrake._kernels import dop853, flow
+from wedgebrake._kernels import smooth as kernel
+from wedgebrake.model.brakes import Brake
+from wedgebrake.model.friction import SmoothFriction
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.laws import Shape, brake_law, friction_law
+from wedgebrake.solvers.status import Status
+from wedgebrake.solvers.sticks import sticks_from_layer
+
+from wedgebrake.solvers.trajectory import Clock, Events, FloatArray, Sticks, Task, Trajectory
+
+_STATUS = {
+    kernel.COMPLETED: Status.COMPLETED,
+    kernel.DIVERGED: Status.DIVERGED,
+    kernel.NO_SLIDING: Status.NO_FORWARD_SOLUTION,
+    kernel.STEP_LIMIT: Status.STEP_LIMIT,
+}
+_DIVERGED_FACTOR = 1e6
+# The law counts as constant, and is then solved in closed form, where its torque differs by
+# less than this share of rtol.
+_SATURATION = 1e-2
+# Rest shorter than this share of a torque period is a passage through the steep layer.
+SHORTEST_STICK = 0.01
+
+
+class _Stretch(NamedTuple):
+    """A stretch of speeds |v| of one direction; linear ones have torque offset + slope |v|."""
+
+    start: float
+    linear: bool
+    offset: float
+    slope: float
+
+
+class Problem(NamedTuple):
+    """A system as the kernel takes it, in the order of its arguments."""
+
+    plant: tuple[float, float, float, float, float, float]
+    laws: tuple[Any, Shape, Any, Shape]
+    numbers: tuple[float, float, float, bool]
+    tableau: tuple[FloatArray, ...]
+    edges: FloatArray
+    kinks: FloatArray
+    linear: NDArray[np.bool_]
+    table: FloatArray
+    rest_edge: int
+    band: float
+    w_diverged: float
+    tolerances: tuple[float, float, float]
+    h_max: float
+
+
+def problem(
+    system: BrakedDriveline, rtol: float, angle: float = 0.0, velocity: float = 0.0
+) -> Problem:
+    """The kernel's arguments for a system, a tolerance and an initial state."""
+    line, torque, force = system.driveline, system.excitation, system.actuation
+    friction = system.friction
+    assert isinstance(friction, SmoothFriction)  # noqa: S101 - the front door has checked it
+    halves = {side: _stretches(system, friction, rtol, side) for side in (-1.0, 1.0)}
+    backward, forward = halves[-1.0], halves[1.0]
+    cuts = [-piece.start for piece in reversed(backward[1:])] + [p.start for p in forward]
+    ordered = [*reversed(backward), *forward]
+    signs = np.repeat([-1.0, 1.0], [len(backward), len(forward)])
+    slopes = signs * np.array([piece.slope for piece in ordered])
+    offsets = np.array([piece.offset for piece in ordered]) + slopes * line.drive_speed
+    omega = torque.angular_frequency
+    plant = (line.inertia, line.damping, line.stiffness, torque.amplitude, omega)
+    fastest = max(line.natural_frequency, omega)
+    finite = offsets[np.isfinite(offsets)]
+    push = torque.amplitude + float(np.max(np.abs(finite))) + _held(system)
+    speed = push / (line.inertia * fastest)
+    largest = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.drive_speed)
+    return Problem(
+        plant=(*plant, 0.0 - line.drive_speed),
+        laws=(*friction_law(friction), *brake_law(system.brake)),
+        numbers=(system.brake.radius, force.initial_force, force.slope, force.release),
+        tableau=_tableau(),
+        edges=np.array(cuts) - line.drive_speed,
+        kinks=_kinks(system, np.array(cuts)),
+        linear=np.array([piece.linear for piece in ordered]),
+        table=flow.constants(*plant, slopes, offsets),
+        rest_edge=len(backward) - 1,
+        band=friction.transition / system.brake.radius,
+        w_diverged=_DIVERGED_FACTOR * (speed + largest + max(cuts) + 1e-300),
+        tolerances=(rtol, speed / fastest + 1e-300, speed + 1e-300),
+        h_max=2.0 / fastest,
+    )
+
+
+def _kinks(system: BrakedDriveline, cuts: FloatArray) -> FloatArray:
+    """The nearest kinks of the law below and above each stretch, over theta' [rad/s]."""
+    release = system.actuation.release_speed
+    bends = np.unique([-math.inf, -release, 0.0, release, math.inf])
+    middles = np.concatenate(([cuts[0] - 1.0], 0.5 * (cuts[1:] + cuts[:-1]), [cuts[-1] + 1.0]))
+    above = np.searchsorted(bends, middles)
+    pairs = np.column_stack((bends[above - 1], bends[above]))
+    return np.ascontiguousarray(pairs - system.driveline.drive_speed)
+
+
+def _held(system: BrakedDriveline) -> float:
+    """A torque [N m] of the brake near rest, for scales; a locking brake gives none."""
+    torque = system.brake.radius * system.actuation.initial_force
+    gain = system.brake.amplification(-system.friction.reference)
+    return abs(torque * gain)
+
+
+def _stretches(
+    system: BrakedDriveline, friction: SmoothFriction, rtol: float, side: float
+) -> list[_Stretch]:
+    """The speeds of one direction from zero on: steep layer, static peak, constant, released."""
+    radius, force, brake = system.brake.radius, system.actuation, system.brake
+    release = force.release_speed
+    tolerance = _SATURATION * rtol / _sensitivity(brake, side * friction.limit)
+    layer = friction.layer(tolerance) / radius
+    far = friction.saturation(tolerance) / radius
+    pieces = [_Stretch(0.0, False, 0.0, 0.0)]
+    if layer < far:
+        pieces.append(_Stretch(layer, False, 0.0, 0.0))
+    if math.isfinite(far):
+        gain = radius * brake.amplification(side * friction.limit)
+        if math.isfinite(gain):
+            line = (gain * force.initial_force, gain * force.slope)
+        else:
+            line = (math.inf, 0.0)
+        pieces.append(_Stretch(far, True, *line))
+    if math.isfinite(release):
+        pieces = [piece for piece in pieces if piece.start < release]
+        pieces.append(_Stretch(release, True, 0.0, 0.0))
+    return pieces
+
+
+def _sensitivity(brake: Brake, m: float) -> float:
+    """Relative change of the amplification for a relative change of m, at least 1."""
+    if math.isnan(m) or m == 0.0:
+        return 1.0
+    near, here = brake.amplification(m * (1.0 - 1e-6)), brake.amplification(m)
+    if math.isinf(here) or math.isinf(near):
+        return 1.0
+    return max(1.0, abs(here - near) / (1e-6 * abs(here)))
+
+
+@cache
+def _tableau() -> tuple[FloatArray, ...]:
+    """Coefficients of the Dormand-Prince 8(5,3) pair, from SciPy."""
+    given = (
+        DOP853.A, DOP853.B, DOP853.C, DOP853.E3, DOP853.E5, DOP853.A_EXTRA, DOP853.C_EXTRA,
+        DOP853.D, dop853.bernstein_matrix(),
+    )  # fmt: skip
+    return tuple(np.ascontiguousarray(array, dtype=float) for array in given)
+
+
+def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -> Trajectory:
+    """Simulate a system with a smooth friction law."""
+    given = problem(system, rtol, task.angle, task.velocity)
+    number, rest = task.clock.split(task.times)
+    seen = np.empty((task.times.size, 2))
+    log, outcome, final, steps, reached = _run(given, task, max_steps, number, rest, seen)
+    end = float(task.clock.join(*final[:2]))
+    times = task.times[:reached]
+    angle, velocity = seen[:reached, 0].copy(), seen[:reached, 1].copy()
+    speed = velocity + system.driveline.drive_speed
+    marks = (log[:, kernel.LOG_KIND] == kernel.PERIOD) | (
+        (log[:, kernel.LOG_TIME] == 0.0) & (log[:, kernel.LOG_KIND] == kernel.START)
+    )
+    sticks = _sticks(log, task.clock, end)
+    return Trajectory(
+        times=times,
+        angle=angle,
+        velocity=velocity,
+        brake_torque=_brake_torque(system, given, speed),
+        sticking=_within(times, sticks),
+        period=log[marks, kernel.LOG_PERIOD].astype(np.int64),
+        period_angle=log[marks, kernel.LOG_THETA],
+        period_velocity=log[marks, kernel.LOG_W],
+        events=_events(log, task.clock),
+        sticks=sticks,
+        status=_STATUS[outcome],
+        final=(end, final[2], final[3]),
+        detail="" if outcome == kernel.COMPLETED else f"Stopped at t = {end:.6g} s.",
+        work=steps,
+    )
+
+
+def _run(
+    given: Problem,
+    task: Task,
+    max_steps: int,
+    number: NDArray[np.int64],
+    rest: FloatArray,
+    seen: FloatArray,
+) -> tuple[FloatArray, int, tuple[int, float, float, float], int, int]:
+    """Run the kernel, with more room for the log whenever it fills up."""
+    rows = 64 + 24 * max(1, task.end[0] - task.start[0] + 1)
+    work = np.empty((kernel.SCRATCH_ROWS, dop853.ROWS))
+    while True:
+        log = np.empty((rows, kernel.LOG_COLUMNS))
+        outcome, *final, steps, used, reached = kernel.run(
+            *given, *task.start, task.angle, task.velocity, *task.end, max_steps, log,
+            number, rest, seen, work,
+        )  # fmt: skip
+        if outcome != kernel.LOG_FULL:
+            state = (final[0], final[1], final[2], final[3])
+            return log[:used].copy(), outcome, state, steps, reached
+        rows *= 4
+
+
+def _brake_torque(system: BrakedDriveline, given: Problem, speed: FloatArray) -> FloatArray:
+    """R F_mu at sliding velocities [rad/s]."""
+    friction, friction_shape, brake, brake_shape = given.laws
+    radius, *_ = given.numbers
+    torque = np.empty(speed.size)
+    for i, v in enumerate(speed):
+        force = system.actuation.force(v)
+        gain = brake(friction(radius * v, friction_shape), brake_shape) if force else 0.0
+        torque[i] = radius * force * gain
+    return torque
+
+
+def _events(log: FloatArray, clock: Clock) -> Events:
+    kinds = log[:, kernel.LOG_KIND]
+    rows = log[(kinds == kernel.REVERSAL) | (kinds == kernel.BREAKPOINT)]
+    return Events(
+        time=clock.join(rows[:, kernel.LOG_PERIOD].astype(np.int64), rows[:, kernel.LOG_TIME]),
+        kind=rows[:, kernel.LOG_KIND].astype(np.int8),
+        angle=rows[:, kernel.LOG_THETA].copy(),
+        velocity=rows[:, kernel.LOG_W].copy(),
+        side=rows[:, kernel.LOG_SIDE].astype(np.int8),
+    )
+
+
+def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
+    times = clock.join(log[:, kernel.LOG_PERIOD].astype(np.int64), log[:, kernel.LOG_TIME])
+    entered = log[:, kernel.LOG_KIND] == kernel.BAND_ENTERED
+    left = log[:, kernel.LOG_KIND] == kernel.BAND_LEFT
+    side = log[:, kernel.LOG_SIDE]
+    leave_time, leave_side = times[left], side[left]
+    if leave_time.size < np.count_nonzero(entered):
+        leave_time, leave_side = np.append(leave_time, end), np.append(leave_side, 0.0)
+    return sticks_from_layer(
+        times[entered], side[entered], leave_time, leave_side, SHORTEST_STICK * clock.period
+    )
+
+
+def _within(times: FloatArray, sticks: Sticks) -> NDArray[np.bool_]:
+    """Whether each time lies in an interval of rest."""
+    begun = np.searchsorted(sticks.start, times, side="right")
+    ended = np.searchsorted(sticks.end, times, side="left")
+    return np.asarray(begun > ended)

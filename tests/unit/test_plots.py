@@ -1,0 +1,320 @@
+"""Pictures: what is drawn, that it is drawn without complaint, and files whole or not at all."""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import wedgebrake as wb
+from wedgebrake.plots import history, phase, section, spectrum, style
+from wedgebrake.plots.overview import overview
+from wedgebrake.plots.save import save
+
+SYSTEMS = {
+    "paper": wb.paper.system(),
+    "synchronous": wb.paper.system(eta=0.0, F0=0.09),
+    "conventional": wb.paper.system(brake="conventional"),
+    "self-locked": wb.paper.system(alpha=0.9),
+    "turning shaft": wb.paper.system().replace(drive_speed=2.0),
+    "diverged": wb.paper.system(damping=1.0, static=0.33, release=False),
+    "no torque": wb.paper.system().replace(amplitude=0.0),
+    "no stiffness": wb.paper.system().replace(stiffness=0.0, slope=0.0),
+    "fast": wb.paper.system().replace(frequency=1e6),
+}
+SPANS = {
+    "periods": {"periods": 40},
+    "no samples": {"periods": 40, "times": []},
+    "one sample": {"periods": 40, "times": [0.0]},
+    "uneven": {"periods": 40, "times": np.linspace(0.0, 3.0, 500) ** 1.1},
+    "nothing": {"duration": 0.0},
+    "short": {"duration": 1e-3},
+    "late": {"periods": 20, "start_time": 1e4},
+}
+
+
+@pytest.fixture(scope="module")
+def response():
+    return wb.simulate(SYSTEMS["paper"], periods=60)
+
+
+def png(path: Path) -> tuple[int, int]:
+    """Width and height of a PNG, after checking every chunk and the pixels."""
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, pixels, size = 8, b"", (0, 0)
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        body = data[at + 8 : at + 8 + length]
+        (check,) = struct.unpack(">I", data[at + 8 + length : at + 12 + length])
+        assert zlib.crc32(kind + body) == check
+        if kind == b"IHDR":
+            size = struct.unpack(">II", body[:8])
+        pixels += body if kind == b"IDAT" else b""
+        at += 12 + length
+    assert kind == b"IEND"
+    assert len(zlib.decompress(pixels)) == size[1] * (1 + 4 * size[0])
+    return size
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_overview_of_every_motion(name, tmp_path):
+    system = SYSTEMS[name]
+    figure = overview(system, wb.simulate(system, periods=40), f"verdict on {name}")
+    assert f"verdict on {name}" in figure.get_suptitle()
+    path = save(figure, tmp_path / "overview.png")
+    assert png(path) == (1600, 1200)
+
+
+@pytest.mark.parametrize("name", SPANS)
+def test_overview_of_every_time_span(name, tmp_path):
+    system = SYSTEMS["paper"]
+    figure = overview(system, wb.simulate(system, **SPANS[name]))
+    save(figure, tmp_path / "overview.png", width=400)
+    assert png(tmp_path / "overview.png") == (400, 300)
+
+
+def test_title_says_what_was_computed(response):
+    words = overview(SYSTEMS["paper"], response, "linearly unstable").get_suptitle()
+    for part in (
+        "Wedge brake, Coulomb friction", r"$\eta = -24$", "$F_0 = 0.036$", r"$\alpha = 1.18$",
+        "exact solution, 0 to 5.984 s from (0, 0)", "b, c: from 4.787 s", "linearly unstable",
+    ):  # fmt: skip
+        assert part in words
+    diverged = SYSTEMS["diverged"]
+    words = overview(diverged, wb.simulate(diverged, periods=40)).get_suptitle()
+    assert "grows without bound" in words.replace("\n", " ")
+
+
+def test_units_on_every_axis(response):
+    figure = overview(SYSTEMS["paper"], response)
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        for label in (axes.get_xlabel(), axes.get_ylabel()):
+            assert not label or ("[" in label and "]" in label)
+        assert axes.get_ylabel()
+
+
+def test_labels_of_ticks_do_not_touch():
+    """On every overview: neighbouring tick labels are apart, and all is on the page."""
+    for system in SYSTEMS.values():
+        figure = overview(system, wb.simulate(system, periods=40))
+        figure.draw_without_rendering()
+        renderer = figure.canvas.get_renderer()
+        page = figure.bbox
+        for axes in figure.axes:
+            low, high = axes.get_xlim()
+            boxes = [
+                label.get_window_extent(renderer)
+                for position, label in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+                if low <= position <= high and label.get_text() and label.get_visible()
+            ]
+            for left, right in zip(boxes, boxes[1:], strict=False):
+                assert left.x1 < right.x0
+            legend = axes.get_legend()
+            if legend is not None:
+                box = legend.get_window_extent(renderer)
+                assert box.y0 >= axes.get_window_extent(renderer).y1  # hides no data
+                assert page.x0 <= box.x0
+                assert box.x1 <= page.x1
+
+
+def test_history_shades_the_sticks(response):
+    figure = history.history(response, periods=None)
+    axes = figure.axes[0]
+    shaded = [c for c in axes.collections if "stick" in str(c.get_label())]
+    drawn = sum(len(c.get_paths()) for c in shaded)
+    assert drawn == int(np.count_nonzero(response.stick_entry))
+    assert axes.get_xlim() == pytest.approx((0.0, float(response.time[-1])))
+    assert len(figure.axes) == 2
+    assert len(history.history(response, torque=False).axes) == 1
+    low, high = history.history(response, periods=5).axes[0].get_xlim()
+    assert high - low == pytest.approx(5 * SYSTEMS["paper"].excitation.period)
+
+
+@pytest.mark.parametrize("periods", [0, -3.0, "all", float("nan")])
+def test_history_of_no_time(response, periods):
+    with pytest.raises(wb.InputError, match=r"periods = .*above 0, or None"):
+        history.history(response, periods)
+
+
+def test_phase_portrait_marks_switching_and_release():
+    system = SYSTEMS["turning shaft"]
+    figure = phase.phase(system, wb.simulate(system, periods=60))
+    levels = [
+        line.get_ydata()[0]
+        for line in figure.axes[0].lines
+        if len(line.get_ydata()) == 2 and len(set(line.get_ydata())) == 1
+    ]
+    release = system.actuation.release_speed
+    assert {-2.0, release - 2.0, -release - 2.0} <= set(levels)
+    words = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert r"$\dot\theta=-\Omega$" in words
+    assert "release" in words
+
+
+def test_section_of_one_point_is_not_blown_up():
+    """Rounding must not fill the picture: the limits stay in scale with the motion."""
+    system = SYSTEMS["synchronous"]
+    response = wb.simulate(system, periods=100)
+    axes = section.section(response).axes[0]
+    assert np.ptp(axes.get_xlim()) > 0.04 * float(np.ptp(response.angle))
+    assert np.ptp(axes.get_ylim()) > 0.04 * float(np.ptp(response.velocity))
+
+
+def test_section_takes_a_response_or_points(response):
+    for points, count in ((response, 13), (wb.poincare(SYSTEMS["paper"], 60, transient=10), 51)):
+        (drawn,) = section.section(points).axes[0].lines
+        assert len(drawn.get_xdata()) == count
+    with pytest.raises(wb.InputError, match=r"wb\.poincare"):
+        section.section(response.drop_vars(["poincare_angle"]))
+
+
+def test_more_points_are_smaller():
+    assert section._size(10) > section._size(1000) > section._size(10**6) > 0.0
+
+
+def test_spectrum_marks_frequencies(response):
+    lines = wb.spectrum(response)
+    for hertz, unit in ((True, 1.0), (False, lines.attrs["natural_frequency"])):
+        axes = spectrum.spectrum(lines, hertz=hertz).axes[0]
+        marks = {float(line.get_xdata()[0]) for line in axes.lines if len(line.get_xdata()) == 2}
+        expected = [lines.attrs[n] / unit for n in ("forcing_frequency", "natural_frequency")]
+        assert sorted(marks) == pytest.approx(sorted(expected))
+        assert ("Hz" in axes.get_xlabel()) == hertz
+        assert axes.get_yscale() == "log"
+    with pytest.raises(wb.InputError, match=r"wb\.spectrum"):
+        spectrum.spectrum(response)
+
+
+def test_wrong_system(response):
+    with pytest.raises(wb.InputError, match="must be a BrakedDriveline"):
+        overview("wedge", response)
+
+
+class TestStyle:
+    def test_settings_are_put_back(self):
+        before = dict(mpl.rcParams)
+        with style.use():
+            assert mpl.rcParams["legend.frameon"] is False
+        assert dict(mpl.rcParams) == before
+
+    def test_colours_do_not_follow_the_users_settings(self, response):
+        with mpl.rc_context({"axes.facecolor": "black"}):
+            axes = overview(SYSTEMS["paper"], response).axes[1]
+        assert axes.get_facecolor() == (1.0, 1.0, 1.0, 1.0)
+
+    def test_margins(self):
+        assert style.margins(0.0, 1.0, 0.0, share=0.1) == pytest.approx((-0.1, 1.1))
+        assert style.margins(2.0, 2.0, 0.5) == pytest.approx((1.75, 2.25))
+        assert style.margins(0.0, 0.0, 0.0) == (-1.0, 1.0)
+
+    @pytest.mark.parametrize(
+        ("value", "text"),
+        [(-24.0, "-24"), (0.036, "0.036"), (0.0, "0"), (62831.85, "62832"), (1 / 3, "0.3333"),
+         (1e6, r"1\times 10^{6}"), (-2.5e-7, r"-2.5\times 10^{-7}")],
+    )  # fmt: skip
+    def test_numbers(self, value, text):
+        assert style.number(value) == text
+
+    def test_moments_keep_the_digits_that_the_span_needs(self):
+        assert style.moment(19.9466, 24.9) == "19.95"
+        assert style.moment(10002.394123, 3.0) == "10002.394"
+        assert style.moment(0.0, 0.0) == "0"
+
+
+class TestSave:
+    @pytest.fixture
+    def figure(self):
+        figure = style.new_figure()
+        figure.add_subplot().plot([0.0, 1.0], [0.0, 1.0])
+        return figure
+
+    @pytest.mark.parametrize(
+        ("name", "head"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.PDF", b"%PDF-")]
+    )
+    def test_formats(self, figure, tmp_path, name, head):
+        path = save(figure, str(tmp_path / name))
+        assert path == tmp_path / name
+        assert path.read_bytes().startswith(head)
+        assert [p.name for p in tmp_path.iterdir()] == [name]
+
+    @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+    def test_same_figure_same_bytes(self, tmp_path, suffix):
+        system = SYSTEMS["paper"]
+        files = []
+        for number in range(2):
+            figure = overview(system, wb.simulate(system, periods=20))
+            files.append(save(figure, tmp_path / f"{number}.{suffix}").read_bytes())
+        assert files[0] == files[1]
+
+    @pytest.mark.parametrize("width", [16, 777, 1600, 3001])
+    def test_width_in_pixels(self, figure, tmp_path, width):
+        assert png(save(figure, tmp_path / "a.png", width=width))[0] == width
+
+    @pytest.mark.parametrize("name", ["a.jpg", "a", "a.png.txt", ""])
+    def test_other_suffixes(self, figure, tmp_path, name):
+        with pytest.raises(wb.InputError, match=r"must .*\.png, \.svg or \.pdf"):
+            save(figure, tmp_path / name if name else "")
+        assert not list(tmp_path.iterdir())
+
+    @pytest.mark.parametrize("width", [0, 15, 20_001, 1600.0, True])
+    def test_wrong_width(self, figure, tmp_path, width):
+        with pytest.raises(wb.InputError, match="width = "):
+            save(figure, tmp_path / "a.png", width=width)
+
+    def test_not_writable(self, figure, tmp_path):
+        (tmp_path / "file").write_text("")
+        (tmp_path / "folder.png").mkdir()
+        for path in (tmp_path / "no" / "a.png", tmp_path / "file" / "a.png"):
+            with pytest.raises(wb.OutputError, match=r"path = .*cannot be written.*folder"):
+                save(figure, path)
+        with pytest.raises(wb.OutputError, match="cannot be written"):
+            save(figure, tmp_path / "folder.png")
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.png"]
+
+    @pytest.mark.parametrize("broken", ["savefig", "replace", "interrupt"])
+    def test_failure_leaves_the_old_file_and_nothing_else(
+        self, figure, tmp_path, monkeypatch, broken
+    ):
+        path = tmp_path / "a.png"
+        path.write_bytes(b"old")
+        error = {"savefig": MemoryError, "replace": OSError, "interrupt": KeyboardInterrupt}[broken]
+
+        def fail(*_args, **_named):
+            raise error
+
+        if broken == "savefig":
+            monkeypatch.setattr(Figure, "savefig", fail)
+        else:
+            monkeypatch.setattr(Path, "replace", fail)
+        expected = wb.OutputError if broken == "replace" else error
+        with pytest.raises(expected):
+            save(figure, path)
+        assert path.read_bytes() == b"old"
+        assert list(tmp_path.iterdir()) == [path]
+
+
+def test_pyplot_stays_out_and_matplotlib_waits(tmp_path):
+    program = f"""
+import sys
+import wedgebrake as wb
+from wedgebrake.plots import history, overview, phase, save, section, spectrum, style
+assert "matplotlib" not in sys.modules and "xarray" not in sys.modules
+system = wb.paper.system()
+figure = overview.overview(system, wb.simulate(system, periods=5))
+save.save(figure, {str(tmp_path / "a.png")!r})
+assert "matplotlib.pyplot" not in sys.modules
+"""
+    done = subprocess.run(  # noqa: S603 - this very interpreter
+        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert png(tmp_path / "a.png") == (1600, 1200)

@@ -1,0 +1,300 @@
+"""Places where an event-driven solver of set-valued friction goes wrong."""
+
+import math
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from equations import law
+from wedgebrake.solvers.trajectory import EventKind
+
+EPS = float(np.finfo(float).eps)
+
+
+def machine(kind="conventional", /, *, angle=0.34, **changes) -> wb.BrakedDriveline:
+    """J = 1, k = 1e4, F_a0 = 300 N, mu = 0.3, a steady actuation force, and no damping."""
+    brakes = {
+        "conventional": wb.ConventionalBrake(radius=0.2),
+        "wedge": wb.WedgeBrake(radius=0.2, angle=angle),
+    }
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, damping=0.0, stiffness=1e4),
+        brake=brakes[kind],
+        friction=wb.CoulombFriction(kinetic=0.3),
+        actuation=wb.Actuation(initial_force=300.0),
+        excitation=wb.HarmonicTorque(amplitude=500.0, frequency=10.0),
+    )
+    return system.replace(**changes)
+
+
+def has_no_nan(r) -> bool:
+    return all(
+        not np.any(np.isnan(values))
+        for values in (r[name].values for name in r.variables)
+        if values.dtype.kind == "f"
+    ) and all(math.isfinite(r.attrs[f"final_{name}"]) for name in ("time", "angle", "velocity"))
+
+
+class TestStartAtRest:
+    def test_holds_until_the_torque_exceeds_the_margin(self):
+        r = wb.simulate(machine(), periods=1)
+        release = math.asin(300.0 * 0.3 * 0.2 / 500.0) / (2.0 * math.pi * 10.0)
+        assert r.stick_start.values[0] == 0.0
+        assert int(r.stick_entry[0]) == 0
+        assert int(r.stick_exit[0]) == 1
+        assert int(r.event_kind[0]) == EventKind.SLIP
+        assert float(r.event_time[0]) == pytest.approx(release, rel=1e-14)
+
+    @pytest.mark.parametrize("brake", ["conventional", "wedge"])
+    def test_without_actuation_moves_off_at_once_and_once(self, brake):
+        """T(0) = 0, v = 0 and v' = 0: the event v = 0 must not fire for ever."""
+        r = wb.simulate(machine(brake, initial_force=0.0), periods=3)
+        assert r.attrs["status"] == "completed"
+        omega, natural = 2.0 * math.pi * 10.0, 100.0
+        exact = 500.0 / (natural**2 - omega**2) * (
+            np.sin(omega * r.time.values) - omega / natural * np.sin(natural * r.time.values)
+        )  # fmt: skip
+        assert np.max(np.abs(r.angle.values - exact)) <= 1e-14 * 500.0 / 1e4 * 100.0
+        assert np.count_nonzero(r.event_time.values < 0.01) <= 1
+
+    @pytest.mark.parametrize("brake", ["conventional", "wedge"])
+    def test_without_actuation_a_release_at_once_is_legal(self, brake):
+        """F_a0 = 0 with a falling actuation force: the brake is released at every speed."""
+        free = machine(brake, initial_force=0.0)
+        released = wb.simulate(free.replace(slope=-10.0), periods=3)
+        assert released.attrs["status"] == "completed"
+        np.testing.assert_allclose(
+            released.angle.values, wb.simulate(free, periods=3).angle.values, atol=1e-13, rtol=0.0
+        )
+
+    def test_pushed_beyond_the_margin(self):
+        """On v = 0 with the spring stronger than the brake: slips the way it points."""
+        for sign in (1.0, -1.0):
+            r = wb.simulate(machine(amplitude=0.0), 0.01, initial=(-sign * 0.01, 0.0))
+            assert r.sizes["stick"] == 0
+            assert np.all(sign * r.velocity.values[1:] > 0.0)
+
+
+class TestMarginalSlip:
+    """Torque amplitude above the margin by a relative eps: a slip of 3 sqrt(2 eps M/T_e)/omega.
+
+    About the peak of the torque, J v' = M eps - T_e omega^2 s^2/2; v(s) has its double root at
+    the release s0 = -sqrt(2 eps M/T_e)/omega and the next at -2 s0.
+    """
+
+    @pytest.mark.parametrize("eps", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10])
+    @pytest.mark.parametrize("direction", [1, -1])
+    @pytest.mark.parametrize("brake", ["conventional", "wedge"])
+    def test_goes_the_right_way(self, brake, direction, eps):
+        still = law(machine(brake))
+        amplitude = 0.3 * (still.upper - still.lower)
+        system = machine(brake, amplitude=amplitude)
+        # The spring shifts the torque so that its peak passes one margin by eps.
+        margin = still.upper if direction > 0 else still.lower
+        angle = (direction * amplitude - margin * (1.0 + eps)) / 1e4
+        r = wb.simulate(system, periods=1, initial=(angle, 0.0))
+        assert list(r.event_kind.values) == [EventKind.SLIP, EventKind.STICK]
+        assert list(r.event_side.values) == [direction, direction]
+        assert list(r.stick_exit.values) == [direction, 0]
+        assert direction * (float(r.event_angle[1]) - angle) >= -EPS * abs(angle)
+        start, end = r.event_time.values
+        omega = 2.0 * math.pi * 10.0
+        expected = 3.0 * math.sqrt(2.0 * eps * abs(margin) / amplitude) / omega
+        # A rounded velocity against the acceleration -3 M eps/J at the end of the slip.
+        rounding = 4.0 * EPS * amplitude * omega / (1e4 - omega**2)
+        late = rounding / (3.0 * eps * abs(margin))
+        assert end - start == pytest.approx(expected, rel=10.0 * eps, abs=late)
+        inside = wb.simulate(
+            system, periods=1, initial=(angle, 0.0), times=np.linspace(start, end, 50)[1:-1]
+        )
+        assert np.all(direction * inside.velocity.values >= -rounding)
+
+    def test_amplitude_equal_to_the_margin_never_slips(self):
+        """R F_a0 mu = 0.25 * 512 * 0.25 = 32 N m exactly."""
+        system = machine(
+            amplitude=32.0, brake=wb.ConventionalBrake(radius=0.25), initial_force=512.0,
+            kinetic=0.25, static=0.25,
+        )  # fmt: skip
+        r = wb.simulate(system, periods=1000)
+        assert r.sizes["event"] == 0
+        assert np.all(r.angle.values == 0.0)
+        assert np.all(r.sticking.values == 1)
+        above = wb.simulate(system.replace(amplitude=np.nextafter(32.0, 33.0)), periods=1000)
+        assert above.attrs["status"] == "completed"
+
+    def test_amplitude_equal_to_the_margin_never_slips_on_a_turning_shaft(self):
+        system = machine(
+            amplitude=32.0, brake=wb.ConventionalBrake(radius=0.25), initial_force=512.0,
+            kinetic=0.25, static=0.25, stiffness=0.0, drive_speed=2.0,
+        )  # fmt: skip
+        r = wb.simulate(system, periods=100, initial=(0.0, -2.0))
+        assert r.sizes["event"] == 0
+        assert np.all(r.velocity.values == -2.0)
+
+
+class TestGrazing:
+    """A peak of the speed that just passes, or just misses, the release speed."""
+
+    system = wb.paper.system(eta=-24.0, F0=0.036, f=0.63, alpha=1.18)
+    release = 300.0 / 40.0
+
+    def _peak(self, angle: float) -> tuple[float, float, float]:
+        """Of the motion in the piece below release: peak speed, its time, v'' there."""
+        unreleased = self.system.replace(release=False)
+        t = np.linspace(0.0, 0.03, 51)
+        for _ in range(6):
+            v = wb.simulate(unreleased, 0.03, initial=(angle, 1.0), times=t).velocity.values
+            i = int(np.argmax(v))
+            time, around = t[i], (t[i - 1], t[i + 1])
+            t = np.linspace(*around, 51)
+        # The equation of motion once differentiated: v'' where v' = 0.
+        omega = 2.0 * math.pi * self.system.excitation.frequency
+        v2 = 500.0 * omega * math.cos(omega * time) - 1e4 * float(v[i])
+        return float(v[i]), float(time), v2
+
+    def _start(self, height: float) -> float:
+        """Initial angle that gives this peak speed, by bisection."""
+        high, low = -0.2, -0.045
+        assert self._peak(low)[0] < height < self._peak(high)[0]
+        for _ in range(54):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._peak(middle)[0] < height else (low, middle)
+        return high
+
+    @pytest.mark.parametrize("eps", [1e-3, 1e-5, 1e-7, 1e-9, 1e-11])
+    def test_a_slight_crossing_is_seen(self, eps):
+        start = self._start(self.release * (1.0 + eps))
+        _, time, v2 = self._peak(start)
+        r = wb.simulate(self.system, 0.03, initial=(start, 1.0))
+        crossings = r.event_time.values[r.event_kind.values == EventKind.BREAKPOINT][:2]
+        # v = peak + v'' s^2/2; the height of the peak is known to rounding.
+        apart = 2.0 * math.sqrt(2.0 * eps * self.release / -v2)
+        assert crossings.mean() == pytest.approx(time, abs=0.1 * apart + 1e-6)
+        assert np.diff(crossings) == pytest.approx(apart, rel=2.0 * math.sqrt(eps) + 1e-15 / eps)
+
+    @pytest.mark.parametrize("eps", [1e-3, 1e-5, 1e-7, 1e-9, 1e-11])
+    def test_a_slight_miss_is_no_crossing(self, eps):
+        start = self._start(self.release * (1.0 - eps))
+        _, time, _ = self._peak(start)
+        r = wb.simulate(self.system, time + 1e-3, initial=(start, 1.0))
+        assert np.count_nonzero(r.event_kind.values == EventKind.BREAKPOINT) == 0
+
+    def test_the_marginal_passage_near_0_34_s(self):
+        """Where a step of 2 ms misses a double crossing (reference solutions, traps)."""
+        r = wb.simulate(self.system, 0.36, times=np.linspace(0.32, 0.36, 40_001))
+        outside = np.abs(r.velocity.values) > self.release
+        crossings = r.time.values[1:][outside[1:] != outside[:-1]]
+        events = r.event_time.values[r.event_kind.values == EventKind.BREAKPOINT]
+        events = events[(events > 0.32) & (events < 0.36)]
+        assert events.size == crossings.size
+        assert events == pytest.approx(crossings, abs=1e-6)
+
+
+class TestStartOnABoundary:
+    @pytest.mark.parametrize("angle", [-0.05, 0.05])
+    @pytest.mark.parametrize("side", [1.0, -1.0])
+    def test_release_speed(self, angle, side):
+        """The motion from the boundary is the limit of the motions from its two sides."""
+        system = wb.paper.system(eta=-24.0, F0=0.036)
+        release = side * 300.0 / -system.actuation.slope
+        on, above, below = (
+            wb.simulate(system, 0.02, initial=(angle, v)).angle.values
+            for v in (release, np.nextafter(release, np.inf), np.nextafter(release, -np.inf))
+        )
+        assert np.max(np.abs(on - above)) <= 1e-14
+        assert np.max(np.abs(on - below)) <= 1e-14
+
+    @pytest.mark.parametrize("drive_speed", [0.0, 3.0])
+    def test_rest_is_reached_from_its_neighbours(self, drive_speed):
+        system = machine("wedge", drive_speed=drive_speed)
+        on, above, below = (
+            wb.simulate(system, 0.05, initial=(0.0, v))
+            for v in (-drive_speed, -drive_speed + 1e-13, -drive_speed - 1e-13)
+        )
+        for beside in (above, below):
+            assert np.max(np.abs(on.angle.values - beside.angle.values)) <= 1e-14
+        assert int(on.stick_entry[0]) == 0
+        assert int(above.stick_entry[0]) == 1
+        assert int(below.stick_entry[0]) == -1
+
+
+class TestLegalLimits:
+    @pytest.mark.parametrize("brake", ["conventional", "wedge"])
+    def test_no_torque_from_rest_stays_at_rest(self, brake):
+        r = wb.simulate(machine(brake, amplitude=0.0), periods=10)
+        assert r.sizes["event"] == 0
+        assert np.all(r.angle.values == 0.0)
+
+    def test_no_torque_free_vibration_loses_four_margins_a_period(self):
+        """Conventional brake: each half swing ends 2 M/k nearer to the middle."""
+        r = wb.simulate(machine(amplitude=0.0), 1.0, initial=(0.0105, 0.0))
+        turns = r.event_angle.values
+        margin = 18.0 / 1e4
+        expected = [(-1) ** n * (0.0105 - 2.0 * n * margin) for n in range(1, 4)]
+        assert turns == pytest.approx(expected, abs=1e-16)
+        assert r.event_time.values == pytest.approx(math.pi / 100.0 * np.arange(1, 4), abs=1e-15)
+        assert float(r.stick_start[-1]) == pytest.approx(3.0 * math.pi / 100.0, abs=1e-15)
+
+    def test_no_friction_is_the_linear_oscillator(self):
+        r = wb.simulate(machine(amplitude=0.0, kinetic=0.0, static=0.0), 1.0, initial=(0.01, 0.0))
+        assert r.sizes["stick"] == 0
+        assert r.angle.values == pytest.approx(0.01 * np.cos(100.0 * r.time.values), abs=1e-15)
+
+    def test_free_driveline_slows_to_a_stop(self):
+        """k = 0: v = v0 - M t/J, and rest for ever."""
+        system = machine(amplitude=0.0, stiffness=0.0)
+        r = wb.simulate(system, 2.0, initial=(0.0, 9.0))
+        assert float(r.event_time[0]) == pytest.approx(0.5, rel=1e-15)
+        assert r.attrs["final_angle"] == pytest.approx(0.5 * 9.0 * 0.5, rel=1e-15)
+        assert r.attrs["final_velocity"] == 0.0
+
+
+class TestDivergence:
+    def test_as_printed_the_paper_diverges(self):
+        system = wb.paper.system(eta=-24.0, damping=1.0, static=0.33, release=False)
+        r = wb.simulate(system, 25.0)
+        assert r.attrs["status"] == "diverged"
+        assert 0.0 < r.attrs["final_time"] < 25.0
+        assert f"t = {r.attrs['final_time']:.6g} s" in r.attrs["message"]
+        assert has_no_nan(r)
+        assert float(r.time[-1]) <= r.attrs["final_time"]
+        assert r.time.size > 1
+
+    def test_growth_without_torque(self):
+        """From rest nothing happens; from a push it grows as exp(-g2 t/2)."""
+        system = machine(amplitude=0.0, damping=1.0, slope=-100.0, release=False)
+        assert wb.simulate(system, 5.0).attrs["status"] == "completed"
+        r = wb.simulate(system, 25.0, initial=(0.1, 0.0))
+        assert r.attrs["status"] == "diverged"
+        assert has_no_nan(r)
+
+
+class TestSelfLocking:
+    locked = machine("wedge", angle=0.25)  # tan 0.25 = 0.255 < 0.3
+
+    def test_forward_sliding_has_no_solution(self):
+        r = wb.simulate(self.locked, 1.0, initial=(0.0, 1.0))
+        assert r.attrs["status"] == "no_forward_solution"
+        assert r.attrs["final_time"] == 0.0
+        assert r.attrs["final_velocity"] == 1.0
+        assert has_no_nan(r)
+
+    def test_any_torque_forwards_is_held(self):
+        r = wb.simulate(self.locked.replace(amplitude=1e6), 0.05)
+        assert np.all(r.velocity.values <= 0.0)
+        assert np.all(r.stick_exit.values <= 0)
+        assert r.attrs["status"] == "completed"
+
+    def test_backward_sliding_is_a_motion(self):
+        r = wb.simulate(self.locked, periods=5, initial=(0.0, -1.0))
+        assert r.attrs["status"] == "completed"
+        assert np.all(r.velocity.values <= 0.0)
+
+    def test_locks_when_the_actuation_comes_back(self):
+        """Released and fast forwards; at the release speed the brake bites and locks."""
+        r = wb.simulate(self.locked.replace(slope=-100.0), 1.0, initial=(0.0, 10.0))
+        assert r.attrs["status"] == "no_forward_solution"
+        assert r.attrs["final_velocity"] == 3.0
+        assert r.attrs["final_time"] > 0.0
+        assert has_no_nan(r)
