@@ -39,17 +39,18 @@ def brakes(draw: st.DrawFn, mu: float) -> wb.Brake:
 @st.composite
 def systems(draw: st.DrawFn) -> wb.BrakedDriveline:
     """A driveline of any damping, with every kind of brake, at rest or turning."""
+    # Critical damping and resonance, where closed forms divide by almost nothing.
+    near_one = st.just(1.0) | _logarithmic(1e-12, 1e-2).map(lambda x: 1.0 + x)
     inertia, natural = draw(_logarithmic(0.1, 10.0)), draw(_logarithmic(3.0, 300.0))
     impedance = inertia * natural
     mu = draw(st.floats(0.05, 0.6))
     brake = draw(brakes(mu))
     torque = draw(st.just(0.0) | _logarithmic(1.0, 1000.0))
     scale = torque or 100.0  # the unit of torque: the law is homogeneous
-    damping = draw(st.just(0.0) | st.floats(1e-4, 0.1) | st.floats(0.1, 3.0))
+    damping = draw(st.just(0.0) | st.floats(1e-4, 0.1) | st.floats(0.1, 3.0) | near_one)
+    tune = draw(_logarithmic(0.2, 5.0) | near_one)
     pushed = draw(st.just(0.0) | _logarithmic(1e-3, 1.0)) * scale / (mu * brake.radius)
     slope = draw(_relative(-1.0, 0.3)) * impedance / (mu * brake.radius)
-    if pushed == 0.0 and slope < 0.0:
-        slope = 0.0  # TEMPORARY
     drive = draw(_relative(-1.0, 1.0)) * scale / impedance
     return wb.BrakedDriveline(
         driveline=wb.Driveline(
@@ -61,9 +62,7 @@ def systems(draw: st.DrawFn) -> wb.BrakedDriveline:
         brake=brake,
         friction=wb.CoulombFriction(kinetic=mu, static=mu * draw(st.floats(1.0, 1.5))),
         actuation=wb.Actuation(initial_force=pushed, slope=slope),
-        excitation=wb.HarmonicTorque(
-            amplitude=torque, frequency=draw(_logarithmic(0.2, 5.0)) * natural / (2.0 * math.pi)
-        ),
+        excitation=wb.HarmonicTorque(amplitude=torque, frequency=tune * natural / (2.0 * math.pi)),
     )
 
 

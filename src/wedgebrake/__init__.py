@@ -19,6 +19,7 @@ from wedgebrake._version import __version__
 if TYPE_CHECKING:
     from wedgebrake import paper
     from wedgebrake.errors import InputError, OutputError, WedgebrakeError
+    from wedgebrake.linear_stability import stability, stability_map
     from wedgebrake.measures.poincare import poincare
     from wedgebrake.measures.spectrum import spectrum
     from wedgebrake.measures.sticking import sticks
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from wedgebrake.model.system import BrakedDriveline
     from wedgebrake.solvers.solve import simulate
     from wedgebrake.solvers.status import Status
-    from wedgebrake.linear_stability import stability, stability_map
 
 # Where each public name lives.
 _HOMES = {

@@ -172,7 +172,7 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
 
 
 def _eigenvalues(rate: float, natural: float) -> tuple[complex, complex]:
-    """h +- sqrt(h^2 - w_n^2), the one with the larger real part first (eqs. 12, 27)."""
+    """H +- sqrt(h^2 - w_n^2), the one with the larger real part first (eqs. 12, 27)."""
     root = cmath.sqrt(rate * rate - natural * natural)
     if root.imag != 0.0 or rate == 0.0:
         return rate + root, rate - root
@@ -318,4 +318,5 @@ def _growth(loss: FloatArray, eta: FloatArray, width: FloatArray) -> FloatArray:
     h = -0.5 * loss * (1.0 + eta / width)
     root = np.sqrt(np.maximum(h * h - 1.0, 0.0))
     # h + root, written as 1/(h - root) where the sum of real roots would cancel.
-    return np.asarray(np.where((root > 0.0) & (h < 0.0), 1.0 / (h - root), h + root))
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.where((root > 0.0) & (h < 0.0), 1.0 / (h - root), h + root))

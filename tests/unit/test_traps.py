@@ -249,6 +249,20 @@ class TestLegalLimits:
         assert r.attrs["final_angle"] == pytest.approx(0.5 * 9.0 * 0.5, rel=1e-15)
         assert r.attrs["final_velocity"] == 0.0
 
+    @pytest.mark.parametrize("side", [1.0, -1.0])
+    def test_creeping_into_the_kinetic_equilibrium_is_no_storm_of_events(self, side):
+        """v -> 0 as exp(-lambda t), with the torque on the edge of the holding interval.
+
+        It never stops in exact numbers; in rounded ones it reaches v = 0 where the torque
+        may be either side of the edge, and must then stay.
+        """
+        system = machine(amplitude=0.0, damping=200.0, slope=10.0, initial_force=100.0)
+        r = wb.simulate(system, periods=100, initial=(side * 0.01, -side * 1.0), max_events=1000)
+        assert r.attrs["status"] == "completed"
+        assert r.sizes["event"] <= 10
+        # M/k = 0.2 * 100 * 0.3 / 1e4
+        assert r.attrs["final_angle"] == pytest.approx(side * 6e-4, rel=1e-14)
+
 
 class TestDivergence:
     def test_as_printed_the_paper_diverges(self):

@@ -17,6 +17,11 @@ from typing import Any
 from numba import njit
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
+# Function pointers have been "experimental" since 2020; the tests cover our use of them.
+warnings.filterwarnings(
+    "ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning
+)
+
 _OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}}
 
 
@@ -45,10 +50,7 @@ def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = compiled(function)
-        with warnings.catch_warnings():
-            # Function pointers have been "experimental" since 2020; the tests cover our use.
-            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
-            dispatcher.compile(signature)
+        dispatcher.compile(signature)
         dispatcher.disable_compile()
         return dispatcher
 

@@ -34,7 +34,7 @@ def bernstein_matrix():
 
 @compiled
 def acceleration(plant, laws, numbers, t, theta, w):
-    """theta'' with the smooth brake torque (eq. 1)."""
+    """Theta'' with the smooth brake torque (eq. 1)."""
     inertia, damping, stiffness, amplitude, omega, w_rest = plant
     friction, friction_shape, brake, brake_shape = laws
     radius, initial_force, slope, release = numbers

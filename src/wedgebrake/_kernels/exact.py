@@ -9,11 +9,12 @@ follows from the row itself, in closed form.
 import math
 
 import numpy as np
-from .compiling import compiled
+from numpy.typing import NDArray
 
+from .compiling import compiled
 from .flow import BLOCKED, G2, KIND, acceleration, entry, state_at
 from .hold import HELD, LEFT_UP, hold_moving, hold_still
-from .slip import HIT_HIGH, HIT_LOW, slip
+from .slip import HIT_HIGH, HIT_LOW, REACHED_END, slip
 
 # Outcome of a run.
 COMPLETED, DIVERGED, NO_SLIDING, EVENT_LIMIT, LOG_FULL = 0, 1, 2, 3, 4
@@ -178,7 +179,7 @@ def run(
             evaluations += spent
             if not math.isfinite(w):
                 return DIVERGED, period, t, theta, w, events, rows, evaluations
-            if what == HIT_LOW or what == HIT_HIGH:
+            if what != REACHED_END:
                 side = -1.0 if what == HIT_LOW else 1.0
                 neighbour = piece - 1 if what == HIT_LOW else piece + 1
                 if (what == HIT_LOW and piece == 0) or (what == HIT_HIGH and piece == top):
@@ -245,6 +246,6 @@ def evaluate(
             )
 
 
-def empty_log(rows):
+def empty_log(rows: int) -> NDArray[np.float64]:
     """Room for ``rows`` events."""
     return np.empty((rows, LOG_COLUMNS))

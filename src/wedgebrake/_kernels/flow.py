@@ -18,6 +18,8 @@ import cmath
 import math
 
 import numpy as np
+from numpy.typing import NDArray
+
 from .compiling import compiled
 
 UNDERDAMPED, OVERDAMPED, CONFLUENT, BLOCKED = 0, 1, 2, 3
@@ -203,23 +205,31 @@ def state_at(row, w2, f, omega, theta0, w0, sin0, cos0, coefficients, tau, sin1,
 
 @compiled
 def acceleration(row, w2, f, theta, w, sine):
-    """theta'' from the equation of motion."""
+    """Theta'' from the equation of motion."""
     return f * sine - row[G2] * w - w2 * theta + row[Q]
 
 
 @compiled
 def jerk(row, w2, f, omega, w, a, cosine):
-    """theta''' from the differentiated equation of motion."""
+    """Theta''' from the differentiated equation of motion."""
     return f * omega * cosine - row[G2] * a - w2 * w
 
 
 @compiled
 def snap(row, w2, f, omega, a, j, sine):
-    """theta'''' likewise."""
+    """Theta'''' likewise."""
     return -f * omega * omega * sine - row[G2] * j - w2 * a
 
 
-def constants(inertia, damping, stiffness, amplitude, omega, slopes, offsets):
+def constants(
+    inertia: float,
+    damping: float,
+    stiffness: float,
+    amplitude: float,
+    omega: float,
+    slopes: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+) -> NDArray[np.float64]:
     """Allocate and fill the table of piece constants, shape (pieces, COLUMNS)."""
     table = np.empty((slopes.size, COLUMNS))
     prepare(inertia, damping, stiffness, amplitude, omega, slopes, offsets, table)

@@ -2,9 +2,8 @@
 
 import math
 
-from .compiling import compiled
-
 from .bound import safe_step
+from .compiling import compiled
 
 HELD, LEFT_DOWN, LEFT_UP = 0, 1, 2
 

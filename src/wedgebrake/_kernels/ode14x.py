@@ -18,14 +18,14 @@ import math
 from numba import types
 
 from .compiling import compiled, compiled_for
-from .exact import REVERSAL
+from .exact import END, REVERSAL
 from .torque import LAW, SHAPE, brake_torque
 
 # Outcome of a run.
 COMPLETED, DIVERGED, NO_SLIDING, STEP_LIMIT, LOG_FULL = 0, 1, 2, 3, 4
 
 # Kinds of row: REVERSAL, and the speed enters or leaves the stick band.
-BAND_ENTERED, BAND_LEFT = REVERSAL + 100, REVERSAL + 101
+BAND_ENTERED, BAND_LEFT = END + 1, END + 2
 
 LOG_KIND, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(5)
 LOG_COLUMNS = 5
@@ -74,7 +74,7 @@ def torque_at(plant, laws, numbers, hold, drive, theta, w):
 
 @compiled
 def acceleration(plant, laws, numbers, hold, drive, theta, w):
-    """theta'' from the equation of motion (1)."""
+    """Theta'' from the equation of motion (1)."""
     inertia, damping, stiffness, _, _, _ = plant
     brake = torque_at(plant, laws, numbers, hold, drive, theta, w)
     return (drive - damping * w - stiffness * theta - brake) / inertia
@@ -215,14 +215,14 @@ def _run(
         for j in range(4):
             n = substeps[j]
             hj = h / n
-            determinant = 1.0 - hj * by_w - hj * hj * by_theta
+            share = hj / (1.0 - hj * by_w - hj * hj * by_theta)
             y, u = theta, w
             for _ in range(n):
                 push = amplitude * (sine * turns[index, 1] + cosine * turns[index, 0])
                 rate = acceleration(plant, laws, numbers, hold, push, y, u)
                 if math.isinf(rate) and abs(u) < w_diverged:
                     return NO_SLIDING, now, theta, w, steps, rows, count
-                rise = hj * (rate + hj * by_theta * u) / determinant
+                rise = share * (rate + hj * by_theta * u)
                 y += hj * (u + rise)
                 u += rise
                 index += 1

@@ -2,9 +2,8 @@
 
 import math
 
-from .compiling import compiled
-
 from .bound import bound, safe_step
+from .compiling import compiled
 from .flow import CELL, G2, NOISE, acceleration, entry, jerk, snap, state_at
 
 # What ended the search.
@@ -116,9 +115,7 @@ def slip(row, w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a):
         if what != REACHED_END:
             if _is_simple(step, a, j, bound(e, forcing, growth, step), rate):
                 boundary = low if what == HIT_LOW else high
-                root, angle = _polish(
-                    row, w2, f, omega, boundary, w, a, j, s, sine, cosine, step
-                )
+                root, angle = _polish(row, w2, f, omega, boundary, w, a, j, s, sine, cosine, step)
                 if root <= remaining:
                     theta += angle
                     t += root
@@ -134,7 +131,9 @@ def slip(row, w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a):
         t = t + step if step < remaining else t_end
         sine = math.sin(omega * t)
         cosine = math.cos(omega * t)
-        theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, coefficients, t - t0, sine, cosine)
+        theta, w = state_at(
+            row, w2, f, omega, theta0, w0, sin0, cos0, coefficients, t - t0, sine, cosine
+        )
         a = acceleration(row, w2, f, theta, w, sine)
         evaluations += 1
         if t >= t_end or not math.isfinite(w):

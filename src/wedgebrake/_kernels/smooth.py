@@ -301,7 +301,7 @@ def _run(
                 min(h, h_max), t_end - t, low, high, 1e-15 * length,
             )  # fmt: skip
             steps += attempts
-            if hs < 0.0 or steps > max_steps:
+            if hs < 0.0:
                 outcome = NO_SLIDING if h < 0.0 else STEP_LIMIT
                 return outcome, period, t, theta, w, steps, rows, wanted
             if wanted < want_time.size:
@@ -319,6 +319,8 @@ def _run(
             kind = BAND_ENTERED if inside else BAND_LEFT
             rows = _write(log, rows, kind, period, when, theta, w, side)
 
+        if steps > max_steps:
+            return STEP_LIMIT, period, t, theta, w, steps, rows, wanted
         if not math.isfinite(w) or abs(w - w_rest) >= w_diverged:
             return DIVERGED, period, t, theta, w, steps, rows, wanted
         if hit != REACHED_END:

@@ -7,6 +7,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.part import shown
+from wedgebrake.model.system import PARTS
+
+_TABLES = (*PARTS, "groups", "run")
 
 
 def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
@@ -18,24 +22,53 @@ def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
     for text in texts:
         name, separator, value = (part.strip() for part in text.partition("="))
         if not separator or not name or not value:
-            raise InputError(f"--set {text}: must be NAME=VALUE, for example --set eta=-30.")
+            raise InputError(
+                f"--set {_short(text)}: must be NAME=VALUE, for example --set eta=-30."
+            )
+        _check_name(text, name)
         if name in changes:
-            raise InputError(f"--set {name}: given twice. Give it once.")
+            raise InputError(f"--set {_short(name)}: given twice. Give it once.")
         changes[name] = _value(text, value)
     return changes
+
+
+def _check_name(text: str, name: str) -> None:
+    """Refuse whole tables, and names with their table, which are not needed."""
+    table, dot, rest = name.partition(".")
+    if table in _TABLES and not dot:
+        raise InputError(
+            f"--set {_short(text)}: {table} is a table. Change its parameters one by one, for"
+            " example --set radius=0.25, or edit the study file."
+        )
+    if table in _TABLES and rest.isidentifier():
+        raise InputError(
+            f"--set {_short(text)}: write the name without its table: --set {rest}=VALUE."
+        )
 
 
 def _value(text: str, value: str) -> Any:
     try:
         read = tomllib.loads(f"value = {value}")
-    except tomllib.TOMLDecodeError:
-        # A bare word is taken as a string, so that --set method=smooth needs no quotes.
-        if value.replace("-", "").replace("_", "").isalnum() and not value[0].isdigit():
-            return value
-        raise InputError(
-            f"--set {text}: {value!r} is not a value. Write a number, true, false, a word, or"
-            " [a, b]."
-        ) from None
+    except (ValueError, RecursionError):
+        return _word_or_number(text, value)
     if set(read) != {"value"}:
-        raise InputError(f"--set {text}: must be one NAME=VALUE.")
+        raise InputError(f"--set {_short(text)}: must be one NAME=VALUE.")
     return read["value"]
+
+
+def _word_or_number(text: str, value: str) -> str | float:
+    """What TOML would not have: a bare word (method=smooth), or a number such as .5."""
+    if value.replace("-", "").replace("_", "").isalnum() and not value[0].isdigit():
+        return value
+    try:
+        return float(value)
+    except ValueError:
+        raise InputError(
+            f"--set {_short(text)}: {shown(value)} is not a value. Write a number, true, false,"
+            " a word, or [a, b]."
+        ) from None
+
+
+def _short(text: str) -> str:
+    """The option as it was given, if that is a plain line."""
+    return text if text.isprintable() and len(text) <= 60 else shown(text)

@@ -122,7 +122,7 @@ def schema() -> None:
     typer.echo(json.dumps(study_schema(), indent=2))
 
 
-def _load(path: Path, changes: list[str] | None, method: str | None = None):  # type: ignore[no-untyped-def]  # noqa: ANN202 - Study is imported when a command runs
+def _load(path: Path, changes: list[str] | None, method: str | None = None):  # type: ignore[no-untyped-def]
     from wedgebrake.cli.changes import parse_changes
     from wedgebrake.model.study import load_study
 

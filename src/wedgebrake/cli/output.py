@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
+import contextlib
+import secrets
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,39 +29,58 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
         raise InputError(
             f"{option} {path}: must end in {' or '.join(suffixes)}; the suffix sets the format."
         )
-    if path.is_dir():
-        raise OutputError(f"{option} {path}: is a directory. Give the name of a file.")
-    folder = path.parent
-    if not folder.is_dir():
-        raise OutputError(f"{option} {path}: the folder {folder} does not exist. Create it first.")
+    beside = _beside(path)
     try:
-        with tempfile.NamedTemporaryFile(dir=folder, prefix=".wedgebrake-"):
+        if path.is_dir():
+            raise OutputError(f"{option} {path}: is a directory. Give the name of a file.")
+        with beside.open("xb"):
             pass
-    except OSError as error:
+        beside.unlink()
+    except FileNotFoundError:
         raise OutputError(
-            f"{option} {path}: cannot be written ({error.strerror}). Choose another folder."
+            f"{option} {path}: cannot be written: {path.parent} is no folder for files. Create"
+            " the folder first, or choose another one."
         ) from None
+    except OutputError:
+        raise
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise OutputError(
+            f"{option} {path}: cannot be written ({why}). Choose another name or folder."
+        ) from None
+
+
+def check_netcdf(path: Path | None) -> None:
+    """Refuse to promise a netCDF file where nothing can write it.
+
+    Raises ``InputError`` where the netcdf extra is not installed.
+    """
+    if path is None:
+        return
+    missing = [name for name in ("h5netcdf", "h5py") if find_spec(name) is None]
+    if missing:
+        raise InputError(
+            f"--out {path}: netCDF needs {' and '.join(missing)}. Install the extra: pip install"
+            " 'wedgebrake[netcdf]'."
+        )
 
 
 def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
     """Write a dataset as netCDF-4, whole or not at all.
 
-    Raises ``InputError`` where the netcdf extra is not installed, ``OutputError`` where the
-    file cannot be written.
+    Raises ``OutputError`` where the file cannot be written.
     """
+    beside = _beside(path)
     try:
-        import h5netcdf  # noqa: F401 - only to see whether both are there
-        import h5py  # noqa: F401
-    except ImportError:
-        raise InputError(
-            f"--out {path}: netCDF needs the extra: pip install 'wedgebrake[netcdf]'."
-        ) from None
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".wedgebrake-", suffix=".nc")
-    os.close(handle)
-    try:
-        dataset.to_netcdf(name, engine="h5netcdf")
-        Path(name).replace(path)
+        dataset.to_netcdf(beside, engine="h5netcdf")
+        beside.replace(path)
     except OSError as error:
         raise OutputError(f"--out {path}: cannot be written ({error}).") from None
     finally:
-        Path(name).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink(missing_ok=True)
+
+
+def _beside(path: Path) -> Path:
+    """Another name in the same folder, to be renamed when all is written."""
+    return path.with_name(f".{path.name}.{secrets.token_hex(6)}.part")

@@ -1,11 +1,41 @@
-"""A word to the user while the kernels are compiled for the first time."""
+"""While the user waits: a word on compilation, and an ear for Ctrl-C."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
+
+_Result = TypeVar("_Result")
+
+
+class Interrupted(Exception):  # noqa: N818 - not an error
+    """The user pressed Ctrl-C."""
+
+
+def interruptible(work: Callable[[], _Result]) -> _Result:
+    """The result of ``work``, done in a thread, so that Ctrl-C is heard meanwhile.
+
+    Python hears signals in its main thread only, and not while a compiled loop runs there.
+    """
+    results: list[_Result] = []
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            results.append(work())
+        except BaseException as error:  # noqa: BLE001 - raised again below
+            errors.append(error)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
+    if errors:
+        raise errors[0]
+    return results[0]
 
 
 @contextmanager
@@ -17,7 +47,7 @@ def announce_compilation() -> Iterator[None]:
         said = False
 
         def on_start(self, _: Any) -> None:
-            if not self.said:
+            if not self.said and sys.stderr is not None:
                 sys.stderr.write(
                     "Compiling the kernels: once per installation, about ten seconds ...\n"
                 )

@@ -62,8 +62,8 @@ class ConventionalBrake(Brake):
     kind: ClassVar[str] = "conventional"
 
     @staticmethod
-    def law(m: float, shape: Sequence[float]) -> float:
-        """G(m) = m."""
+    def law(m: float, shape: Sequence[float]) -> float:  # noqa: ARG004 - the common signature
+        """Amplification g(m) = m."""
         return m
 
 
@@ -85,7 +85,7 @@ class WedgeBrake(Brake):
 
     @staticmethod
     def law(m: float, shape: Sequence[float]) -> float:
-        """G(m) = m/(tan(angle) - m)."""
+        """Amplification g(m) = m/(tan(angle) - m)."""
         gap = shape[0] - m
         return m / gap if gap > 0.0 else math.inf
 
@@ -108,7 +108,7 @@ class BandBrake(Brake):
 
     @staticmethod
     def law(m: float, shape: Sequence[float]) -> float:
-        """G(m) = exp(m wrap_angle) - 1."""
+        """Amplification g(m) = exp(m wrap_angle) - 1."""
         return math.expm1(m * shape[0])
 
 
@@ -137,6 +137,6 @@ class LeadingShoeBrake(Brake):
 
     @staticmethod
     def law(m: float, shape: Sequence[float]) -> float:
-        """G(m) = m a/(b - m d)."""
+        """Amplification g(m) = m a/(b - m d)."""
         gap = shape[1] - m * shape[2]
         return m * shape[0] / gap if gap > 0.0 else math.inf

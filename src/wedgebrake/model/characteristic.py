@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -99,7 +100,6 @@ class Characteristic:
             "slopes": np.ascontiguousarray(self.slopes),
             "offsets": self.offsets + np.where(self.slopes == 0.0, 0.0, self.slopes * drive_speed),
             "zero": self.first_forward,
-            "holding": self.holding,
         }
 
 
@@ -131,10 +131,9 @@ def _half(
     """Pieces (start speed, offset, slope against |v|) of one direction, from rest on."""
     radius, release = brake.radius, actuation.release_speed
     table = [(speed / radius, m) for speed, m in friction.nodes()]
-    speeds = [v for v, _ in table if v < release]
-    ends = [*speeds[1:], release]
+    cuts = [*[v for v, _ in table if v < release], release]
     pieces = []
-    for start, end in zip(speeds, ends, strict=True):
+    for start, end in pairwise(cuts):
         gains = [radius * brake.amplification(side * _at(table, v)) for v in (start, end)]
         forces = [actuation.initial_force + actuation.slope * v for v in (start, end)]
         if any(math.isinf(gain) for gain in gains):
@@ -157,9 +156,7 @@ def _at(table: list[tuple[float, float]], v: float) -> float:
     return float(np.interp(v, [node for node, _ in table], [m for _, m in table]))
 
 
-def _holding(
-    brake: Brake, friction: SetValuedFriction, actuation: Actuation, side: float
-) -> float:
+def _holding(brake: Brake, friction: SetValuedFriction, actuation: Actuation, side: float) -> float:
     """One end of the torque interval at rest, R F_a0 g(+-mu_s) (eq. 5, corrected)."""
     gain = brake.radius * brake.amplification(side * friction.breakaway)
     if math.isfinite(gain):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any, ClassVar
 
 from pydantic import ConfigDict, Field, model_validator
@@ -159,7 +160,7 @@ class TabulatedFriction(SetValuedFriction):
                 f"friction.coefficients: has {len(coefficients)} values, but friction.speeds"
                 f" has {len(speeds)}. Give one coefficient for each speed."
             )
-        if speeds[0] != 0.0 or any(b <= a for a, b in zip(speeds, speeds[1:], strict=False)):
+        if speeds[0] != 0.0 or any(b <= a for a, b in pairwise(speeds)):
             raise ValueError(
                 "friction.speeds: must start at 0 and ascend. Sort the table and remove"
                 " repeated speeds."

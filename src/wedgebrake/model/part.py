@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from wedgebrake.errors import InputError, nearest
 
+_MOST_LINES = 8
+_RIGHT_ANGLE = math.pi / 2
 
-def parameter(
-    description: str, *, symbol: str, unit: str, example: float | bool, **constraints: Any
-) -> Any:
+
+def parameter(description: str, *, symbol: str, unit: str, example: Any, **constraints: Any) -> Any:
     """A field with its symbol, SI unit, an example and its range."""
     extra = {"symbol": symbol, "unit": unit, "example": example}
     return Field(description=description, json_schema_extra=extra, **constraints)
@@ -41,67 +43,134 @@ class Part(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain_numbers(cls, data: Any) -> Any:
-        """Accept NumPy scalars for what they are."""
+        """Accept NumPy scalars and arrays for what they are."""
         if not isinstance(data, dict):
             return data
         return {
-            key: value.item() if isinstance(value, np.generic) else value
+            key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
             for key, value in data.items()
         }
 
 
 def explain(error: ValidationError, model: type[Part]) -> str:
-    """The validation error in one line for each wrong field."""
-    return "\n".join(_line(detail, model) for detail in error.errors())
+    """The validation error in one line for each wrong field, the first few of them."""
+    details = [
+        detail
+        for detail in error.errors(include_url=False)
+        if detail["type"] != "default_factory_not_called"  # it follows from another one
+    ]
+    lines = [_line(detail, model) for detail in details[:_MOST_LINES]]
+    if len(details) > _MOST_LINES:
+        lines.append(f"... and {len(details) - _MOST_LINES} more.")
+    return "\n".join(lines)
+
+
+def shown(value: object) -> str:
+    """A value as it was given, on one line, shortened where it is long."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # thousands of digits, or of nested tables
+        return f"({type(value).__name__} too long to show)"
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def named(name: str) -> str:
+    """A name as it was given, in quotation marks if it is not a plain word."""
+    plain = name.replace("-", "").replace("_", "").isalnum() and len(name) <= 60
+    return name if plain and name.isascii() else shown(name)
 
 
 def _line(detail: ErrorDetails, model: type[Part]) -> str:
-    location = [str(step) for step in detail["loc"]]
-    name = ".".join([model.table, *location] if model.table else location) or model.__name__
-    kind, value, context = detail["type"], detail["input"], detail.get("ctx", {})
-    fields = model.model_fields
-    field = fields.get(location[0]) if location else None
+    location, kind, value = detail["loc"], detail["type"], detail["input"]
+    name = _path(model.table, location) or model.__name__
+    field = model.model_fields.get(str(location[0])) if location else None
+    way_out = _way_out(field)
     if kind == "extra_forbidden":
-        return f"{name}: no such parameter. {nearest(location[-1], fields)}"
-    extra = field.json_schema_extra if field is not None else None
-    extra = extra if isinstance(extra, dict) else {}
-    unit, example = extra.get("unit", ""), extra.get("example")
-    meaning = field.description if field is not None else ""
-    way_out = f" Meaning: {meaning}" if meaning else ""
-    way_out += f" in {unit}" if unit and unit != "1" else ""
-    way_out += f", for example {example}." if example is not None else ("." if way_out else "")
-    if kind == "missing":
-        return f"{name}: missing.{way_out}"
+        return f"{name}: no such parameter. {nearest(str(location[-1]), model.model_fields)}"
     if kind == "value_error":
-        return f"{name}: {context['error']}" if location else str(context["error"])
-    allowed = _allowed(kind, context, detail["msg"])
-    return f"{name} = {_shown(value)}: must be {allowed}.{_slip(location, value)}{way_out}"
+        why = str(detail["ctx"]["error"])
+        return f"{name} = {shown(value)}: {why}{way_out}" if location else why
+    if kind == "missing" and len(location) == 1:
+        return f"{name}: missing.{way_out}"
+    if kind == "missing":  # in a list of fixed length; the input is the list
+        name = _path(model.table, location[:-1])
+    allowed = _allowed(detail, field)
+    return f"{name} = {shown(value)}: must be {allowed}.{_slip(kind, location, value)}{way_out}"
 
 
-def _allowed(kind: str, context: dict[str, Any], message: str) -> str:
-    if kind in ("greater_than", "greater_than_equal", "less_than", "less_than_equal"):
-        words = {"gt": "greater than", "ge": "at least", "lt": "below", "le": "at most"}
-        key = next(key for key in words if key in context)
-        return f"{words[key]} {context[key]:.6g}"
-    if kind == "finite_number":
-        return "a finite number (not nan, not inf)"
-    if kind.startswith("float"):
-        return "a number"
-    if kind.startswith("bool"):
-        return "true or false"
-    return message[0].lower() + message[1:]
+def _path(table: str, location: tuple[int | str, ...]) -> str:
+    """Where a value stands: table.name, or table.name[index]."""
+    text = table
+    for step in location:
+        text += f"[{step}]" if isinstance(step, int) else f".{named(step)}"
+    return text.removeprefix(".")
 
 
-def _slip(location: list[str], value: Any) -> str:
-    """A word on a likely slip of unit."""
-    if location and location[-1] == "angle" and isinstance(value, int | float):
-        if math.pi / 2 <= value < 90:
-            return f" {value:g} looks like degrees: write {math.radians(value):.6g}."
+def _way_out(field: FieldInfo | None) -> str:
+    """What the parameter means, its unit, and an example."""
+    if field is None:
+        return ""
+    if not field.description:
+        return f" Give one of class {getattr(field.annotation, '__name__', '')}."
+    extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+    unit, example = str(extra.get("unit", "1")), extra.get("example")
+    text = f" Meaning: {field.description}"
+    if unit not in ("1", "-") and f"[{unit}]" not in text:
+        text += f" in {unit}"
+    if example is not None and not isinstance(example, bool):
+        text += f", for example {example}"
+    return text + "."
+
+
+_RANGES = {"gt": "greater than", "ge": "at least", "lt": "below", "le": "at most"}
+_KINDS = {
+    "finite_number": "a finite number (not nan, not inf)",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "tuple_type": "a list of numbers, [a, b, ...]",
+}
+
+
+def _allowed(detail: ErrorDetails, field: FieldInfo | None) -> str:
+    kind, context, value = detail["type"], detail.get("ctx", {}), detail["input"]
+    for key, words in _RANGES.items():
+        if key in context:
+            return f"{words} {context[key]:.6g}"
+    if kind == "float_type" and isinstance(value, int) and not isinstance(value, bool):
+        return "a finite number (at most 1.8e308)"
+    if kind in ("missing", "too_long", "too_short"):
+        return _length(context, field)
+    if kind == "literal_error":
+        return str(context["expected"])
+    words = detail["msg"].removeprefix("Input should be ")
+    return _KINDS.get(kind, words[0].lower() + words[1:])
+
+
+def _length(context: dict[str, Any], field: FieldInfo | None) -> str:
+    """What length a list must have."""
+    items = get_args(field.annotation) if field is not None else ()
+    if items and items[-1] is not Ellipsis:
+        return f"a list of {len(items)} values"
+    bounds = {"min_length": "at least", "max_length": "at most"}
+    words = [f"{word} {context[key]}" for key, word in bounds.items() if key in context]
+    return f"a list of {' and '.join(words)} values"
+
+
+def _slip(kind: str, location: tuple[int | str, ...], value: object) -> str:
+    """A word on a likely slip: of unit, or of quotation marks."""
+    name = str(location[-1]) if location else ""
     if isinstance(value, str):
-        return " Write the number without quotation marks or units."
+        if kind == "float_type" or kind == "int_type":
+            return " Write the number without quotation marks or units."
+        return " Write it without quotation marks." if kind == "bool_type" else ""
+    if not isinstance(value, int | float):
+        return ""
+    if name in ("angle", "wrap_angle") and _RIGHT_ANGLE <= value <= 1000.0:
+        radians = math.radians(value)
+        if name == "wrap_angle" or radians < _RIGHT_ANGLE:
+            return f" {value:g} looks like degrees: write {radians:.6g}."
+    if name in ("kinetic", "static") and 5.0 < value <= 100.0:
+        return f" {value:g} looks like percent: write {value / 100.0:g}."
     return ""
-
-
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

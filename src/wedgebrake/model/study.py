@@ -2,36 +2,35 @@
 
 from __future__ import annotations
 
-import math
+import os
+import re
+import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import groups as _groups
+from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction
-from wedgebrake.model.part import Part
+from wedgebrake.model.part import Part, named, parameter, shown
 from wedgebrake.model.system import PARTS, BrakedDriveline
-from wedgebrake.model.actuation import Actuation
 
+Method = Literal["exact", "smooth", "ode14x"]
+METHODS: tuple[str, ...] = get_args(Method)
+_State = Annotated[float, Field(ge=-1e12, le=1e12)]
 _LARGEST = 1_000_000  # bytes; a study is a page, not a data set
+# Names of so many parts, a.b.c, that tomllib takes minutes for them: its time goes with
+# their square.
+_DEEPEST = 100
 # What stands in for an SI value until the group that sets it is applied.
 _PLACEHOLDERS = {"slope": 0.0, "frequency": 1.0, "amplitude": 1.0, "angle": 0.5}
-_FIXED: dict[str, type[Part]] = {
-    "driveline": Driveline,
-    "actuation": Actuation,
-    "excitation": HarmonicTorque,
-}
-_CHOSEN: dict[str, dict[str, type[Brake]] | dict[str, type[Friction]]] = {
-    "brake": Brake.kinds,
-    "friction": Friction.kinds,
-}
 
 
 class Run(Part):
@@ -39,21 +38,55 @@ class Run(Part):
 
     table: ClassVar[str] = "run"
 
-    duration: float | None = Field(default=None, description="how long [s]")
-    periods: int | None = Field(default=None, description="how long, in torque periods")
-    initial: tuple[float, float] = Field(
-        default=(0.0, 0.0), description="angle [rad] and velocity [rad/s] at the start",
-        strict=False,
+    duration: float | None = parameter(
+        "how long (default: as periods says)", symbol="-", unit="s", example=25.0, default=None,
+        ge=0, le=1e12,
     )  # fmt: skip
-    start_time: float = Field(default=0.0, description="time of the start [s]")
-    method: Literal["exact", "smooth", "ode14x"] | None = Field(
-        default=None, description="the solver; default by the friction law"
-    )
-    samples_per_period: int = Field(default=200, description="samples in a torque period")
-    rtol: float = Field(default=1e-9, description="relative tolerance of smooth")
-    step: float = Field(default=1e-4, description="fixed step of ode14x [s]")
-    max_events: int = Field(default=10_000_000, description="limit of exact")
-    max_steps: int = Field(default=100_000_000, description="limit of smooth and ode14x")
+    periods: int | None = parameter(
+        "how long, in periods of the torque (default: 250, without duration)", symbol="-",
+        unit="1", example=250, default=None, gt=0, le=1_000_000_000,
+    )  # fmt: skip
+    initial: tuple[_State, _State] = parameter(
+        "angle [rad] and velocity [rad/s] at the start", symbol="theta, theta'", unit="-",
+        example=[0.0, 0.0], default=(0.0, 0.0), strict=False,
+    )  # fmt: skip
+    start_time: float = parameter(
+        "time of the start, which sets the phase of the torque", symbol="t_0", unit="s",
+        example=0.0, default=0.0, ge=0, le=1e12,
+    )  # fmt: skip
+    method: Method | None = parameter(
+        "the solver (default: by the friction law)", symbol="-", unit="-", example="exact",
+        default=None,
+    )  # fmt: skip
+    samples_per_period: int = parameter(
+        "samples in a period of the torque", symbol="-", unit="1", example=200, default=200,
+        gt=0, le=50_000_000,
+    )  # fmt: skip
+    rtol: float = parameter(
+        "relative tolerance of the method smooth", symbol="-", unit="1", example=1e-9,
+        default=1e-9, ge=1e-13, le=1e-2,
+    )  # fmt: skip
+    step: float = parameter(
+        "fixed step of the method ode14x", symbol="-", unit="s", example=1e-4, default=1e-4,
+        ge=1e-9, le=1,
+    )  # fmt: skip
+    max_events: int = parameter(
+        "most events of the method exact", symbol="-", unit="1", example=10_000_000,
+        default=10_000_000, gt=0, le=1_000_000_000_000,
+    )  # fmt: skip
+    max_steps: int = parameter(
+        "most steps of the methods smooth and ode14x", symbol="-", unit="1",
+        example=100_000_000, default=100_000_000, gt=0, le=1_000_000_000_000,
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _one_length(self) -> Run:
+        if self.duration is not None and self.periods is not None:
+            raise ValueError(
+                f"run.duration = {self.duration!r} and run.periods = {self.periods!r}: both"
+                " given, but one says how long. Remove one of them."
+            )
+        return self
 
     def arguments(self) -> dict[str, Any]:
         """Keyword arguments of ``wb.simulate``."""
@@ -61,6 +94,18 @@ class Run(Part):
         if self.duration is None and self.periods is None:
             given["periods"] = 250
         return given
+
+
+_FIXED: dict[str, type[Part]] = {
+    "driveline": Driveline,
+    "actuation": Actuation,
+    "excitation": HarmonicTorque,
+    "run": Run,
+}
+_CHOSEN: dict[str, dict[str, type[Brake]] | dict[str, type[Friction]]] = {
+    "brake": Brake.kinds,
+    "friction": Friction.kinds,
+}
 
 
 @dataclass(frozen=True)
@@ -75,6 +120,10 @@ class Study:
 
         ``duration`` and ``periods`` replace each other.
         """
+        for name, value in changes.items():
+            self._check(name)
+            if name in _groups.SETTERS:
+                _check_group(name, value)
         for_run = {name: value for name, value in changes.items() if name in Run.model_fields}
         for_system = {name: value for name, value in changes.items() if name not in for_run}
         settings = {name: getattr(self.run, name) for name in self.run.model_fields_set}
@@ -85,6 +134,16 @@ class Study:
         system = self.system.replace(**for_system) if for_system else self.system
         return Study(system, Run(**{**settings, **for_run}))
 
+    def _check(self, name: str) -> None:
+        """Refuse an unknown name, with the nearest of all that can be changed."""
+        parts = [getattr(self.system, part) for part in PARTS]
+        fields = [field for part in parts for field in type(part).model_fields]
+        allowed = [*fields, *_groups.SETTERS, *PARTS, *Run.model_fields]
+        if name not in allowed:
+            raise InputError(
+                f"{named(name)}: no such parameter, group or run setting. {nearest(name, allowed)}"
+            )
+
 
 def load_study(path: str | Path) -> Study:
     """Read a study file (TOML).
@@ -94,34 +153,59 @@ def load_study(path: str | Path) -> Study:
 
     Raises ``InputError`` that names the file and what is wrong in it.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"path = {shown(path)}: must be the path of a study file (TOML).")
     path = Path(path)
     try:
-        return parse_study(_read(path))
+        return parse_study(_tables(_text(path)))
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        lines = str(error).split("\n")
+        raise InputError(
+            "\n  ".join([f"{path}:", *lines] if lines[1:] else [f"{path}: {error}"])
+        ) from None
 
 
-def _read(path: Path) -> dict[str, Any]:
-    if path.is_dir():
-        raise InputError("is a directory: must be a study file (TOML).")
+def _text(path: Path) -> str:
     try:
-        size = path.stat().st_size
-        if size > _LARGEST:
-            raise InputError(f"has {size} bytes: a study file has at most {_LARGEST}.")
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            # Not read to the end: it may be a device that has none.
+            content = file.read(_LARGEST + 1)
     except FileNotFoundError:
         raise InputError(
             "no such file. Give the path of a study file; examples/paper.toml is one."
         ) from None
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}).") from None
+    except IsADirectoryError:
+        raise InputError("is a directory. Give the path of a study file in it.") from None
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"cannot be read ({why}). Give the path of a study file.") from None
+    if len(content) > _LARGEST:
+        raise InputError(f"is larger than {_LARGEST} bytes: must be a study file, a page of text.")
+    try:
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError("is not text: must be a study file (TOML, UTF-8).") from None
+        raise InputError("is not text: must be a study file (TOML, in UTF-8).") from None
+    if not text.strip():
+        raise InputError("is empty. Fill it, beginning from a copy of examples/paper.toml.")
+    return text
+
+
+def _tables(text: str) -> dict[str, Any]:
+    too_deep = InputError(
+        "is nested too deeply. A study has tables and their parameters, nothing deeper."
+    )
+    names = re.split(r"[\n,={}\[\]]", text)
+    if any(len(re.findall(r"[^\s.]\s*\.", name)) > _DEEPEST for name in names):
+        raise too_deep
     try:
         return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except RecursionError:
+        raise too_deep from None
+    except ValueError as error:  # also for a number of thousands of digits
+        why = str(error).split("; use sys.")[0]
+        why = why if len(why) <= 200 else why[:197] + "..."
         raise InputError(
-            f"is not TOML: {error}. A line reads name = value, under a [table]."
+            f"is not TOML: {why}. A line reads name = value, under a [table], each name once."
         ) from None
 
 
@@ -130,14 +214,38 @@ def parse_study(tables: dict[str, Any]) -> Study:
 
     Raises ``InputError`` that names the table, the parameter, the value and the way out.
     """
+    _check_tables(tables)
+    chosen = _chosen_groups(tables.get("groups", {}), tables)
+    made: dict[str, Any] = {}
+    wrong: list[str] = []
+    for name in [*PARTS, "run"]:
+        try:
+            made[name] = _part(name, tables.get(name, {}), chosen)
+        except InputError as error:
+            wrong.append(str(error))
+    if wrong:
+        raise InputError("\n".join(wrong))
+    run = made.pop("run")
+    system = BrakedDriveline(**made)
+    if chosen:
+        system = system.replace(**chosen)
+    return Study(system, run)
+
+
+def _check_tables(tables: dict[str, Any]) -> None:
     allowed = [*PARTS, "groups", "run"]
     for name, table in tables.items():
+        if name not in allowed and not isinstance(table, dict):
+            raise InputError(
+                f"{named(name)} = {shown(table)}: stands outside the tables. Move it below the"
+                f" line of its table: {', '.join(f'[{table}]' for table in allowed)}."
+            )
         if name not in allowed:
-            raise InputError(f"[{name}]: no such table. {nearest(name, allowed)}")
+            raise InputError(f"[{named(name)}]: no such table. {nearest(name, allowed)}")
         if not isinstance(table, dict):
             raise InputError(
-                f"{name} = {table!r}: must be a table. Write [{name}] on a line of its own, and"
-                " its parameters below."
+                f"{name} = {shown(table)}: must be one table. Write [{name}] on a line of its"
+                " own, once, and its parameters below."
             )
     missing = [name for name in PARTS if name not in tables]
     if missing:
@@ -145,23 +253,16 @@ def parse_study(tables: dict[str, Any]) -> Study:
             f"missing: {', '.join(f'[{name}]' for name in missing)}. A study has the tables"
             f" {', '.join(f'[{name}]' for name in PARTS)}; examples/paper.toml shows them."
         )
-    chosen = _chosen_groups(tables.get("groups", {}), tables)
-    parts: dict[str, Any] = {name: _part(name, tables[name], chosen) for name in PARTS}
-    system = BrakedDriveline(**parts)
-    if chosen:
-        system = system.replace(**chosen)
-    return Study(system, Run(**tables.get("run", {})))
 
 
 def _chosen_groups(given: dict[str, Any], tables: dict[str, Any]) -> dict[str, float]:
     """The [groups] table, checked against unknown names and doubled parameters."""
     for name, value in given.items():
         if name not in _groups.SETTERS:
-            raise InputError(f"groups.{name}: no such group. {nearest(name, _groups.SETTERS)}")
-        if not isinstance(value, int | float) or isinstance(value, bool):
-            raise InputError(f"groups.{name} = {value!r}: must be a number.")
-        if not math.isfinite(value):
-            raise InputError(f"groups.{name} = {value!r}: must be finite (not nan, not inf).")
+            raise InputError(
+                f"groups.{named(name)}: no such group to set. {nearest(name, _groups.SETTERS)}"
+            )
+        _check_group(name, value)
         target = _groups.SETTERS[name][0]
         doubled = [part for part in PARTS if target in tables[part]]
         if doubled:
@@ -172,17 +273,31 @@ def _chosen_groups(given: dict[str, Any], tables: dict[str, Any]) -> dict[str, f
     return dict(given)
 
 
+def _check_group(name: str, value: object) -> None:
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise InputError(
+            f"groups.{name} = {shown(value)}: must be a number, without quotation marks or units."
+        )
+    if not -sys.float_info.max <= value <= sys.float_info.max:
+        raise InputError(
+            f"groups.{name} = {shown(value)}: must be a finite number (not nan, not inf)."
+        )
+
+
 def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
     values = dict(table)
     if name in _FIXED:
         model = _FIXED[name]
     else:
         kinds = _CHOSEN[name]
+        words = ", ".join(repr(kind) for kind in sorted(kinds))
         if "kind" not in values:
-            raise InputError(f"{name}.kind: missing. Allowed: {', '.join(sorted(kinds))}.")
+            raise InputError(f"{name}.kind: missing. Allowed: {words}.")
         kind = values.pop("kind")
-        if not isinstance(kind, str) or kind not in kinds:
-            raise InputError(f"{name}.kind = {kind!r}: not known. {nearest(str(kind), kinds)}")
+        if not isinstance(kind, str):
+            raise InputError(f"{name}.kind = {shown(kind)}: must be text. Allowed: {words}.")
+        if kind not in kinds:
+            raise InputError(f"{name}.kind = {shown(kind)}: not known. {nearest(kind, kinds)}")
         model = kinds[kind]
     for group in chosen:
         target = _groups.SETTERS[group][0]
@@ -211,7 +326,6 @@ def schema() -> dict[str, Any]:
         },
         "additionalProperties": False,
     }
-    properties["run"] = _table_schema(Run)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "wedgebrake study",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any, ClassVar
 
@@ -49,13 +50,17 @@ class BrakedDriveline(Part):
     _stated: dict[str, float] = PrivateAttr(default_factory=dict)
 
     def __init__(self, **data: Any) -> None:
-        for name, base in _BASES.items():
-            if name in data and not isinstance(data[name], base):
-                raise InputError(
-                    f"{name} = {data[name]!r}: must be a {base.__name__}, for example"
-                    f" {_example(base)}."
-                )
+        _check_parts(data)
         super().__init__(**data)
+
+    def __eq__(self, other: object) -> bool:
+        """Same parts; how the groups were stated is no part of the machine."""
+        if not isinstance(other, BrakedDriveline):
+            return NotImplemented
+        return all(getattr(self, name) == getattr(other, name) for name in PARTS)
+
+    def __hash__(self) -> int:
+        return hash(tuple(getattr(self, name) for name in PARTS))
 
     @property
     def groups(self) -> Groups:
@@ -63,7 +68,7 @@ class BrakedDriveline(Part):
         computed = _groups.compute(self)
         if not self._stated:
             return computed
-        return Groups(**{**computed.as_dict(), **self._stated})
+        return dataclasses.replace(computed, **self._stated)
 
     @property
     def characteristic(self) -> Characteristic:
@@ -90,11 +95,9 @@ class BrakedDriveline(Part):
         Raises ``InputError`` for an unknown name, a value out of range, or a group beside
         the SI parameter that it would change.
         """
-        parts = {name: getattr(self, name) for name in PARTS}
+        parts = {name: changes.get(name, getattr(self, name)) for name in PARTS}
+        _check_parts(parts)
         owners = {field: name for name in PARTS for field in type(parts[name]).model_fields}
-        for name in PARTS:
-            if name in changes:
-                parts[name] = changes[name]
         stated = {name: value for name, value in changes.items() if name in _groups.SETTERS}
         si: dict[str, Any] = {}
         for name, value in changes.items():
@@ -110,8 +113,10 @@ class BrakedDriveline(Part):
                 raise InputError(
                     f"{name} and {target}: both given, but {name} sets {target}. Give one."
                 )
-        for name, value in si.items():
-            parts[owners[name]] = _changed(parts[owners[name]], name, value)
+        for part in PARTS:
+            values = {name: value for name, value in si.items() if owners[name] == part}
+            if values:
+                parts[part] = _changed(parts[part], values)
         system = BrakedDriveline(**parts)
         for name, value in stated.items():
             system = system._with_group(name, value)
@@ -132,7 +137,7 @@ class BrakedDriveline(Part):
         parts = {part: getattr(self, part) for part in PARTS}
         for part, object_ in parts.items():
             if target in type(object_).model_fields:
-                parts[part] = _changed(object_, target, si)
+                parts[part] = _changed(object_, {target: si})
         return BrakedDriveline(**parts)
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
@@ -152,6 +157,15 @@ class BrakedDriveline(Part):
         return tables
 
 
+def _check_parts(parts: dict[str, Any]) -> None:
+    for name, base in _BASES.items():
+        if name in parts and not isinstance(parts[name], base):
+            raise InputError(
+                f"{name} = {parts[name]!r}: must be a {base.__name__}, for example"
+                f" {_example(base)}."
+            )
+
+
 def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
@@ -160,10 +174,10 @@ def _finite(value: float) -> bool:
     return math.isfinite(value)
 
 
-def _changed(part: Part, name: str, value: Any) -> Part:
-    """A copy of ``part`` with one other value; what was left to a default stays so."""
+def _changed(part: Part, values: dict[str, Any]) -> Part:
+    """A copy of ``part`` with other values; what was left to a default stays so."""
     given = {key: getattr(part, key) for key in part.model_fields_set}
-    return type(part)(**{**given, name: value})
+    return type(part)(**{**given, **values})
 
 
 def _example(base: type[Part]) -> str:

@@ -62,7 +62,8 @@ def problem(
         over_w["offsets"],
         table,
         over_w["zero"],
-        *over_w["holding"],
+        law.holding[0],
+        law.holding[1],
         0.0 - line.drive_speed,  # not -0.0
         w_diverged,
     )
@@ -182,9 +183,7 @@ def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
     if last.size < first.size:
         times, last = np.append(times, end), np.append(last, log.shape[0])
         released = np.append(released, 0.0)
-    entry = np.where(
-        log[first, kernel.LOG_KIND] == kernel.STICK, log[first, kernel.LOG_SIDE], 0.0
-    )
+    entry = np.where(log[first, kernel.LOG_KIND] == kernel.STICK, log[first, kernel.LOG_SIDE], 0.0)
     return Sticks(times[first], times[last], entry.astype(np.int8), released.astype(np.int8))
 
 

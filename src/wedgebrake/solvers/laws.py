@@ -9,7 +9,6 @@ from typing import Any
 from numba import njit
 from numba.core.errors import NumbaError
 
-
 from wedgebrake._kernels.torque import LAW_SIGNATURE, SHAPE_SIZE
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import Brake

@@ -18,7 +18,6 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.laws import Shape, brake_law, friction_law
 from wedgebrake.solvers.status import Status
 from wedgebrake.solvers.sticks import sticks_from_layer
-
 from wedgebrake.solvers.trajectory import Clock, Events, FloatArray, Sticks, Task, Trajectory
 
 _STATUS = {

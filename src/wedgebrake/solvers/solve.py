@@ -45,23 +45,31 @@ def simulate(
     Parameters
     ----------
     system : BrakedDriveline
+        The machine.
     duration : float
-        How long [s]; or ``periods``, in periods of the torque. Give one of the two.
-    initial : (angle [rad], velocity theta' [rad/s])
+        How long [s]. Give either this or ``periods``.
+    periods : int
+        How long, in periods of the torque.
+    initial : (float, float)
+        Angle theta [rad] and velocity theta' [rad/s] at the start.
     start_time : float
-        Time at which the state is ``initial`` [s]; it sets the phase of the torque.
+        Time of the start [s]; it sets the phase of the torque.
     method : {"exact", "smooth", "ode14x"}
         Default: "exact" for Coulomb and tabulated friction, "smooth" for smooth laws.
     times : array of float
         Times at which the response is wanted [s], ascending; default
         ``samples_per_period`` equally spaced times in each period of the torque.
+    samples_per_period : int
+        See ``times``.
     rtol : float
         Relative tolerance of "smooth", 1e-13 to 1e-2; the absolute tolerances are rtol
         times the system's own scales of angle and velocity.
     step : float
         Fixed step of "ode14x" [s].
-    max_events, max_steps : int
-        Limits of "exact" and of the other two.
+    max_events : int
+        Limit of "exact".
+    max_steps : int
+        Limit of "smooth" and "ode14x".
 
     Returns
     -------
@@ -84,7 +92,7 @@ def simulate(
     _whole("max_events", max_events)
     _whole("max_steps", max_steps)
     options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
-    limits = {
+    limits: dict[str, Any] = {
         "exact": {"max_events": max_events},
         "smooth": {"rtol": rtol, "max_steps": max_steps},
         "ode14x": {"step": step, "max_steps": max_steps},
@@ -191,7 +199,7 @@ def _wanted(times: ArrayLike, start: float, stop: float) -> FloatArray:
         )
     if np.any(np.diff(wanted) < 0.0):
         raise InputError("times: must ascend. Sort them, for example with numpy.sort.")
-    return np.clip(wanted, start, stop)
+    return np.asarray(np.clip(wanted, start, stop))
 
 
 def _require(fits: bool, name: str, value: object, allowed: str) -> None:
