@@ -261,7 +261,7 @@ def test_energy_balance(case):
     run = answered(case)
     line, system = run.line, run.system
     rules = [_gauss(run, span) for span in run.spans]
-    work = viscous = friction = driven = exchanged = 0.0
+    work = viscous = friction = driven = exchanged = fastest = 0.0
     parts = spans_with(run, [times for times, _ in rules])
     for (span, t, angle, velocity, brake), (_, weight) in zip(parts, rules, strict=True):
         v = velocity + line.drive_speed
@@ -278,6 +278,7 @@ def test_energy_balance(case):
             assert np.all(torque * v >= -1e-12 * run.torque * run.speed)
         drive = run.amplitude * np.sin(run.omega * t)
         powers = (drive * velocity, line.damping * velocity**2, torque * v, torque)
+        fastest = max(fastest, np.max(np.abs(velocity)))
         work += weight @ powers[0]
         viscous += weight @ powers[1]
         friction += weight @ powers[2]
@@ -289,7 +290,10 @@ def test_energy_balance(case):
         for angle, w in (run.initial, run.final)
     ]
     balance = work + driven - viscous - friction - (stored[1] - stored[0])
-    assert abs(balance) <= 1e-10 * (exchanged + sum(stored))
+    # A motion far smaller than the system's own scale knows its velocity to the rounding of
+    # that scale only: J dw w in each span.
+    rounding = 16.0 * EPS * line.inertia * run.speed * fastest * len(run.spans)
+    assert abs(balance) <= 1e-10 * (exchanged + sum(stored)) + rounding
 
 
 @st.composite

@@ -153,10 +153,12 @@ def first_root(b, on_boundary):
     """First root in (0, 1] of a polynomial that starts at or above zero; 2 if there is none.
 
     b : (8,) Bernstein coefficients, overwritten. ``on_boundary``: it starts at zero and that
-    root does not count; it is divided out.
+    root does not count; it is divided out, twice if the slope is zero there too.
     """
     n = DEGREE
     if on_boundary:
+        b[0] = 0.0
+    while b[0] == 0.0 and on_boundary and n > 1:
         for k in range(n):
             b[k] = b[k + 1] * n / (k + 1.0)
         n -= 1

@@ -41,6 +41,8 @@ BAND_ENTERED, BAND_LEFT = END + 1, END + 2
 LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(6)
 LOG_COLUMNS = 6
 
+_SHARE, _POLE = 0.5, 0.5 * math.pi
+
 # Rows of the scratch array.
 _RATE, _ACCEL, _POLY_W, _POLY_THETA, _TERMS = range(5)
 SCRATCH_ROWS = 5
@@ -107,19 +109,24 @@ def _attempt(plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, h)
 
 @compiled
 def _numeric_step(
-    plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, h, h_left, low, high, tiny
-):
+    plant, laws, numbers, tableau, tolerances, work, reach, t, theta, w, a, h, h_left, low, high,
+    tiny, stalled,
+):  # fmt: skip
     """One accepted step, ended at the first kink that it would cross.
 
     Returns (theta, w, a, size, next size, what, attempts); size -1: below ``tiny``, because
     of the tolerance (next size 0) or of the wall of a self-locking brake (next size -1).
+    ``stalled``: the last step had no length; a kink met at once is then rounding.
     """
     _, _, _, _, _, a_extra, c_extra, _, _ = tableau
     attempts = 0
     walled = False
+    away = abs(w - plant[5]) + reach
     while h >= tiny:
         attempts += 1
         hs = min(h, h_left)
+        if abs(a) * hs > _SHARE * away:
+            hs = _SHARE * away / abs(a)
         theta1, w1, a1, norm, lowest, highest = _attempt(
             plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, hs
         )
@@ -138,8 +145,8 @@ def _numeric_step(
             return theta1, w1, a1, hs, following, REACHED_END, attempts
         extend(plant, laws, numbers, a_extra, c_extra, t, theta, w, hs, work[_RATE], work[_ACCEL])
         x, hit = _crossing(tableau, work, w, w1, hs, low, high)
-        if hit == REACHED_END:
-            return theta1, w1, a1, hs, following, hit, attempts
+        if hit == REACHED_END or (stalled and x * hs <= tiny):
+            return theta1, w1, a1, hs, following, REACHED_END, attempts
         edge = low if hit == HIT_LOW else high
         cut = x * hs
         if cut <= tiny:
@@ -255,7 +262,9 @@ def _run(
     w2, f = stiffness / inertia, amplitude / inertia
     length = 2.0 * math.pi / omega
     top = edges.size
+    reach = _POLE * band
     steps, rows, wanted = 0, 0, 0
+    stalled = False
     h = 1e-3 * h_max
     a = acceleration(plant, laws, numbers, t, theta, w)
     rising = a > 0.0 or (a == 0.0 and f * omega * math.cos(omega * t) > w2 * w)
@@ -293,14 +302,15 @@ def _run(
                     row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen,
                     wanted,
                 )  # fmt: skip
-            h = min(h_max, 0.3 * abs((w - w_rest) / a))
+            h = h_max
         else:
             low, high = kinks[stretch, 0], kinks[stretch, 1]
             theta, w, a, hs, h, hit, attempts = _numeric_step(
-                plant, laws, numbers, tableau, tolerances, work, t, theta, w, a,
-                min(h, h_max), t_end - t, low, high, 1e-15 * length,
+                plant, laws, numbers, tableau, tolerances, work, reach,
+                t, theta, w, a, min(h, h_max), t_end - t, low, high, 1e-15 * length, stalled,
             )  # fmt: skip
             steps += attempts
+            stalled = hs == 0.0
             if hs < 0.0:
                 outcome = NO_SLIDING if h < 0.0 else STEP_LIMIT
                 return outcome, period, t, theta, w, steps, rows, wanted
@@ -336,6 +346,9 @@ def _run(
 
         if hit == REACHED_END and t >= t_end:
             if final:
+                # Times at the very end, which the last step may have missed by rounding.
+                seen[wanted:, 0], seen[wanted:, 1] = theta, w
+                wanted = want_time.size
                 rows = _write(log, rows, END, period, t_end, theta, w, 0.0)
                 return COMPLETED, period, t_end, theta, w, steps, rows, wanted
             period += 1

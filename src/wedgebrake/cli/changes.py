@@ -35,6 +35,11 @@ def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
 def _check_name(text: str, name: str) -> None:
     """Refuse whole tables, and names with their table, which are not needed."""
     table, dot, rest = name.partition(".")
+    if name == "kind":
+        raise InputError(
+            f"--set {_short(text)}: the kind of brake or friction, and with it their parameters,"
+            " are set in the study file. Edit a copy of it."
+        )
     if table in _TABLES and not dot:
         raise InputError(
             f"--set {_short(text)}: {table} is a table. Change its parameters one by one, for"

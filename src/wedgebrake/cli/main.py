@@ -9,16 +9,14 @@ import errno
 import io
 import os
 import sys
-import threading
 
+from wedgebrake.cli.waiting import Interrupted
 from wedgebrake.errors import InputError, OutputError
 
 
 def main() -> None:
     """Run the command line and exit."""
-    from wedgebrake.cli.waiting import Interrupted
-
-    _write_any_name()
+    _spell_any_name()
     try:
         from wedgebrake.cli.commands import app
 
@@ -26,7 +24,10 @@ def main() -> None:
     except (InputError, OutputError) as error:
         _stop(f"error: {error}", 2)
     except (Interrupted, KeyboardInterrupt):
-        _stop("interrupted", 1)
+        # At once: the computation still goes on in its thread, and Python must not be taken
+        # apart under it.
+        _say("interrupted")
+        os._exit(1)
     except MemoryError:
         _stop(
             "error: not enough memory. Lower duration, periods or samples_per_period, for"
@@ -34,7 +35,10 @@ def main() -> None:
             1,
         )
     except OSError as error:
-        _stop(_about_standard_output(error), 1)
+        # Standard output fails; it must not be tried again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        # EPIPE: the reader has gone, as in `| head`, and nothing is left to say.
+        _stop("" if error.errno == errno.EPIPE else f"error: {error}", 1)
     except Exception as error:
         if os.environ.get("WEDGEBRAKE_TRACEBACK"):
             raise
@@ -45,27 +49,20 @@ def main() -> None:
         )
 
 
-def _write_any_name() -> None:
-    """Let a name that standard output cannot spell be written with escapes, not refused."""
+def _spell_any_name() -> None:
+    """Let names that the terminal's encoding lacks be written with escapes, not refused."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 
 
-def _about_standard_output(error: OSError) -> str:
-    """What to say when standard output fails; it is then left alone."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    if error.errno == errno.EPIPE:
-        return ""  # the reader has gone, as in `| head`: nothing is left to say
-    return f"error: cannot write ({error.strerror or error}). Is the disk full?"
-
-
 def _stop(message: str, status: int) -> None:
-    if message and sys.stderr is not None:
+    if message:
+        _say(message)
+    sys.exit(status)
+
+
+def _say(message: str) -> None:
+    if sys.stderr is not None:
         sys.stderr.write(message + "\n")
         sys.stderr.flush()
-    if threading.active_count() > 1:
-        # A computation goes on in its thread; to wait for it, or to take Python apart
-        # under it, would be worse than to leave at once.
-        os._exit(status)
-    sys.exit(status)

@@ -27,19 +27,22 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
         return
     if path.suffix.lower() not in suffixes:
         raise InputError(
-            f"{option} {path}: must end in {' or '.join(suffixes)}; the suffix sets the format."
+            f"{option} {path}: must end in {', '.join(suffixes)}; the suffix sets the format. For"
+            f" example {option} run{suffixes[0]}."
         )
     beside = _beside(path)
     try:
         if path.is_dir():
             raise OutputError(f"{option} {path}: is a directory. Give the name of a file.")
-        with beside.open("xb"):
-            pass
-        beside.unlink()
+        try:
+            beside.touch(exist_ok=False)
+        finally:
+            beside.unlink(missing_ok=True)
     except FileNotFoundError:
+        there = path.parent.is_dir()
+        what = "takes no files. Choose" if there else "does not exist. Create it, or choose"
         raise OutputError(
-            f"{option} {path}: cannot be written: {path.parent} is no folder for files. Create"
-            " the folder first, or choose another one."
+            f"{option} {path}: cannot be written: the folder {path.parent} {what} another one."
         ) from None
     except OutputError:
         raise

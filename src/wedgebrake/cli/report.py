@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import platform
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ _LIBRARIES = ("numpy", "scipy", "numba", "xarray", "pydantic")
 
 
 def to_json(report: dict[str, Any]) -> str:
-    """One JSON object; infinities are the strings "inf" and "-inf", nan does not occur."""
+    """One JSON object; infinities are the strings "inf" and "-inf", and nan is null."""
     return json.dumps(_plain(report), allow_nan=False)
 
 
@@ -32,8 +33,8 @@ def _plain(value: Any) -> Any:
         return _plain(value.tolist())
     if isinstance(value, np.generic):
         return _plain(value.item())
-    if isinstance(value, float) and value in (float("inf"), float("-inf")):
-        return str(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else str(value)
     return value
 
 
@@ -121,7 +122,8 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
             "velocity": response["poincare_velocity"].values.tolist(),
         },
     }
-    report["repeats_after"] = repetition(response)
+    repeats = repetition(response)
+    report["repeats_after"] = repeats and {"periods": repeats[0], "distance": repeats[1]}
     report["summary"] = summary(report, response)
     return report
 
@@ -158,7 +160,7 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
     repeats = report["repeats_after"]
     if repeats is None:
         return words + " It does not repeat within 24 torque periods."
-    n, distance = repeats
+    n, distance = repeats["periods"], repeats["distance"]
     words += " It repeats every torque period" if n == 1 else f" It repeats every {n} periods"
     return words + (f" (to {distance:.0e})." if distance > 1e-6 else ".")
 
@@ -167,15 +169,17 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     """The response for a person."""
     final = report["final"]
     events = ", ".join(f"{count} {name}" for name, count in report["events"].items()) or "none"
-    return "\n".join(
-        [
-            describe(system),
-            "",
-            f"Linear stability: {report['stability']['verdict']}",
-            f"Response ({report['method']}): {report['summary']}",
-            f"  {report['message']}" if report["status"] == "completed" else "",
-            f"  events: {events}",
-            f"  state at t = {final['time']:.6g} s: angle {final['angle']:.9g} rad,"
-            f" velocity {final['velocity']:.9g} rad/s",
-        ]
-    ).replace("\n\n  events", "\n  events")
+    lines = [
+        describe(system),
+        "",
+        f"Linear stability: {report['stability']['verdict']}",
+        f"Response ({report['method']}): {report['summary']}",
+    ]
+    if report["status"] == "completed":  # else the summary has said it
+        lines.append(f"  {report['message']}")
+    lines.append(f"  events: {events}")
+    lines.append(
+        f"  state at t = {final['time']:.6g} s: angle {final['angle']:.9g} rad,"
+        f" velocity {final['velocity']:.9g} rad/s"
+    )
+    return "\n".join(lines)

@@ -26,13 +26,16 @@ def interruptible(work: Callable[[], _Result]) -> _Result:
     def run() -> None:
         try:
             results.append(work())
-        except BaseException as error:  # noqa: BLE001 - raised again below
+        except BaseException as error:
             errors.append(error)
 
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
-    while thread.is_alive():
-        thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
+    try:
+        while thread.is_alive():
+            thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
+    except KeyboardInterrupt:
+        raise Interrupted from None
     if errors:
         raise errors[0]
     return results[0]
@@ -43,7 +46,7 @@ def announce_compilation() -> Iterator[None]:
     """Say once, on standard error, that kernels are being compiled, if they are."""
     from numba.core import event
 
-    class Listener(event.Listener):  # type: ignore[misc]  # Numba is untyped
+    class Listener(event.Listener):
         said = False
 
         def on_start(self, _: Any) -> None:

@@ -59,6 +59,8 @@ def explain(error: ValidationError, model: type[Part]) -> str:
         for detail in error.errors(include_url=False)
         if detail["type"] != "default_factory_not_called"  # it follows from another one
     ]
+    # A misspelt name first: what is missing is then explained.
+    details.sort(key=lambda detail: detail["type"] != "extra_forbidden")
     lines = [_line(detail, model) for detail in details[:_MOST_LINES]]
     if len(details) > _MOST_LINES:
         lines.append(f"... and {len(details) - _MOST_LINES} more.")
@@ -155,7 +157,7 @@ def _length(context: dict[str, Any], field: FieldInfo | None) -> str:
         return f"a list of {len(items)} values"
     bounds = {"min_length": "at least", "max_length": "at most"}
     words = [f"{word} {context[key]}" for key, word in bounds.items() if key in context]
-    return f"a list of {' and '.join(words)} values"
+    return f"a list of values, {' and '.join(words)} of them"
 
 
 def _slip(kind: str, location: tuple[int | str, ...], value: object) -> str:

@@ -39,11 +39,11 @@ class Run(Part):
     table: ClassVar[str] = "run"
 
     duration: float | None = parameter(
-        "how long (default: as periods says)", symbol="-", unit="s", example=25.0, default=None,
+        "length of the run", symbol="-", unit="s", example=25.0, default=None,
         ge=0, le=1e12,
     )  # fmt: skip
     periods: int | None = parameter(
-        "how long, in periods of the torque (default: 250, without duration)", symbol="-",
+        "length of the run in periods of the torque (250, without duration)", symbol="-",
         unit="1", example=250, default=None, gt=0, le=1_000_000_000,
     )  # fmt: skip
     initial: tuple[_State, _State] = parameter(
@@ -51,7 +51,7 @@ class Run(Part):
         example=[0.0, 0.0], default=(0.0, 0.0), strict=False,
     )  # fmt: skip
     start_time: float = parameter(
-        "time of the start, which sets the phase of the torque", symbol="t_0", unit="s",
+        "time of the start (it sets the phase of the torque)", symbol="t_0", unit="s",
         example=0.0, default=0.0, ge=0, le=1e12,
     )  # fmt: skip
     method: Method | None = parameter(
@@ -139,10 +139,19 @@ class Study:
         parts = [getattr(self.system, part) for part in PARTS]
         fields = [field for part in parts for field in type(part).model_fields]
         allowed = [*fields, *_groups.SETTERS, *PARTS, *Run.model_fields]
-        if name not in allowed:
-            raise InputError(
-                f"{named(name)}: no such parameter, group or run setting. {nearest(name, allowed)}"
-            )
+        if name in allowed:
+            return
+        for table, kinds in _CHOSEN.items():
+            others = [repr(kind) for kind, one in sorted(kinds.items()) if name in one.model_fields]
+            if others:
+                kind = getattr(self.system, table).kind
+                raise InputError(
+                    f"{name}: no parameter of the {table} of this study, of kind {kind!r}, but of"
+                    f" kind {' and '.join(others)}. Change the kind in the study first."
+                )
+        raise InputError(
+            f"{named(name)}: no such parameter, group or run setting. {nearest(name, allowed)}"
+        )
 
 
 def load_study(path: str | Path) -> Study:
@@ -205,8 +214,17 @@ def _tables(text: str) -> dict[str, Any]:
         why = str(error).split("; use sys.")[0]
         why = why if len(why) <= 200 else why[:197] + "..."
         raise InputError(
-            f"is not TOML: {why}. A line reads name = value, under a [table], each name once."
+            f"is not TOML: {why}{_line_of(why, text)}. A line reads name = value, under a [table],"
+            " each name once; a text stands in quotation marks, a number reads 0.5 or 5e-4."
         ) from None
+
+
+def _line_of(why: str, text: str) -> str:
+    """The line that tomllib complains about."""
+    found = re.search(r"at line (\d+)", why)
+    if found is None:
+        return ""
+    return f" in {shown(text.splitlines()[int(found[1]) - 1].strip())}"
 
 
 def parse_study(tables: dict[str, Any]) -> Study:
