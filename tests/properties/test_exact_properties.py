@@ -278,7 +278,7 @@ def test_energy_balance(case):
             assert np.all(torque * v >= -1e-12 * run.torque * run.speed)
         drive = run.amplitude * np.sin(run.omega * t)
         powers = (drive * velocity, line.damping * velocity**2, torque * v, torque)
-        fastest = max(fastest, np.max(np.abs(velocity)))
+        fastest = max(fastest, np.max(np.abs(velocity), initial=0.0))
         work += weight @ powers[0]
         viscous += weight @ powers[1]
         friction += weight @ powers[2]

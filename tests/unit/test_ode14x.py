@@ -234,11 +234,13 @@ class TestBandedCoulomb:
         # Once stuck to the brake, theta' = -Omega until k theta exceeds the holding torque.
         system = wb.paper.system(eta=0.0).replace(drive_speed=0.5, amplitude=0.0, damping=20.0)
         exact = wb.simulate(system, 0.5)
+        # Root mean square: at the end of a slip the scheme creeps for a moment at the edge of
+        # its band, where the largest difference does not fall in proportion to the step.
         errors = [
-            float(abs(run(system, 0.5, step=step).velocity - exact.velocity).max())
-            for step in (1e-4, 1e-5)
+            float(np.sqrt(((run(system, 0.5, step=step).velocity - exact.velocity) ** 2).mean()))
+            for step in (1e-3, 1e-4)
         ]
-        assert errors[1] < 0.02 * errors[0]
+        assert errors[1] < 0.01 * errors[0]
         assert errors[1] < 5e-4  # a few widths of the band
 
     def test_static_friction_has_no_part(self):
