@@ -17,6 +17,38 @@ STAGES = 12
 ROWS = 16  # stages, the derivative at the end of the step, three more for the extension
 DEGREE = 7
 
+# What the stages add up to: the later stages, the end of the step, its error estimates.
+_END, _ERROR3, _ERROR5, _ERROR6 = range(STAGES, STAGES + 4)
+SUMS = 2 * ROWS
+# The stages with full order: any quadrature over them is a Runge-Kutta method of its order.
+_EXACT = [0, 5, 6, 7, 8, 9, 10]
+
+
+def _difference(c, size):
+    """(12,) weights of norm ``size`` of the sixth divided difference over the exact stages.
+
+    An error estimate of order 6. The pair's own estimates vanish by chance at some step
+    sizes, and steps wrong by 500 tolerances were then accepted; this one does not vanish
+    together with them.
+    """
+    weights = np.zeros(STAGES)
+    for i in _EXACT:
+        weights[i] = 1.0 / np.prod([c[i] - c[j] for j in _EXACT if j != i])
+    return weights * (size / np.linalg.norm(weights))
+
+
+def columns(a_matrix, b, c, e3, e5):
+    """(12, 32) weights of each stage's acceleration: in the sums for w, then for theta.
+
+    As theta' = w, the sums for theta over the stages' w are sums over their accelerations
+    with the square of the matrix (Nystrom's form). By columns, one stage adds to all later
+    sums at once, in vector instructions.
+    """
+    rows = np.zeros((ROWS, STAGES), dtype=np.longdouble)
+    rows[:STAGES], rows[_END], rows[_ERROR3], rows[_ERROR5] = a_matrix, b, e3, e5
+    rows[_ERROR6] = _difference(c, np.linalg.norm(e5))
+    return np.ascontiguousarray(np.vstack((rows, rows @ rows[:STAGES])).T, dtype=float)
+
 
 def bernstein_matrix():
     """(8, 7) matrix from the extension's coefficients F to Bernstein coefficients.
@@ -33,9 +65,9 @@ def bernstein_matrix():
 
 
 @compiled
-def acceleration(plant, laws, numbers, t, theta, w):
-    """Theta'' with the smooth brake torque (eq. 1)."""
-    inertia, damping, stiffness, amplitude, omega, w_rest = plant
+def acceleration(plant, laws, numbers, drive, theta, w):
+    """Theta'' with the smooth brake torque, under the driving torque ``drive`` (eq. 1)."""
+    inertia, damping, stiffness, _, _, w_rest = plant
     friction, friction_shape, brake, brake_shape = laws
     radius, initial_force, slope, release = numbers
     torque = brake_torque(
@@ -49,56 +81,70 @@ def acceleration(plant, laws, numbers, t, theta, w):
         release,
         w - w_rest,
     )
-    drive = amplitude * math.sin(omega * t)
     return (drive - damping * w - stiffness * theta - torque) / inertia
 
 
 @compiled
-def step(plant, laws, numbers, a_matrix, b, c, e3, e5, t, theta, w, a, h, rate, accel):
-    """One step: (theta, w, a, error5, error3, lowest w, highest w) at its end.
-
-    rate, accel : (ROWS,) receive theta' and w' of the stages. The errors are those of w
-    and theta together with unit weights removed by the caller: each is a pair.
-    """
-    rate[0], accel[0] = w, a
-    lowest, highest = w, w
-    for i in range(1, STAGES):
-        dt, dw = 0.0, 0.0
-        for j in range(i):
-            dt += a_matrix[i, j] * rate[j]
-            dw += a_matrix[i, j] * accel[j]
-        stage = w + h * dw
-        lowest, highest = min(lowest, stage), max(highest, stage)
-        rate[i] = stage
-        accel[i] = acceleration(plant, laws, numbers, t + c[i] * h, theta + h * dt, stage)
-    dt, dw = 0.0, 0.0
-    for j in range(STAGES):
-        dt += b[j] * rate[j]
-        dw += b[j] * accel[j]
-    theta1, w1 = theta + h * dt, w + h * dw
-    a1 = acceleration(plant, laws, numbers, t + h, theta1, w1)
-    rate[STAGES], accel[STAGES] = w1, a1
-    t5, t3, w5, w3 = 0.0, 0.0, 0.0, 0.0
-    for j in range(STAGES + 1):
-        t5 += e5[j] * rate[j]
-        t3 += e3[j] * rate[j]
-        w5 += e5[j] * accel[j]
-        w3 += e3[j] * accel[j]
-    lowest, highest = min(lowest, w1), max(highest, w1)
-    return theta1, w1, a1, (t5, t3, w5, w3), lowest, highest
+def drive_at(plant, t):
+    """The driving torque at the time t."""
+    return plant[3] * math.sin(plant[4] * t)
 
 
 @compiled
-def error_norm(errors, h, scale_theta, scale_w):
-    """Scaled error of the step; accept at most 1."""
-    t5, t3, w5, w3 = errors
-    t5, t3 = t5 / scale_theta, t3 / scale_theta
-    w5, w3 = w5 / scale_w, w3 / scale_w
-    five = t5 * t5 + w5 * w5
-    three = t3 * t3 + w3 * w3
-    if five == 0.0 and three == 0.0:
-        return 0.0
-    return h * five / math.sqrt(2.0 * (five + 0.01 * three))
+def _drives(plant, c, t, h, drive):
+    """The driving torque at the times t + c h of the stages."""
+    amplitude, phase, turn = plant[3], plant[4] * t, plant[4] * h
+    if turn > 0.25:
+        for i in range(STAGES):
+            drive[i] = amplitude * math.sin(phase + c[i] * turn)
+        return
+    # Taylor polynomials about t, to rounding; in vector instructions.
+    sine, cosine = amplitude * math.sin(phase), amplitude * math.cos(phase)
+    for i in range(STAGES):
+        x = c[i] * turn
+        y = x * x
+        even = 1 / 24 - y * (1 / 720 - y * (1 / 40320 - y / 3628800))
+        odd = 1 / 6 - y * (1 / 120 - y * (1 / 5040 - y * (1 / 362880 - y / 39916800)))
+        drive[i] = sine * (1.0 - y * (0.5 - y * even)) + cosine * (x - x * y * odd)
+
+
+@compiled
+def step(plant, laws, numbers, weights, c, t, theta, w, a, h, rate, accel, drive, sums):
+    """One step: (theta, w, a, lowest w, highest w) at its end.
+
+    rate, accel : (ROWS,) receive theta' and w' of the stages
+    drive       : (ROWS,) scratch;  sums : (SUMS,) receives the weighted sums
+    """
+    _drives(plant, c, t, h, drive)
+    rate[0], accel[0] = w, a
+    for k in range(SUMS):
+        sums[k] = weights[0, k] * a
+    lowest, highest = w, w
+    for i in range(1, STAGES):
+        stage = w + h * sums[i]
+        lowest, highest = min(lowest, stage), max(highest, stage)
+        angle = theta + h * (c[i] * w + h * sums[ROWS + i])
+        push = acceleration(plant, laws, numbers, drive[i], angle, stage)
+        rate[i], accel[i] = stage, push
+        for k in range(SUMS):
+            sums[k] += weights[i, k] * push
+    theta1, w1 = theta + h * (w + h * sums[ROWS + _END]), w + h * sums[_END]
+    # The last stage too is at the end of the step.
+    a1 = acceleration(plant, laws, numbers, drive[STAGES - 1], theta1, w1)
+    rate[STAGES], accel[STAGES] = w1, a1
+    return theta1, w1, a1, min(lowest, w1), max(highest, w1)
+
+
+@compiled
+def error_norm(sums, h, scale_theta, scale_w):
+    """Scaled error of the step whose sums are given; accept at most 1."""
+    per_theta, per_w = h * h / scale_theta, h / scale_w
+    three = math.hypot(sums[_ERROR3] * per_w, sums[ROWS + _ERROR3] * per_theta)
+    five = math.hypot(sums[_ERROR5] * per_w, sums[ROWS + _ERROR5] * per_theta)
+    six = math.hypot(sums[_ERROR6] * per_w, sums[ROWS + _ERROR6] * per_theta)
+    if five > 0.0:
+        five *= five / math.hypot(five, 0.1 * three)
+    return math.sqrt(0.5) * max(five, six)
 
 
 @compiled
@@ -111,9 +157,8 @@ def extend(plant, laws, numbers, a_extra, c_extra, t, theta, w, h, rate, accel):
             dt += a_extra[i, j] * rate[j]
             dw += a_extra[i, j] * accel[j]
         rate[n] = w + h * dw
-        accel[n] = acceleration(
-            plant, laws, numbers, t + c_extra[i] * h, theta + h * dt, w + h * dw
-        )
+        drive = drive_at(plant, t + c_extra[i] * h)
+        accel[n] = acceleration(plant, laws, numbers, drive, theta + h * dt, rate[n])
 
 
 @compiled
@@ -137,47 +182,36 @@ def coefficients(d_matrix, bernstein, y0, y1, h, derivative, f, out):
 
 
 @compiled
-def value(b, x):
-    """The polynomial with Bernstein coefficients b at x in [0, 1]."""
-    y = 1.0 - x
-    total, power, binomial = b[0], 1.0, 1.0
-    for k in range(1, DEGREE + 1):
-        power *= x
-        binomial *= (DEGREE - k + 1.0) / k
-        total = total * y + binomial * power * b[k]
-    return total
+def _keep_from(b, cut):
+    """Bernstein coefficients of the part of the polynomial from ``cut`` on (de Casteljau)."""
+    for r in range(DEGREE):
+        for k in range(DEGREE - r):
+            b[k] += cut * (b[k + 1] - b[k])
 
 
 @compiled
-def first_root(b, on_boundary):
-    """First root in (0, 1] of a polynomial that starts at or above zero; 2 if there is none.
+def first_root(b, start):
+    """First root in [start, 1] of a polynomial that is not negative before it.
 
-    b : (8,) Bernstein coefficients, overwritten. ``on_boundary``: it starts at zero and that
-    root does not count; it is divided out, twice if the slope is zero there too.
+    b : (8,) Bernstein coefficients, overwritten. 2: there is no root; ``start`` where the
+    polynomial is negative there.
     """
-    n = DEGREE
-    if on_boundary:
-        b[0] = 0.0
-    while b[0] == 0.0 and on_boundary and n > 1:
-        for k in range(n):
-            b[k] = b[k + 1] * n / (k + 1.0)
-        n -= 1
-    start = 0.0
+    if start > 0.0:
+        _keep_from(b, start)
+        if b[0] == 0.0:
+            return 2.0
     for _ in range(200):
         if b[0] <= 0.0:
             return start
         # The control polygon's convex hull: no root before its first crossing.
         cut = 2.0
-        for k in range(1, n + 1):
+        for k in range(1, DEGREE + 1):
             if b[k] < 0.0:
-                cut = min(cut, k / n * b[0] / (b[0] - b[k]))
+                cut = min(cut, k / DEGREE * b[0] / (b[0] - b[k]))
         if cut > 1.0:
-            return 1.0 if b[n] == 0.0 else 2.0
+            return 1.0 if b[DEGREE] == 0.0 else 2.0
         if cut * (1.0 - start) < 1e-15:
             return start
-        # De Casteljau: keep the part from the cut on.
-        for r in range(n):
-            for k in range(n - r):
-                b[k] += cut * (b[k + 1] - b[k])
+        _keep_from(b, cut)
         start += cut * (1.0 - start)
     return start

@@ -20,11 +20,11 @@ from .dop853 import (
     DEGREE,
     acceleration,
     coefficients,
+    drive_at,
     error_norm,
     extend,
     first_root,
     step,
-    value,
 )
 from .exact import BREAKPOINT, END, PERIOD, REVERSAL, START
 from .flow import BLOCKED, G2, KIND, entry, state_at
@@ -41,11 +41,17 @@ BAND_ENTERED, BAND_LEFT = END + 1, END + 2
 LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(6)
 LOG_COLUMNS = 6
 
-_SHARE, _POLE = 0.5, 0.5 * math.pi
+# A numeric step may cover this share of the way to the nearest pole of the law, which for
+# tanh(v/band) lies at v = i pi/2 band.
+_SHARE, _POLE = 0.4, 0.5 * math.pi
+# A start on a kink is no crossing, nor is what happens within this share of a step.
+_ON_KINK = 1e-9
+# Share of the tolerance that the second-order term of Newton's last move to a kink may have.
+_CLOSE = 1e-2
 
 # Rows of the scratch array.
-_RATE, _ACCEL, _POLY_W, _POLY_THETA, _TERMS = range(5)
-SCRATCH_ROWS = 5
+_RATE, _ACCEL, _DRIVE, _SUMS, _POLY, _TERMS = range(6)
+SCRATCH_ROWS = 6
 
 
 @compiled
@@ -71,9 +77,13 @@ def _stretch_at(edges, w, rising):
 
 @compiled
 def _crossing(tableau, work, w, w1, h, low, high):
-    """(share of the step, what) of the first kink crossed by the extended step."""
-    _, _, _, _, _, _, _, d_matrix, bernstein = tableau
-    poly = work[_POLY_W]
+    """(share of the step, what) of the first kink crossed by the extended step.
+
+    A state on a kink leaves it on either side: there the share is 0 where the step goes to
+    the other side than the stretch, and later than ``_ON_KINK`` for a true crossing.
+    """
+    _, _, _, _, d_matrix, bernstein = tableau
+    poly = work[_POLY]
     x, hit = 2.0, REACHED_END
     for what in (HIT_LOW, HIT_HIGH):
         edge = low if what == HIT_LOW else high
@@ -82,7 +92,9 @@ def _crossing(tableau, work, w, w1, h, low, high):
         coefficients(d_matrix, bernstein, w, w1, h, work[_ACCEL], work[_TERMS], poly)
         for k in range(DEGREE + 1):
             poly[k] = poly[k] - edge if what == HIT_LOW else edge - poly[k]
-        found = first_root(poly, w == edge)
+        found = first_root(poly, _ON_KINK if w == edge else 0.0)
+        if w == edge and found == _ON_KINK:
+            found = 0.0
         if found < x:
             x, hit = found, what
     return x, hit
@@ -91,13 +103,14 @@ def _crossing(tableau, work, w, w1, h, low, high):
 @compiled
 def _attempt(plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, h):
     """One step of size h: (theta, w, a, scaled error, lowest w, highest w)."""
-    a_matrix, b, c, e3, e5, _, _, _, _ = tableau
+    weights, c, _, _, _, _ = tableau
     rtol, scale_theta, scale_w = tolerances
-    theta1, w1, a1, errors, lowest, highest = step(
-        plant, laws, numbers, a_matrix, b, c, e3, e5, t, theta, w, a, h, work[_RATE], work[_ACCEL]
-    )
+    theta1, w1, a1, lowest, highest = step(
+        plant, laws, numbers, weights, c, t, theta, w, a, h,
+        work[_RATE], work[_ACCEL], work[_DRIVE], work[_SUMS],
+    )  # fmt: skip
     norm = error_norm(
-        errors,
+        work[_SUMS],
         h,
         rtol * (scale_theta + max(abs(theta), abs(theta1))),
         rtol * (scale_w + max(abs(w), abs(w1))),
@@ -110,23 +123,23 @@ def _attempt(plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, h)
 @compiled
 def _numeric_step(
     plant, laws, numbers, tableau, tolerances, work, reach, t, theta, w, a, h, h_left, low, high,
-    tiny, stalled,
+    tiny,
 ):  # fmt: skip
     """One accepted step, ended at the first kink that it would cross.
 
     Returns (theta, w, a, size, next size, what, attempts); size -1: below ``tiny``, because
     of the tolerance (next size 0) or of the wall of a self-locking brake (next size -1).
-    ``stalled``: the last step had no length; a kink met at once is then rounding.
     """
-    _, _, _, _, _, a_extra, c_extra, _, _ = tableau
+    _, _, a_extra, c_extra, _, _ = tableau
     attempts = 0
     walled = False
-    away = abs(w - plant[5]) + reach
+    # Further, and the error estimate could miss the steep layer altogether.
+    furthest = _SHARE * (abs(w - plant[5]) + reach)
+    if abs(a) * h > furthest:
+        h = furthest / abs(a)
     while h >= tiny:
         attempts += 1
         hs = min(h, h_left)
-        if abs(a) * hs > _SHARE * away:
-            hs = _SHARE * away / abs(a)
         theta1, w1, a1, norm, lowest, highest = _attempt(
             plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, hs
         )
@@ -145,28 +158,27 @@ def _numeric_step(
             return theta1, w1, a1, hs, following, REACHED_END, attempts
         extend(plant, laws, numbers, a_extra, c_extra, t, theta, w, hs, work[_RATE], work[_ACCEL])
         x, hit = _crossing(tableau, work, w, w1, hs, low, high)
-        if hit == REACHED_END or (stalled and x * hs <= tiny):
-            return theta1, w1, a1, hs, following, REACHED_END, attempts
+        if hit == REACHED_END:
+            return theta1, w1, a1, hs, following, hit, attempts
         edge = low if hit == HIT_LOW else high
         cut = x * hs
         if cut <= tiny:
             return theta, edge, a, 0.0, h, hit, attempts
-        # Again, to the kink and no further: the extension was bent by it.
+        # Again, to the kink and no further: the extension was bent by it. In the end Newton
+        # closes a gap whose square is far below the tolerance.
+        close = _CLOSE * tolerances[0] * (tolerances[2] + abs(edge))
         for _ in range(4):
             attempts += 1
             theta1, w1, a1, norm, lowest, highest = _attempt(
                 plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, cut
             )
             gap = edge - w1
-            if not norm <= 1.0 or abs(gap) <= 1e-4 * abs(a1) * cut * min(1.0, abs(gap)):
+            if not norm <= 1.0:
                 break
-            if abs(gap) <= 1e-2 * tolerances[0] * (tolerances[2] + abs(w1)):
-                break
-            cut = min(max(cut + gap / a1, 0.5 * cut), 1.5 * cut)
-        if norm <= 1.0 and abs(gap) <= 1e-3 * abs(a1) * cut:
-            # What is left is far below the tolerance: Newton.
-            theta1 += w1 * gap / a1
-            return theta1, edge, a1, cut + gap / a1, max(h, cut), hit, attempts
+            late = gap / a1 if gap != 0.0 else 0.0
+            if abs(late) <= 0.1 * cut and abs(late / cut * late * (a1 - a)) <= close:
+                return theta1 + w1 * late, edge, a1, cut + late, max(h, cut), hit, attempts
+            cut = min(max(cut + late, 0.5 * cut), 1.5 * cut)
         h = 0.5 * min(cut, hs)
     return theta, w, a, -1.0, -1.0 if walled else 0.0, REACHED_END, attempts
 
@@ -192,25 +204,21 @@ def _see_linear(row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_
 
 @compiled
 def _see_numeric(
-    plant, laws, numbers, tableau, work, theta, w, theta1, w1, t, h, period,
+    plant, laws, numbers, tableau, tolerances, work, theta, w, a, t, h, period,
     want_period, want_time, seen, wanted,
 ):  # fmt: skip
-    """States at the wanted times inside a step, from its extension; the next one wanted."""
-    _, _, _, _, _, a_extra, c_extra, d_matrix, bernstein = tableau
-    extended = False
+    """States at the wanted times inside a step, each by a shorter step; the next one wanted.
+
+    The continuous extension would be less exact than the step, a shorter step is more so.
+    """
     while wanted < want_time.size and (
         want_period[wanted] < period
         or (want_period[wanted] == period and want_time[wanted] <= t + h)
     ):
-        if not extended:
-            rate, accel, terms = work[_RATE], work[_ACCEL], work[_TERMS]
-            extend(plant, laws, numbers, a_extra, c_extra, t, theta, w, h, rate, accel)
-            coefficients(d_matrix, bernstein, w, w1, h, accel, terms, work[_POLY_W])
-            coefficients(d_matrix, bernstein, theta, theta1, h, rate, terms, work[_POLY_THETA])
-            extended = True
-        part = min(1.0, max(0.0, (want_time[wanted] - t) / h))
-        seen[wanted, 0] = value(work[_POLY_THETA], part)
-        seen[wanted, 1] = value(work[_POLY_W], part)
+        part = min(h, max(0.0, want_time[wanted] - t))
+        seen[wanted, 0], seen[wanted, 1], _, _, _, _ = _attempt(
+            plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, part
+        )
         wanted += 1
     return wanted
 
@@ -247,14 +255,14 @@ def _run(
     plant      (J, c, k, T_e, omega, w_rest)
     laws       (m, its shape, g, its shape), compiled
     numbers    (radius, initial force, slope, release)
-    tableau    (A, b, c, e3, e5, A_extra, c_extra, D, Bernstein matrix)
+    tableau    (weights, c, A_extra, c_extra, D, Bernstein matrix)
     edges      (n-1,) cuts of the velocity axis [rad/s], ascending
     kinks      (n, 2) the nearest kinks below and above each stretch
     linear     (n,) whether the torque is linear; table (n, flow.COLUMNS) its lines
     rest_edge  index of the edge w_rest;  band  half width of the stick band [rad/s]
     tolerances (rtol, scale of angle, scale of velocity)
     want_*     (m,) wanted times, ascending; seen (m, 2) receives (theta, w)
-    work       (SCRATCH_ROWS, dop853.ROWS)
+    work       (SCRATCH_ROWS, dop853.SUMS)
 
     Returns (outcome, period, t, theta, w, steps, rows, seen count).
     """
@@ -264,9 +272,8 @@ def _run(
     top = edges.size
     reach = _POLE * band
     steps, rows, wanted = 0, 0, 0
-    stalled = False
     h = 1e-3 * h_max
-    a = acceleration(plant, laws, numbers, t, theta, w)
+    a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
     rising = a > 0.0 or (a == 0.0 and f * omega * math.cos(omega * t) > w2 * w)
     stretch = _stretch_at(edges, w, rising)
     inside = abs(w - w_rest) <= band
@@ -280,7 +287,8 @@ def _run(
         final = period >= last_period
         t_end = last_time if final else length
         hit = REACHED_END
-        t0, theta0, w0 = t, theta, w
+        t0, theta0, w0, a0 = t, theta, w, a
+        came_linear = linear[stretch]
         if t >= t_end:
             pass
         elif linear[stretch]:
@@ -302,21 +310,20 @@ def _run(
                     row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen,
                     wanted,
                 )  # fmt: skip
-            h = h_max
+            h = min(h_max, 0.3 * abs((w - w_rest) / a))
         else:
             low, high = kinks[stretch, 0], kinks[stretch, 1]
             theta, w, a, hs, h, hit, attempts = _numeric_step(
                 plant, laws, numbers, tableau, tolerances, work, reach,
-                t, theta, w, a, min(h, h_max), t_end - t, low, high, 1e-15 * length, stalled,
+                t, theta, w, a, min(h, h_max), t_end - t, low, high, 1e-15 * length,
             )  # fmt: skip
             steps += attempts
-            stalled = hs == 0.0
             if hs < 0.0:
                 outcome = NO_SLIDING if h < 0.0 else STEP_LIMIT
                 return outcome, period, t, theta, w, steps, rows, wanted
             if wanted < want_time.size:
                 wanted = _see_numeric(
-                    plant, laws, numbers, tableau, work, theta0, w0, theta, w, t, hs, period,
+                    plant, laws, numbers, tableau, tolerances, work, theta0, w0, a0, t, hs, period,
                     want_period, want_time, seen, wanted,
                 )  # fmt: skip
             t = t_end if t_end - t - hs <= 4e-16 * length else t + hs
@@ -337,23 +344,20 @@ def _run(
             side = -1.0 if hit == HIT_LOW else 1.0
             stretch = _stretch_at(edges, w, hit == HIT_HIGH)
             kind = REVERSAL if w == edges[rest_edge] else BREAKPOINT
-            if w == edges[rest_edge] or w == kinks[stretch, 0] or w == kinks[stretch, 1]:
+            on_kink = w == edges[rest_edge] or w == kinks[stretch, 0] or w == kinks[stretch, 1]
+            if on_kink and (w != w0 or t != t0):
                 rows = _write(log, rows, kind, period, t, theta, w, side)
         elif not linear[stretch]:
             stretch = _stretch_at(edges, w, a > 0.0)
-        if not linear[stretch]:
-            a = acceleration(plant, laws, numbers, t, theta, w)
+        if not linear[stretch] and came_linear:
+            a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
 
         if hit == REACHED_END and t >= t_end:
             if final:
-                # Times at the very end, which the last step may have missed by rounding.
-                seen[wanted:, 0], seen[wanted:, 1] = theta, w
-                wanted = want_time.size
                 rows = _write(log, rows, END, period, t_end, theta, w, 0.0)
                 return COMPLETED, period, t_end, theta, w, steps, rows, wanted
             period += 1
             t = 0.0
-            a = acceleration(plant, laws, numbers, t, theta, w)
             rows = _write(log, rows, PERIOD, period, t, theta, w, 0.0)
 
 
@@ -364,7 +368,7 @@ def _signature():
     indices, flags = types.Array(whole, 1, "C"), types.Array(types.boolean, 1, "C")
     laws = types.Tuple((LAW, SHAPE, LAW, SHAPE))
     numbers = types.Tuple((real, real, real, types.boolean))
-    tableau = types.Tuple((matrix, vector, vector, vector, vector, matrix, vector, matrix, matrix))
+    tableau = types.Tuple((matrix, vector, matrix, vector, matrix, matrix))
     return (
         types.UniTuple(real, 6), laws, numbers, tableau, vector, matrix, flags, matrix, whole,
         real, real, types.UniTuple(real, 3), real, whole, real, real, real, whole, real, whole,

@@ -153,10 +153,10 @@ def _sensitivity(brake: Brake, m: float) -> float:
 
 @cache
 def _tableau() -> tuple[FloatArray, ...]:
-    """Coefficients of the Dormand-Prince 8(5,3) pair, from SciPy."""
+    """Coefficients of the Dormand-Prince 8(5,3) pair, from SciPy, as the kernel takes them."""
     given = (
-        DOP853.A, DOP853.B, DOP853.C, DOP853.E3, DOP853.E5, DOP853.A_EXTRA, DOP853.C_EXTRA,
-        DOP853.D, dop853.bernstein_matrix(),
+        dop853.columns(DOP853.A, DOP853.B, DOP853.C, DOP853.E3[:-1], DOP853.E5[:-1]), DOP853.C,
+        DOP853.A_EXTRA, DOP853.C_EXTRA, DOP853.D, dop853.bernstein_matrix(),
     )  # fmt: skip
     return tuple(np.ascontiguousarray(array, dtype=float) for array in given)
 
@@ -203,7 +203,7 @@ def _run(
 ) -> tuple[FloatArray, int, tuple[int, float, float, float], int, int]:
     """Run the kernel, with more room for the log whenever it fills up."""
     rows = 64 + 24 * max(1, task.end[0] - task.start[0] + 1)
-    work = np.empty((kernel.SCRATCH_ROWS, dop853.ROWS))
+    work = np.empty((kernel.SCRATCH_ROWS, dop853.SUMS))
     while True:
         log = np.empty((rows, kernel.LOG_COLUMNS))
         outcome, *final, steps, used, reached = kernel.run(
