@@ -35,7 +35,7 @@ def numbers(system: wb.BrakedDriveline) -> dict[str, float]:
     }
 
 
-def heyoka_coulomb(system: wb.BrakedDriveline) -> Peer:
+def heyoka_coulomb(system: wb.BrakedDriveline) -> Peer:  # noqa: C901 - callbacks share its state
     """Taylor series with terminal events; stick and slip pieces are switched by callbacks."""
     import heyoka as hy
 
@@ -129,7 +129,7 @@ def heyoka_smoothed(system: wb.BrakedDriveline, tolerance: float) -> Peer:
     border = 10.0 / (system.friction.steepness * n["r"])
     events = [hy.t_event(w, callback=at_zero, cooldown=1e-7)]
     for s in (1.0, -1.0):
-        events.append(hy.t_event(w - s * border, callback=lambda ta, d: True, cooldown=1e-7))
+        events.append(hy.t_event(w - s * border, callback=lambda _ta, _d: True, cooldown=1e-7))
         if math.isfinite(n["release"]):
             boundary = w - s * n["release"]
             events.append(hy.t_event(boundary, callback=at_release, cooldown=1e-7))

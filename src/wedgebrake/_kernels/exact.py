@@ -22,6 +22,9 @@ COMPLETED, DIVERGED, NO_SLIDING, EVENT_LIMIT, LOG_FULL = 0, 1, 2, 3, 4
 # Kinds of event.
 START, PERIOD, STICK, SLIP, REVERSAL, BREAKPOINT, END = range(7)
 
+# Rounding of the torque at rest, as a share of the torques it is the sum of.
+_ROOM = 2.0**-50
+
 # The piece number that stands for rest.
 REST = -1
 
@@ -88,6 +91,9 @@ def run(
     sine, cosine = math.sin(omega * t), math.cos(omega * t)
     a = 0.0
     kind, side, came_from = START, 0.0, 0.0
+    # Room for rounding in the holding condition; it grows while decisions follow each other
+    # without time passing, as where the motion creeps into the equilibrium of slip.
+    again, room, rest_period, rest_time = 1.0, 0.0, period - 1, 0.0
 
     # Where the state is: on the rest velocity the holding interval decides, below.
     deciding = w == w_rest
@@ -103,7 +109,11 @@ def run(
         if deciding:
             # At rest relative to the brake: hold, or slip the way the torque points.
             pull = amplitude * sine - damping * w_rest - stiffness * theta
-            if pull > upper or pull < lower:
+            elapsed = (period - rest_period) * length + t - rest_time
+            again = 4.0 * again if elapsed < 1e-7 * length else 1.0
+            rest_period, rest_time = period, t
+            room = again * _ROOM * (amplitude + abs(damping * w_rest) + abs(stiffness * theta))
+            if pull > upper + room or pull < lower - room:
                 piece = zero if pull > upper else zero - 1
                 if kind == STICK:
                     kind = REVERSAL
@@ -141,11 +151,14 @@ def run(
         arrived = False
         if piece == REST:
             if w_rest == 0.0:
-                what, t_next = hold_still(amplitude, omega, stiffness, lower, upper, t, theta)
+                what, t_next = hold_still(
+                    amplitude, omega, stiffness, lower - room, upper + room, t, theta
+                )
             else:
                 what, t_next = hold_moving(
-                    amplitude, omega, stiffness, damping, lower, upper, t, t_end, theta, w_rest
-                )
+                    amplitude, omega, stiffness, damping, lower - room, upper + room, t, t_end,
+                    theta, w_rest,
+                )  # fmt: skip
             if what == HELD or t_next > t_end:
                 t_next, arrived = t_end, True
             theta += w_rest * (t_next - t)

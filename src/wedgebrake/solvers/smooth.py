@@ -17,8 +17,16 @@ from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.laws import Shape, brake_law, friction_law
 from wedgebrake.solvers.status import Status
-from wedgebrake.solvers.sticks import sticks_from_layer
-from wedgebrake.solvers.trajectory import Clock, Events, FloatArray, Sticks, Task, Trajectory
+from wedgebrake.solvers.sticks import SHORTEST_STICK, sticks_from_layer, within
+from wedgebrake.solvers.trajectory import (
+    Clock,
+    EventKind,
+    Events,
+    FloatArray,
+    Sticks,
+    Task,
+    Trajectory,
+)
 
 _STATUS = {
     kernel.COMPLETED: Status.COMPLETED,
@@ -30,8 +38,6 @@ _DIVERGED_FACTOR = 1e6
 # The law counts as constant, and is then solved in closed form, where its torque differs by
 # less than this share of rtol.
 _SATURATION = 1e-2
-# Rest shorter than this share of a torque period is a passage through the steep layer.
-SHORTEST_STICK = 0.01
 
 
 class _Stretch(NamedTuple):
@@ -171,8 +177,8 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
     times = task.times[:reached]
     angle, velocity = seen[:reached, 0].copy(), seen[:reached, 1].copy()
     speed = velocity + system.driveline.drive_speed
-    marks = (log[:, kernel.LOG_KIND] == kernel.PERIOD) | (
-        (log[:, kernel.LOG_TIME] == 0.0) & (log[:, kernel.LOG_KIND] == kernel.START)
+    marks = (log[:, kernel.LOG_KIND] == EventKind.PERIOD) | (
+        (log[:, kernel.LOG_TIME] == 0.0) & (log[:, kernel.LOG_KIND] == EventKind.START)
     )
     sticks = _sticks(log, task.clock, end)
     return Trajectory(
@@ -180,7 +186,7 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
         angle=angle,
         velocity=velocity,
         brake_torque=_brake_torque(system, given, speed),
-        sticking=_within(times, sticks),
+        sticking=within(times, sticks),
         period=log[marks, kernel.LOG_PERIOD].astype(np.int64),
         period_angle=log[marks, kernel.LOG_THETA],
         period_velocity=log[marks, kernel.LOG_W],
@@ -230,7 +236,7 @@ def _brake_torque(system: BrakedDriveline, given: Problem, speed: FloatArray) ->
 
 def _events(log: FloatArray, clock: Clock) -> Events:
     kinds = log[:, kernel.LOG_KIND]
-    rows = log[(kinds == kernel.REVERSAL) | (kinds == kernel.BREAKPOINT)]
+    rows = log[(kinds == EventKind.REVERSAL) | (kinds == EventKind.BREAKPOINT)]
     return Events(
         time=clock.join(rows[:, kernel.LOG_PERIOD].astype(np.int64), rows[:, kernel.LOG_TIME]),
         kind=rows[:, kernel.LOG_KIND].astype(np.int8),
@@ -251,10 +257,3 @@ def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
     return sticks_from_layer(
         times[entered], side[entered], leave_time, leave_side, SHORTEST_STICK * clock.period
     )
-
-
-def _within(times: FloatArray, sticks: Sticks) -> NDArray[np.bool_]:
-    """Whether each time lies in an interval of rest."""
-    begun = np.searchsorted(sticks.start, times, side="right")
-    ended = np.searchsorted(sticks.end, times, side="left")
-    return np.asarray(begun > ended)
