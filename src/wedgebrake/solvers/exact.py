@@ -160,11 +160,17 @@ def _brake_torque(
     return np.where(piece == kernel.REST, held, moving)
 
 
+def _times(log: FloatArray, clock: Clock) -> FloatArray:
+    """Times of the log's rows [s]; never descending, also where a period's end is rounded."""
+    times = clock.join(log[:, kernel.LOG_PERIOD].astype(np.int64), log[:, kernel.LOG_TIME])
+    return np.asarray(np.maximum.accumulate(times))
+
+
 def _events(log: FloatArray, clock: Clock) -> Events:
     real = (log[:, kernel.LOG_KIND] >= kernel.STICK) & (log[:, kernel.LOG_KIND] != kernel.END)
     rows = log[real]
     return Events(
-        time=clock.join(rows[:, kernel.LOG_PERIOD].astype(np.int64), rows[:, kernel.LOG_TIME]),
+        time=_times(log, clock)[real],
         kind=rows[:, kernel.LOG_KIND].astype(np.int8),
         angle=rows[:, kernel.LOG_THETA].copy(),
         velocity=rows[:, kernel.LOG_W].copy(),
@@ -175,7 +181,7 @@ def _events(log: FloatArray, clock: Clock) -> Events:
 def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
     """Runs of rows at rest, with the side of the slip before and after."""
     resting = log[:, kernel.LOG_PIECE] == kernel.REST
-    times = clock.join(log[:, kernel.LOG_PERIOD].astype(np.int64), log[:, kernel.LOG_TIME])
+    times = _times(log, clock)
     before = np.concatenate(([False], resting[:-1]))
     first = np.flatnonzero(resting & ~before)
     last = np.flatnonzero(before & ~resting)

@@ -92,11 +92,12 @@ def simulate(
     _whole("max_events", max_events)
     _whole("max_steps", max_steps)
     options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
-    limits: dict[str, Any] = {
+    choices: dict[str, dict[str, Any]] = {
         "exact": {"max_events": max_events},
         "smooth": {"rtol": rtol, "max_steps": max_steps},
         "ode14x": {"step": step, "max_steps": max_steps},
-    }[method]
+    }
+    limits = choices[method]
     trajectory = _solver(method)(system, task, **limits)
     from wedgebrake.solvers.response import assemble
 
