@@ -56,8 +56,8 @@ def test_state(case, rtol):
 def test_rtol_means_what_it_says(case):
     """Errors relative to the motion stay below 100 rtol, from 1e-6 to 1e-12.
 
-    Measured: 0.01 to 40 rtol. The factor is the error growth of the motion (28, above) times
-    a few; before the steps were limited by the width of the steep layer it was 2000.
+    Measured: 0.005 to 40 rtol. The factor is the error growth of the motion (28, above) times
+    a few; before the steps were limited by the width of the steep layer it was 750.
     """
     rtols = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12]
     relative = np.array([np.max(errors(case, rtol) / SIZE) for rtol in rtols])

@@ -9,9 +9,12 @@ not cross it, and the convex hull gives a safe lower bound of its first root.
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .compiling import compiled
 from .torque import brake_torque
+
+Array = NDArray[np.float64]
 
 STAGES = 12
 ROWS = 16  # stages, the derivative at the end of the step, three more for the extension
@@ -24,7 +27,7 @@ SUMS = 2 * ROWS
 _EXACT = [0, 5, 6, 7, 8, 9, 10]
 
 
-def _difference(c, size):
+def _difference(c: Array, size: float) -> Array:
     """(12,) weights of norm ``size`` of the sixth divided difference over the exact stages.
 
     An error estimate of order 6. The pair's own estimates vanish by chance at some step
@@ -37,7 +40,7 @@ def _difference(c, size):
     return weights * (size / np.linalg.norm(weights))
 
 
-def columns(a_matrix, b, c, e3, e5):
+def columns(a_matrix: Array, b: Array, c: Array, e3: Array, e5: Array) -> Array:
     """(12, 32) weights of each stage's acceleration: in the sums for w, then for theta.
 
     As theta' = w, the sums for theta over the stages' w are sums over their accelerations
@@ -46,11 +49,11 @@ def columns(a_matrix, b, c, e3, e5):
     """
     rows = np.zeros((ROWS, STAGES), dtype=np.longdouble)
     rows[:STAGES], rows[_END], rows[_ERROR3], rows[_ERROR5] = a_matrix, b, e3, e5
-    rows[_ERROR6] = _difference(c, np.linalg.norm(e5))
+    rows[_ERROR6] = _difference(c, float(np.linalg.norm(e5)))
     return np.ascontiguousarray(np.vstack((rows, rows @ rows[:STAGES])).T, dtype=float)
 
 
-def bernstein_matrix():
+def bernstein_matrix() -> Array:
     """(8, 7) matrix from the extension's coefficients F to Bernstein coefficients.
 
     The extension is y0 + sum F_i x^a (1-x)^b with a = i//2 + 1, b = (i+1)//2, and
@@ -81,7 +84,8 @@ def acceleration(plant, laws, numbers, drive, theta, w):
         release,
         w - w_rest,
     )
-    return (drive - damping * w - stiffness * theta - torque) / inertia
+    # A product: the division leaves the loop over the stages.
+    return (drive - damping * w - stiffness * theta - torque) * (1.0 / inertia)
 
 
 @compiled
@@ -95,12 +99,12 @@ def _drives(plant, c, t, h, drive):
     """The driving torque at the times t + c h of the stages."""
     amplitude, phase, turn = plant[3], plant[4] * t, plant[4] * h
     if turn > 0.25:
-        for i in range(STAGES):
+        for i in range(c.size):
             drive[i] = amplitude * math.sin(phase + c[i] * turn)
         return
     # Taylor polynomials about t, to rounding; in vector instructions.
     sine, cosine = amplitude * math.sin(phase), amplitude * math.cos(phase)
-    for i in range(STAGES):
+    for i in range(c.size):
         x = c[i] * turn
         y = x * x
         even = 1 / 24 - y * (1 / 720 - y * (1 / 40320 - y / 3628800))
@@ -117,7 +121,7 @@ def step(plant, laws, numbers, weights, c, t, theta, w, a, h, rate, accel, drive
     """
     _drives(plant, c, t, h, drive)
     rate[0], accel[0] = w, a
-    for k in range(SUMS):
+    for k in range(sums.size):
         sums[k] = weights[0, k] * a
     lowest, highest = w, w
     for i in range(1, STAGES):
@@ -126,7 +130,7 @@ def step(plant, laws, numbers, weights, c, t, theta, w, a, h, rate, accel, drive
         angle = theta + h * (c[i] * w + h * sums[ROWS + i])
         push = acceleration(plant, laws, numbers, drive[i], angle, stage)
         rate[i], accel[i] = stage, push
-        for k in range(SUMS):
+        for k in range(sums.size):
             sums[k] += weights[i, k] * push
     theta1, w1 = theta + h * (w + h * sums[ROWS + _END]), w + h * sums[_END]
     # The last stage too is at the end of the step.
@@ -139,12 +143,12 @@ def step(plant, laws, numbers, weights, c, t, theta, w, a, h, rate, accel, drive
 def error_norm(sums, h, scale_theta, scale_w):
     """Scaled error of the step whose sums are given; accept at most 1."""
     per_theta, per_w = h * h / scale_theta, h / scale_w
-    three = math.hypot(sums[_ERROR3] * per_w, sums[ROWS + _ERROR3] * per_theta)
-    five = math.hypot(sums[_ERROR5] * per_w, sums[ROWS + _ERROR5] * per_theta)
-    six = math.hypot(sums[_ERROR6] * per_w, sums[ROWS + _ERROR6] * per_theta)
+    three = (sums[_ERROR3] * per_w) ** 2 + (sums[ROWS + _ERROR3] * per_theta) ** 2
+    five = (sums[_ERROR5] * per_w) ** 2 + (sums[ROWS + _ERROR5] * per_theta) ** 2
+    six = (sums[_ERROR6] * per_w) ** 2 + (sums[ROWS + _ERROR6] * per_theta) ** 2
     if five > 0.0:
-        five *= five / math.hypot(five, 0.1 * three)
-    return math.sqrt(0.5) * max(five, six)
+        five *= five / (five + 0.01 * three)
+    return math.sqrt(0.5 * max(five, six))
 
 
 @compiled

@@ -44,8 +44,9 @@ LOG_COLUMNS = 6
 # A numeric step may cover this share of the way to the nearest pole of the law, which for
 # tanh(v/band) lies at v = i pi/2 band.
 _SHARE, _POLE = 0.4, 0.5 * math.pi
-# A start on a kink is no crossing, nor is what happens within this share of a step.
-_ON_KINK = 1e-9
+# A start on a kink is no crossing, nor is what happens within this share of a step: far less
+# than the kink bends there, but more than rounding where the speed grows as time cubed.
+_ON_KINK = 1e-4
 # Share of the tolerance that the second-order term of Newton's last move to a kink may have.
 _CLOSE = 1e-2
 
@@ -123,16 +124,17 @@ def _attempt(plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, h)
 @compiled
 def _numeric_step(
     plant, laws, numbers, tableau, tolerances, work, reach, t, theta, w, a, h, h_left, low, high,
-    tiny,
+    tiny, stalled,
 ):  # fmt: skip
     """One accepted step, ended at the first kink that it would cross.
 
     Returns (theta, w, a, size, next size, what, attempts); size -1: below ``tiny``, because
     of the tolerance (next size 0) or of the wall of a self-locking brake (next size -1).
+    ``stalled``: the last step had no length; a kink met at once is then rounding.
     """
     _, _, a_extra, c_extra, _, _ = tableau
     attempts = 0
-    walled = False
+    walled = not math.isfinite(a)
     # Further, and the error estimate could miss the steep layer altogether.
     furthest = _SHARE * (abs(w - plant[5]) + reach)
     if abs(a) * h > furthest:
@@ -148,18 +150,21 @@ def _numeric_step(
             walled = True
             h = 0.25 * hs
             continue
-        factor = 6.0 if norm < 1e-10 else min(6.0, max(0.2, 0.9 * norm**-0.125))
+        eighth_root = math.sqrt(math.sqrt(math.sqrt(norm)))
+        factor = min(6.0, max(0.2, 0.9 / eighth_root))
         if norm > 1.0:
             h = hs * min(factor, 0.9)
             continue
         following = hs * factor if hs == h else max(h, hs * factor)
         margin = 0.5 * (highest - lowest)
-        if lowest - margin > low and highest + margin < high:
+        near_low = low if lowest - margin <= low else -math.inf
+        near_high = high if highest + margin >= high else math.inf
+        if math.isinf(near_low) and math.isinf(near_high):
             return theta1, w1, a1, hs, following, REACHED_END, attempts
         extend(plant, laws, numbers, a_extra, c_extra, t, theta, w, hs, work[_RATE], work[_ACCEL])
-        x, hit = _crossing(tableau, work, w, w1, hs, low, high)
-        if hit == REACHED_END:
-            return theta1, w1, a1, hs, following, hit, attempts
+        x, hit = _crossing(tableau, work, w, w1, hs, near_low, near_high)
+        if hit == REACHED_END or (stalled and x * hs <= tiny):
+            return theta1, w1, a1, hs, following, REACHED_END, attempts
         edge = low if hit == HIT_LOW else high
         cut = x * hs
         if cut <= tiny:
@@ -272,6 +277,7 @@ def _run(
     top = edges.size
     reach = _POLE * band
     steps, rows, wanted = 0, 0, 0
+    stalled = False
     h = 1e-3 * h_max
     a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
     rising = a > 0.0 or (a == 0.0 and f * omega * math.cos(omega * t) > w2 * w)
@@ -315,9 +321,10 @@ def _run(
             low, high = kinks[stretch, 0], kinks[stretch, 1]
             theta, w, a, hs, h, hit, attempts = _numeric_step(
                 plant, laws, numbers, tableau, tolerances, work, reach,
-                t, theta, w, a, min(h, h_max), t_end - t, low, high, 1e-15 * length,
+                t, theta, w, a, min(h, h_max), t_end - t, low, high, 1e-15 * length, stalled,
             )  # fmt: skip
             steps += attempts
+            stalled = hs == 0.0
             if hs < 0.0:
                 outcome = NO_SLIDING if h < 0.0 else STEP_LIMIT
                 return outcome, period, t, theta, w, steps, rows, wanted
@@ -354,6 +361,9 @@ def _run(
 
         if hit == REACHED_END and t >= t_end:
             if final:
+                for i in range(wanted, want_time.size):  # at the very end, or at most rounding off
+                    seen[i, 0], seen[i, 1] = theta, w
+                wanted = want_time.size
                 rows = _write(log, rows, END, period, t_end, theta, w, 0.0)
                 return COMPLETED, period, t_end, theta, w, steps, rows, wanted
             period += 1

@@ -8,26 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
-
-from wedgebrake.cli.waiting import Interrupted
 
 if TYPE_CHECKING:
     from wedgebrake.model.study import Study
 
 
-class _Program(TyperGroup):
-    """The group of commands, with Ctrl-C left to ``main``, whatever Typer makes of it."""
-
-    def invoke(self, ctx: Any) -> Any:
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            raise Interrupted from None
-
-
 app = typer.Typer(
-    cls=_Program,
     name="wedgebrake",
     help="Vibration of self-amplified friction brakes: is this brake on this driveline stable,"
     " does it stick and slip, and how?",
@@ -35,7 +21,7 @@ app = typer.Typer(
     " one, and `wedgebrake schema` says all that can stand in it. Exit status: 0 done, 2 the"
     " input is wrong, 1 anything else.",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": ["--help", "-h"]},
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,

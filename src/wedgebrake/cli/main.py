@@ -10,7 +10,7 @@ import io
 import os
 import sys
 
-from wedgebrake.cli.waiting import Interrupted
+from wedgebrake.cli.waiting import Interrupted, hearing_interrupts
 from wedgebrake.errors import InputError, OutputError
 
 
@@ -18,11 +18,14 @@ def main() -> None:
     """Run the command line and exit."""
     _spell_any_name()
     try:
-        from wedgebrake.cli.commands import app
+        with hearing_interrupts():
+            from wedgebrake.cli.commands import app
 
-        app()
-    except (InputError, OutputError) as error:
+            app(prog_name="wedgebrake")
+    except InputError as error:
         _stop(f"error: {error}", 2)
+    except OutputError as error:
+        _stop(f"error: {error}", 1)
     except (Interrupted, KeyboardInterrupt):
         # At once: the computation still goes on in its thread, and Python must not be taken
         # apart under it.

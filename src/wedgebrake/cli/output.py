@@ -20,8 +20,7 @@ DATA = (".nc",)
 def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
     """Refuse a path that could not be written, before any work is done.
 
-    Raises ``InputError`` for a wrong suffix, ``OutputError`` for a place that cannot be
-    written.
+    Raises ``InputError`` that names the option, the path and the way out.
     """
     if path is None:
         return
@@ -32,8 +31,7 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
         )
     beside = _beside(path)
     try:
-        if path.is_dir():
-            raise OutputError(f"{option} {path}: is a directory. Give the name of a file.")
+        is_folder = path.is_dir()
         try:
             beside.touch(exist_ok=False)
         finally:
@@ -41,16 +39,16 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
     except FileNotFoundError:
         there = path.parent.is_dir()
         what = "takes no files. Choose" if there else "does not exist. Create it, or choose"
-        raise OutputError(
+        raise InputError(
             f"{option} {path}: cannot be written: the folder {path.parent} {what} another one."
         ) from None
-    except OutputError:
-        raise
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
-        raise OutputError(
+        raise InputError(
             f"{option} {path}: cannot be written ({why}). Choose another name or folder."
         ) from None
+    if is_folder:
+        raise InputError(f"{option} {path}: is a directory. Give the name of a file.")
 
 
 def check_netcdf(path: Path | None) -> None:

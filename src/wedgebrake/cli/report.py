@@ -152,6 +152,7 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
     if report["status"] != "completed":
         return str(report["message"])
     late = response["velocity"].values[response["time"].values >= report["steady_from"]]
+    late = np.append(late, report["final"]["velocity"])  # samples may be too few to have one
     kind = str(report["stick_slip_class"])
     if kind == "at rest":
         return "The brake holds the driveline at rest."

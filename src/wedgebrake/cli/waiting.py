@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 _Result = TypeVar("_Result")
 
 
-class Interrupted(Exception):  # noqa: N818 - not an error
+class Interrupted(BaseException):
     """The user pressed Ctrl-C."""
+
+
+@contextmanager
+def hearing_interrupts() -> Iterator[None]:
+    """Inside, Ctrl-C raises ``Interrupted``: what Typer does with KeyboardInterrupt varies."""
+    ours = threading.current_thread() is threading.main_thread()
+    if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    signal.signal(signal.SIGINT, _interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _interrupt(*_: Any) -> NoReturn:
+    raise Interrupted
 
 
 def interruptible(work: Callable[[], _Result]) -> _Result:
@@ -31,11 +50,8 @@ def interruptible(work: Callable[[], _Result]) -> _Result:
 
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
-    try:
-        while thread.is_alive():
-            thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
-    except KeyboardInterrupt:
-        raise Interrupted from None
+    while thread.is_alive():
+        thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
     if errors:
         raise errors[0]
     return results[0]

@@ -169,7 +169,7 @@ def _slip(kind: str, location: tuple[int | str, ...], value: object) -> str:
         return " Write it without quotation marks." if kind == "bool_type" else ""
     if not isinstance(value, int | float):
         return ""
-    if name in ("angle", "wrap_angle") and _RIGHT_ANGLE <= value <= 1000.0:
+    if name in ("angle", "wrap_angle") and 2.0 <= value <= 1000.0:
         radians = math.radians(value)
         if name == "wrap_angle" or radians < _RIGHT_ANGLE:
             return f" {value:g} looks like degrees: write {radians:.6g}."

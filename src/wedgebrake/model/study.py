@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
-import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from wedgebrake.errors import InputError, nearest
@@ -29,8 +30,9 @@ _LARGEST = 1_000_000  # bytes; a study is a page, not a data set
 # Names of so many parts, a.b.c, that tomllib takes minutes for them: its time goes with
 # their square.
 _DEEPEST = 100
-# What stands in for an SI value until the group that sets it is applied.
-_PLACEHOLDERS = {"slope": 0.0, "frequency": 1.0, "amplitude": 1.0, "angle": 0.5}
+# What stands in for an SI value until the group that sets it is applied: as in
+# wb.paper.system, so that the same groups give the same system there, to the last bit.
+_PLACEHOLDERS = {"slope": 0.0, "frequency": 10.0, "amplitude": 500.0, "angle": 0.34}
 
 
 class Run(Part):
@@ -144,7 +146,8 @@ class Study:
         for table, kinds in _CHOSEN.items():
             others = [repr(kind) for kind, one in sorted(kinds.items()) if name in one.model_fields]
             if others:
-                kind = getattr(self.system, table).kind
+                part = getattr(self.system, table)
+                kind = part.kind or type(part).__name__
                 raise InputError(
                     f"{name}: no parameter of the {table} of this study, of kind {kind!r}, but of"
                     f" kind {' and '.join(others)}. Change the kind in the study first."
@@ -224,7 +227,8 @@ def _line_of(why: str, text: str) -> str:
     found = re.search(r"at line (\d+)", why)
     if found is None:
         return ""
-    return f" in {shown(text.splitlines()[int(found[1]) - 1].strip())}"
+    line = text.split("\n")[int(found[1]) - 1]
+    return f" in {shown(line.strip())}"
 
 
 def parse_study(tables: dict[str, Any]) -> Study:
@@ -256,7 +260,7 @@ def _check_tables(tables: dict[str, Any]) -> None:
         if name not in allowed and not isinstance(table, dict):
             raise InputError(
                 f"{named(name)} = {shown(table)}: stands outside the tables. Move it below the"
-                f" line of its table: {', '.join(f'[{table}]' for table in allowed)}."
+                f" line of its table: {', '.join(f'[{one}]' for one in allowed)}."
             )
         if name not in allowed:
             raise InputError(f"[{named(name)}]: no such table. {nearest(name, allowed)}")
@@ -292,11 +296,15 @@ def _chosen_groups(given: dict[str, Any], tables: dict[str, Any]) -> dict[str, f
 
 
 def _check_group(name: str, value: object) -> None:
-    if not isinstance(value, int | float) or isinstance(value, bool):
+    if not isinstance(value, int | float | np.integer | np.floating) or isinstance(value, bool):
         raise InputError(
             f"groups.{name} = {shown(value)}: must be a number, without quotation marks or units."
         )
-    if not -sys.float_info.max <= value <= sys.float_info.max:
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:  # an integer beyond all floats
+        finite = False
+    if not finite:
         raise InputError(
             f"groups.{name} = {shown(value)}: must be a finite number (not nan, not inf)."
         )

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from numba import njit
-from numba.core.errors import NumbaError
+from numba import njit, types
 
 from wedgebrake._kernels.torque import LAW_SIGNATURE, SHAPE_SIZE
 from wedgebrake.errors import InputError
@@ -25,26 +24,38 @@ def compiled_law(function: Callable[..., float]) -> Any:
     """
     # Only our own laws are cached on disk: Numba would not notice a change in another file
     # that a user's law calls.
-    ours = function.__module__.startswith("wedgebrake.")
-    try:
-        return njit(LAW_SIGNATURE, cache=ours, error_model="numpy")(function)
-    except NumbaError as error:
-        reason = str(error).strip().splitlines()[0]
-        raise InputError(
-            f"law = {getattr(function, '__qualname__', function)!s}: Numba cannot compile it"
-            f" ({reason}). Use numbers and functions of the math module only."
-        ) from None
+    return _compile(function, LAW_SIGNATURE, cache=function.__module__.startswith("wedgebrake."))
 
 
 @cache
 def _custom_law(function: Callable[[float], float]) -> Any:
     """A user's m(v_r) with the second argument that all laws take."""
-    scalar = function if hasattr(function, "py_func") else njit(error_model="numpy")(function)
+    compiled = hasattr(function, "py_func")
+    scalar = function if compiled else _compile(function, types.float64(types.float64))
 
     def law(speed: float, shape: Shape) -> float:  # noqa: ARG001 - the common signature
         return float(scalar(speed))
 
-    return compiled_law(law)
+    law.__qualname__ = _name(function)
+    return _compile(law, LAW_SIGNATURE)
+
+
+def _compile(function: Callable[..., float], signature: Any, **options: Any) -> Any:
+    try:
+        return njit(signature, error_model="numpy", **options)(function)
+    except Exception as error:  # whatever Numba stumbles on, not only its own errors
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        reasons = [line for line in lines if not line.startswith("Failed in ")]
+        reason = reasons[0].rstrip(".") if reasons else type(error).__name__
+        raise InputError(
+            f"law = {_name(function)}: Numba cannot compile it ({reason}). Use numbers and"
+            " functions of the math module only, and numba.njit on functions of your own that"
+            " it calls."
+        ) from None
+
+
+def _name(function: Callable[..., float]) -> str:
+    return str(getattr(function, "__qualname__", function))
 
 
 def friction_law(friction: SmoothFriction) -> tuple[Any, Shape]:

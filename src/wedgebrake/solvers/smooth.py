@@ -38,6 +38,9 @@ _DIVERGED_FACTOR = 1e6
 # The law counts as constant, and is then solved in closed form, where its torque differs by
 # less than this share of rtol.
 _SATURATION = 1e-2
+# Near rest the speed's tolerance is at most this share of the steep layer: a motion that is
+# allowed to jump to and fro across the layer is none.
+_BAND_SHARE = 1e-2
 
 
 class _Stretch(NamedTuple):
@@ -87,6 +90,7 @@ def problem(
     finite = offsets[np.isfinite(offsets)]
     push = torque.amplitude + float(np.max(np.abs(finite))) + _held(system)
     speed = push / (line.inertia * fastest)
+    band = friction.transition / system.brake.radius
     largest = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.drive_speed)
     return Problem(
         plant=(*plant, 0.0 - line.drive_speed),
@@ -98,9 +102,9 @@ def problem(
         linear=np.array([piece.linear for piece in ordered]),
         table=flow.constants(*plant, slopes, offsets),
         rest_edge=len(backward) - 1,
-        band=friction.transition / system.brake.radius,
+        band=band,
         w_diverged=_DIVERGED_FACTOR * (speed + largest + max(cuts) + 1e-300),
-        tolerances=(rtol, speed / fastest + 1e-300, speed + 1e-300),
+        tolerances=(rtol, speed / fastest + 1e-300, min(speed, _BAND_SHARE * band / rtol) + 1e-300),
         h_max=2.0 / fastest,
     )
 

@@ -1,0 +1,366 @@
+"""The smooth solver against SciPy's integrators, and in the places where it could go wrong."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numba
+import numpy as np
+import pytest
+from scipy.integrate import simpson, solve_ivp
+
+import wedgebrake as wb
+from equations import angular_frequency, gain
+from wedgebrake.solvers.trajectory import EventKind
+
+REST = (0.0, 0.0)
+
+
+def paper(**changes) -> wb.BrakedDriveline:
+    """The paper's wedge at eta = -24, F_0 = 0.036 with the smoothed law, then changed."""
+    return wb.paper.system(friction="smoothed").replace(**changes)
+
+
+def coefficient(friction, speed):
+    """m(v_r), eqs. 14 and 15 with the factor mu_k that the paper leaves out."""
+    if isinstance(friction, wb.CustomFriction):
+        return friction.law(speed)
+    peak = (friction.static - friction.kinetic) * math.exp(-friction.decay * abs(speed))
+    return (friction.kinetic + peak) * math.tanh(friction.steepness * speed)
+
+
+def right_side(system, wall=1e-9):
+    """(t, (theta, theta')) -> (theta', theta''), eq. 1, stated apart from the package.
+
+    Beyond the wall of a self-locking brake the torque goes on as large as at ``wall`` of it.
+    """
+    line, force = system.driveline, system.actuation
+    radius, omega = system.brake.radius, angular_frequency(system)
+
+    def slope(t, y):
+        v = y[1] + line.drive_speed
+        m = coefficient(system.friction, radius * v)
+        pressing = force.initial_force + force.slope * abs(v)
+        if force.release:
+            pressing = max(pressing, 0.0)
+        g = gain(system.brake, m)
+        if math.isinf(g):
+            g = m / wall
+        torque = system.excitation.amplitude * math.sin(omega * t) - radius * pressing * g
+        return y[1], (torque - line.damping * y[1] - line.stiffness * y[0]) / line.inertia
+
+    return slope
+
+
+def scipy_states(system, times, start=REST, method="DOP853", rtol=1e-12, max_step=2e-4):
+    """(n, 2) states at ``times`` by SciPy, split at zero sliding speed and at the release."""
+    drive, release = system.driveline.drive_speed, system.actuation.release_speed
+    kinks = [0.0, *([release, -release] if math.isfinite(release) else [])]
+    events = []
+    for kink in kinks:
+
+        def event(_, y, kink=kink):
+            return y[1] + drive - kink
+
+        event.terminal = True
+        events.append(event)
+    t, y, pieces = 0.0, np.array(start, dtype=float), []
+    slope, end = right_side(system), float(times[-1])
+    while t < end:
+        piece = solve_ivp(
+            slope, (t, end), y, method=method, rtol=rtol, atol=1e-14, max_step=max_step,
+            events=events, dense_output=True,
+        )  # fmt: skip
+        assert piece.status >= 0
+        inside = times[(times >= t) & (times <= piece.t[-1])]
+        pieces.append((inside, piece.sol(inside).T if inside.size else np.empty((0, 2))))
+        y = piece.y[:, -1]
+        # Off the kink: the event function must not vanish at the start.
+        t = float(piece.t[-1])
+        if t < end:
+            nudge = 1e-12
+            y = y + nudge * np.array(slope(t, y))
+            t += nudge
+    at = np.concatenate([inside for inside, _ in pieces])
+    states = np.concatenate([values for _, values in pieces])
+    _, first = np.unique(at, return_index=True)
+    return states[first]
+
+
+@numba.njit
+def falling(v):
+    """Leine's falling friction, smoothed by arctan; a kink at 0."""
+    return 0.3 / (1.0 + 3.0 * abs(v)) * 2.0 / math.pi * math.atan(100.0 * v)
+
+
+def falling_plain(v):
+    return 0.3 / (1.0 + 3.0 * abs(v)) * 2.0 / math.pi * math.atan(100.0 * v)
+
+
+def same_as_smoothed(v):
+    """The paper's law, of which the solver does not know that it saturates."""
+    return 0.3 * math.tanh(100.0 * v)
+
+
+SHOE = wb.LeadingShoeBrake(radius=0.2, actuation_arm=0.2, normal_arm=0.1, friction_arm=0.08)
+CASES = {
+    "wedge": (paper(), REST),
+    "conventional": (wb.paper.system(friction="smoothed", brake="conventional"), REST),
+    "band": (paper(brake=wb.BandBrake(radius=0.2, wrap_angle=4.0)), REST),
+    "leading shoe": (paper(brake=SHOE), REST),
+    "static peak": (paper(static=0.33), REST),
+    "static peak, turning": (paper(static=0.33, drive_speed=3.0), (0.001, -3.0)),
+    "turning backwards": (paper(drive_speed=-3.0), (0.01, 3.0)),
+    "paper as printed": (paper(release=False, damping=1.0, eta=-3.0), REST),
+    "growing force": (paper(slope=40.0), REST),
+    "no initial force, growing": (paper(initial_force=0.0, slope=40.0), REST),
+    "never pressed": (paper(initial_force=0.0, slope=-40.0), (0.0, 0.5)),
+    "no friction": (paper(kinetic=0.0, static=0.0), (0.0, 0.5)),
+    "peak over no kinetic friction": (paper(kinetic=0.0, static=0.2), (0.0, 0.5)),
+    "no damping": (paper(damping=0.0), REST),
+    "no spring": (paper(stiffness=0.0), REST),
+    "no torque": (paper(amplitude=0.0), (0.2, 2.0)),
+    "custom, compiled": (paper(friction=wb.CustomFriction(law=falling, width=0.01)), REST),
+    "custom, plain": (paper(friction=wb.CustomFriction(law=falling_plain, width=0.01)), REST),
+    "custom, like the paper's": (
+        paper(friction=wb.CustomFriction(law=same_as_smoothed, width=0.01)),
+        REST,
+    ),
+}
+
+
+def scales(states):
+    """(2,) angle and velocity that the motion reaches."""
+    return np.max(np.abs(states), axis=0) + 1e-12
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_against_scipy(name):
+    """Measured: 1e-13 to 3e-11 of the motion; both errors are the step errors times growth."""
+    system, start = CASES[name]
+    times = np.linspace(0.0, 0.3, 61)
+    expected = scipy_states(system, times, start)
+    r = wb.simulate(system, 0.3, initial=start, times=times, rtol=1e-12)
+    assert r.attrs["status"] == "completed"
+    got = np.column_stack((r.angle.values, r.velocity.values))
+    assert np.max(np.abs(got - expected) / scales(expected)) <= 3e-10
+
+
+@pytest.mark.parametrize("steepness", [1e3, 1e4, 1e5])
+def test_steep_law_against_radau(steepness):
+    """SciPy's implicit method at 1e-10, whose own error is what the tolerance allows for."""
+    system = paper(friction=wb.SmoothedFriction(kinetic=0.3, steepness=steepness))
+    times = np.linspace(0.0, 0.06, 25)
+    expected = scipy_states(system, times, method="Radau", rtol=1e-10, max_step=1e-4)
+    r = wb.simulate(system, 0.06, times=times, rtol=1e-10)
+    got = np.column_stack((r.angle.values, r.velocity.values))
+    assert np.max(np.abs(got - expected) / scales(expected)) <= 1e-7
+
+
+class TestKinks:
+    @pytest.mark.parametrize("friction", [None, "custom"])
+    def test_release_passed_by_a_hair_is_seen(self, friction):
+        """Near t = 0.340 s the speed passes the release speed by only 0.0086 rad/s."""
+        system = paper()
+        if friction:
+            system = paper(friction=wb.CustomFriction(law=same_as_smoothed, width=0.01))
+            system = system.replace(slope=paper().actuation.slope)
+        release = system.actuation.release_speed
+        times = np.linspace(0.335, 0.345, 2001)
+        for rtol in (1e-6, 1e-9):
+            r = wb.simulate(system, 0.4, times=times, rtol=rtol)
+            excess = float(np.abs(r.velocity).max()) - release
+            assert excess == pytest.approx(0.0086, abs=1e-4)
+            near = np.abs(r.event_time - 0.34) < 0.005
+            kinds = r.event_kind.values[near.values]
+            assert list(kinds) == [EventKind.BREAKPOINT] * 2
+            assert np.abs(r.event_velocity.values[near.values]) == pytest.approx(release)
+
+    @pytest.mark.parametrize("brake", ["wedge", "conventional"])
+    def test_start_at_rest_is_no_event(self, brake):
+        """Velocity and acceleration both vanish at t = 0."""
+        system = wb.paper.system(friction="smoothed", brake=brake)
+        for rtol in (1e-3, 1e-6, 1e-9, 1e-12):
+            r = wb.simulate(system, 0.5, rtol=rtol, max_steps=20_000)
+            assert r.attrs["status"] == "completed"
+            assert r.event_time.values[0] > 0.01
+            assert np.all(np.diff(r.event_time.values) > 0.0)
+
+    def test_rest_for_ever(self):
+        system = paper(amplitude=0.0)
+        r = wb.simulate(system, periods=100)
+        assert r.attrs["status"] == "completed"
+        assert r.sizes["event"] == 0
+        assert np.all(r.velocity.values == 0.0)
+        assert r.sizes["stick"] == 1
+
+    def test_reversals_alternate(self):
+        r = wb.simulate(paper(eta=-60.0), periods=50)
+        sides = r.event_side.values[r.event_kind.values == EventKind.REVERSAL]
+        assert sides.size > 50
+        assert np.all(sides[1:] == -sides[:-1])
+        at = r.event_velocity.values[r.event_kind.values == EventKind.REVERSAL]
+        assert np.all(at == 0.0)
+
+
+class TestSelfLocking:
+    """The wall: forward speeds at which the torque becomes infinite."""
+
+    @pytest.mark.parametrize(
+        ("alpha", "static"), [(0.9, 0.3), (1.0, 0.3), (1.05, 0.36)], ids=["0.9", "1.0", "peak"]
+    )
+    def test_is_approached_and_never_crossed(self, alpha, static):
+        system = paper(eta=0.0, alpha=alpha, static=static)
+        tangent, radius = math.tan(system.brake.angle), system.brake.radius
+        times = np.linspace(0.0, 0.1, 2001)
+        r = wb.simulate(system, 0.1, times=times, rtol=1e-10)
+        assert r.attrs["status"] == "completed"
+        velocities = np.concatenate((r.velocity.values, r.event_velocity.values))
+        m = np.array([coefficient(system.friction, radius * v) for v in velocities])
+        assert np.max(m) < tangent
+        assert np.max(m) > 0.8 * tangent  # it was approached
+        assert np.all(np.isfinite(r.brake_torque.values))
+        some = times[::100]
+        expected = scipy_states(system, some, method="Radau", rtol=1e-9, max_step=1e-4)
+        got = np.column_stack((r.angle.values, r.velocity.values))[::100]
+        assert np.max(np.abs(got - expected) / scales(expected)) <= 1e-7
+
+    @pytest.mark.parametrize("alpha", [0.9, 1.0])
+    def test_start_beyond_it_has_no_solution(self, alpha):
+        system = paper(eta=0.0, alpha=alpha)
+        r = wb.simulate(system, 0.1, initial=(0.0, 2.0))
+        assert r.attrs["status"] == "no_forward_solution"
+        assert r.attrs["final_time"] == 0.0
+
+    def test_start_inside_the_layer_but_beyond_it(self):
+        system = paper(eta=0.0, alpha=0.9)
+        r = wb.simulate(system, 0.1, initial=(0.0, 0.1))
+        assert r.attrs["status"] == "no_forward_solution"
+        assert not np.any(np.isnan(r.velocity.values))
+
+    def test_slowing_down_into_a_static_peak(self):
+        """Fast sliding is free, but the static peak locks: no solution from there on."""
+        system = paper(eta=0.0, alpha=1.05, static=0.36, amplitude=0.0)
+        r = wb.simulate(system, 0.1, initial=(0.0, 3.0))
+        assert r.attrs["status"] == "no_forward_solution"
+        m = coefficient(system.friction, 0.2 * r.attrs["final_velocity"])
+        assert m < math.tan(system.brake.angle)
+        assert m == pytest.approx(math.tan(system.brake.angle), rel=1e-3)
+
+
+class TestOutput:
+    def test_wanted_times_equal_runs_that_end_there(self):
+        system = paper(eta=-60.0)
+        times = np.sort(np.random.default_rng(3).uniform(0.0, 0.4, 40))
+        r = wb.simulate(system, 0.4, times=times, rtol=1e-8)
+        for i, t in enumerate(times):
+            one = wb.simulate(system, float(t), times=[], rtol=1e-8)
+            assert float(r.angle[i]) == pytest.approx(one.attrs["final_angle"], abs=1e-10)
+            assert float(r.velocity[i]) == pytest.approx(one.attrs["final_velocity"], abs=1e-8)
+
+    def test_restart(self):
+        """The state is all there is: a run resumed from it goes on alike."""
+        for system in (paper(), paper(static=0.33, drive_speed=2.0)):
+            start = (0.0, -system.driveline.drive_speed)
+            whole = wb.simulate(system, 0.4, initial=start, times=[0.4], rtol=1e-12)
+            for middle in (0.1, 0.2123, 0.3):
+                first = wb.simulate(system, middle, initial=start, times=[], rtol=1e-12)
+                state = (first.attrs["final_angle"], first.attrs["final_velocity"])
+                rest = wb.simulate(
+                    system, 0.4 - middle, initial=state, start_time=middle, times=[], rtol=1e-12
+                )
+                assert rest.attrs["final_time"] == pytest.approx(0.4, abs=1e-15)
+                assert rest.attrs["final_angle"] == pytest.approx(float(whole.angle[0]), abs=1e-11)
+                assert rest.attrs["final_velocity"] == pytest.approx(
+                    float(whole.velocity[0]), abs=1e-9
+                )
+
+    def test_sections_are_states_at_period_starts(self):
+        system = paper()
+        r = wb.simulate(system, periods=20, rtol=1e-10)
+        assert r.sizes["period"] == 21
+        assert r.sizes["time"] == 20 * 200 + 1  # the very end included
+        at = wb.simulate(system, periods=20, times=r.poincare_time.values, rtol=1e-10)
+        assert r.poincare_angle.values == pytest.approx(at.angle.values, abs=1e-9)
+        assert r.poincare_velocity.values == pytest.approx(at.velocity.values, abs=1e-7)
+
+    def test_sticks_are_long_stays_in_the_layer(self):
+        system = paper(eta=0.0, F0=0.09)
+        r = wb.simulate(system, periods=20, samples_per_period=1000)
+        band = 1.0 / (100.0 * 0.2)
+        inside = np.abs(r.velocity.values) <= band
+        assert np.mean(inside == (r.sticking.values == 1)) > 0.995
+        assert np.all(r.stick_end.values > r.stick_start.values)
+        assert np.all(r.stick_start.values[1:] > r.stick_end.values[:-1])
+
+
+def test_loose_tolerance():
+    """Even at 1e-2 the answer is a motion near the right one, and takes few steps."""
+    system = paper(eta=0.0, F0=0.09)
+    times = np.linspace(0.0, 0.3, 61)
+    right = wb.simulate(system, 0.3, times=times, rtol=1e-10)
+    loose = wb.simulate(system, 0.3, times=times, rtol=1e-2)
+    assert loose.attrs["status"] == "completed"
+    error = np.abs(loose.velocity - right.velocity).max() / np.abs(right.velocity).max()
+    assert float(error) <= 0.1
+    assert loose.attrs["work"] < 0.5 * right.attrs["work"]
+
+
+def test_energy_balance():
+    """Work of the torque = kinetic and potential energy + what damper and brake take."""
+    system = paper(drive_speed=1.5)
+    count = 200_001
+    start = (0.0, -1.5)
+    r = wb.simulate(system, 0.5, initial=start, times=np.linspace(0.0, 0.5, count), rtol=1e-11)
+    line = system.driveline
+    t, theta, w = r.time.values, r.angle.values, r.velocity.values
+    energy = 0.5 * line.inertia * w**2 + 0.5 * line.stiffness * theta**2
+    power = (r.drive_torque.values - r.brake_torque.values - line.damping * w) * w
+    assert simpson(power, x=t) == pytest.approx(energy[-1] - energy[0], abs=1e-7 * energy.max())
+
+
+class TestEnd:
+    def test_divergence_is_an_answer(self):
+        system = wb.paper.system(friction="smoothed", release=False, damping=1.0)
+        r = wb.simulate(system, 25.0)
+        assert r.attrs["status"] == "diverged"
+        assert r.attrs["final_time"] < 25.0
+        for name in r.variables:
+            if r[name].values.dtype.kind == "f":
+                assert np.all(np.isfinite(r[name].values))
+
+    def test_step_limit_keeps_time_and_state_together(self):
+        system = paper(eta=-60.0)
+        for limit in (1, 10, 50, 200, 777):
+            r = wb.simulate(system, 5.0, times=[], max_steps=limit, rtol=1e-10)
+            assert r.attrs["status"] == "step_limit"
+            t = r.attrs["final_time"]
+            assert 0.0 < t < 5.0
+            right = wb.simulate(system, t, times=[], rtol=1e-10)
+            assert r.attrs["final_angle"] == pytest.approx(right.attrs["final_angle"], abs=1e-10)
+            assert r.attrs["final_velocity"] == pytest.approx(
+                right.attrs["final_velocity"], abs=1e-8
+            )
+
+    def test_law_that_numba_cannot_compile(self):
+        def printed(v):
+            return float(f"{0.3 * math.tanh(v)}")
+
+        def helped(v):
+            return falling_plain(v)
+
+        for law in (printed, helped):
+            system = paper(friction=wb.CustomFriction(law=law, width=0.01))
+            with pytest.raises(wb.InputError, match=f"{law.__name__}: Numba cannot compile"):
+                wb.simulate(system, 0.1)
+
+
+def test_no_event_is_lost_between_tolerances():
+    """The same reversals and releases at every tolerance, at the same times."""
+    found = [
+        wb.simulate(paper(eta=-60.0), 1.0, times=[], rtol=rtol) for rtol in (1e-6, 1e-9, 1e-12)
+    ]
+    for a, b in itertools.pairwise(found):
+        assert np.array_equal(a.event_kind.values, b.event_kind.values)
+        assert np.max(np.abs(a.event_time.values - b.event_time.values)) <= 1e-5

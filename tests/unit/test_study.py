@@ -1,0 +1,333 @@
+"""Study files: the same machine as in Python, changed copies, and the schema."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.model.study import METHODS, Run, parse_study, schema
+from wedgebrake.solvers.solve import METHODS as SOLVERS
+
+PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
+LINE = wb.Driveline(inertia=1.5, damping=0.1, stiffness=1e4, drive_speed=-0.7)
+PULL = wb.Actuation(initial_force=1 / 3, slope=-40.0, release=False)
+TORQUE = wb.HarmonicTorque(amplitude=1e-3, frequency=10.03)
+BRAKES = {
+    "wedge": wb.WedgeBrake(angle=0.34, radius=0.2),
+    "conventional": wb.ConventionalBrake(radius=0.2),
+    "band": wb.BandBrake(radius=0.2, wrap_angle=4.0),
+    "leading-shoe": wb.LeadingShoeBrake(
+        radius=0.2, actuation_arm=0.2, normal_arm=0.1, friction_arm=0.08
+    ),
+}
+FRICTIONS = {
+    "coulomb": wb.CoulombFriction(kinetic=0.3, static=0.33),
+    "tabulated": wb.TabulatedFriction(speeds=(0.0, 0.1, 1.0), coefficients=(0.4, 0.35, 0.3)),
+    "smoothed": wb.SmoothedFriction(kinetic=0.3, static=0.33, decay=5.0, steepness=1e3),
+}
+
+
+def toml(tables: dict[str, dict[str, Any]]) -> str:
+    """Plain tables as TOML; what JSON writes for their values is TOML as well."""
+    return "\n".join(
+        f"[{name}]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in table.items())
+        for name, table in tables.items()
+    )
+
+
+def system(brake: str = "wedge", friction: str = "coulomb") -> wb.BrakedDriveline:
+    return wb.BrakedDriveline(
+        driveline=LINE,
+        brake=BRAKES[brake],
+        friction=FRICTIONS[friction],
+        actuation=PULL,
+        excitation=TORQUE,
+    )
+
+
+@pytest.fixture
+def study() -> wb.Study:
+    return wb.load_study(PAPER)
+
+
+class TestRoundTrip:
+    @pytest.mark.parametrize("brake", BRAKES)
+    @pytest.mark.parametrize("friction", FRICTIONS)
+    def test_of_a_system(self, brake, friction, tmp_path):
+        """As plain tables, as a file, and back: equal in every bit."""
+        given = system(brake, friction)
+        tables = given.as_dict()
+        assert tables["brake"]["kind"] == brake
+        assert tables["friction"]["kind"] == friction
+        assert parse_study(tables).system == given
+        path = tmp_path / "study.toml"
+        path.write_text(toml(tables))
+        read = wb.load_study(path)
+        assert read.system == given
+        assert read.system.as_dict() == tables
+        assert read.run == Run()
+        jsonschema.validate(tomllib.loads(path.read_text()), schema())
+
+    def test_every_kind_has_been_tried(self):
+        assert set(wb.Brake.kinds) == set(BRAKES)
+        properties = schema()["properties"]
+        for name, kinds in (("brake", BRAKES), ("friction", FRICTIONS)):
+            known = {one["properties"]["kind"]["const"] for one in properties[name]["oneOf"]}
+            assert known == set(kinds)
+
+    def test_of_a_run(self):
+        run = {
+            "duration": 2.5,
+            "initial": [0.1, -0.2],
+            "start_time": 0.3,
+            "method": "exact",
+            "samples_per_period": 50,
+            "rtol": 1e-7,
+            "step": 1e-3,
+            "max_events": 1000,
+            "max_steps": 2000,
+        }
+        read = parse_study({**system().as_dict(), "run": run}).run
+        assert read.arguments() == {**run, "periods": None, "initial": (0.1, -0.2)}
+
+    @pytest.mark.parametrize("path", [PAPER, str(PAPER)])
+    def test_path_or_text(self, path):
+        assert wb.load_study(path).run.duration == 25.0
+
+    def test_is_the_same_as_in_python(self, study):
+        assert study.system == wb.paper.system()
+        assert study.system.groups == wb.paper.system().groups
+
+
+class TestDefaults:
+    def test_of_a_run(self):
+        """Those of ``simulate``, and 250 periods."""
+        arguments = parse_study(system().as_dict()).run.arguments()
+        assert arguments.pop("periods") == 250
+        assert arguments.pop("duration") is None
+        defaults = wb.simulate.__kwdefaults__
+        assert arguments == {name: defaults[name] for name in arguments}
+        assert set(defaults) - set(arguments) == {"periods", "times"}
+
+    def test_methods_are_those_of_the_solvers(self):
+        assert set(METHODS) == set(SOLVERS)
+
+    def test_limits_are_those_of_simulate(self):
+        """What a file may say, ``simulate`` takes."""
+        short = {"duration": 0.0}
+        for name, value in (("rtol", 1e-13), ("rtol", 1e-2), ("step", 1e-9), ("step", 1.0)):
+            wb.simulate(system(), **short, **{name: value})
+            Run(**{name: value})
+        for name, value in (
+            ("rtol", 0.99e-13),
+            ("rtol", 1.01e-2),
+            ("step", 0.99e-9),
+            ("step", 1.1),
+        ):
+            with pytest.raises(wb.InputError, match=name):
+                wb.simulate(system(), **short, **{name: value})
+            with pytest.raises(wb.InputError, match=f"run.{name}"):
+                Run(**{name: value})
+
+    def test_of_a_system(self):
+        tables = system().as_dict()
+        del tables["driveline"]["drive_speed"], tables["friction"]["static"]
+        del tables["actuation"]["slope"], tables["actuation"]["release"]
+        read = parse_study(tables).system
+        assert read.driveline.drive_speed == 0.0
+        assert read.friction.static == 0.3
+        assert (read.actuation.slope, read.actuation.release) == (0.0, True)
+
+
+class TestGroups:
+    SI = (("eta", "actuation", "slope"), ("f", "excitation", "frequency"),
+          ("F0", "excitation", "amplitude"), ("alpha", "brake", "angle"))  # fmt: skip
+
+    @pytest.mark.parametrize(("group", "table", "name"), SI)
+    def test_each_stands_for_its_si_value(self, group, table, name):
+        plain = system().replace(amplitude=500.0)
+        tables = plain.as_dict()
+        del tables[table][name]
+        wanted = 0.7 * getattr(plain.groups, group)
+        read = parse_study({**tables, "groups": {group: wanted}}).system
+        assert getattr(read.groups, group) == wanted  # to the last bit
+        assert read == plain.replace(**{group: wanted})
+        assert read.as_dict()[table][name] != plain.as_dict()[table][name]
+
+    def test_all_together(self, study):
+        groups = study.system.groups
+        assert (groups.eta, groups.f, groups.F0, groups.alpha) == (-24.0, 0.63, 0.036, 1.18)
+        assert study.system.actuation.slope == pytest.approx(-40.0)
+        assert study.system.brake.angle == math.atan(1.18 * 0.3)
+
+    def test_none(self):
+        assert parse_study({**system().as_dict(), "groups": {}}).system == system()
+
+    def test_whole_numbers(self):
+        tables = system().as_dict()
+        del tables["actuation"]["slope"]
+        assert parse_study({**tables, "groups": {"eta": -24}}).system.groups.eta == -24.0
+
+    @pytest.mark.parametrize(("group", "table", "name"), SI)
+    def test_beside_the_si_value_is_refused(self, group, table, name):
+        tables = {**system().as_dict(), "groups": {group: 1.0}}
+        message = rf"groups.{group} and {table}.{name}: both given, but {group} sets {name}"
+        with pytest.raises(wb.InputError, match=message):
+            parse_study(tables)
+
+    def test_the_tables_are_not_changed(self):
+        tables = system().as_dict()
+        del tables["actuation"]["slope"]
+        tables["groups"] = {"eta": -24}
+        before = json.dumps(tables)
+        parse_study(tables)
+        assert json.dumps(tables) == before
+
+
+class TestChanged:
+    def test_parameters_and_groups(self, study):
+        other = study.changed(inertia=2.0, eta=-30, static=0.4)
+        assert other.system == study.system.replace(inertia=2.0, eta=-30, static=0.4)
+        assert other.run == study.run
+        assert study.system.groups.eta == -24.0
+
+    def test_numbers_of_numpy(self, study):
+        assert study.changed(eta=np.float64(-30)).system.groups.eta == -30.0
+        assert study.changed(inertia=np.float64(2)).system.driveline.inertia == 2.0
+
+    def test_whole_parts(self, study):
+        brake = wb.ConventionalBrake(radius=0.3)
+        assert study.changed(brake=brake).system.brake == brake
+
+    def test_an_si_value_takes_the_place_of_a_group(self, study):
+        other = study.changed(slope=-10.0).system
+        assert other.actuation.slope == -10.0
+        assert other.groups.eta == pytest.approx(-6.0)
+        assert other.groups.f == 0.63
+
+    def test_duration_and_periods_replace_each_other(self, study):
+        assert study.run.duration == 25.0
+        other = study.changed(periods=7)
+        assert (other.run.duration, other.run.periods) == (None, 7)
+        back = other.changed(duration=2)
+        assert (back.run.duration, back.run.periods) == (2.0, None)
+        with pytest.raises(wb.InputError, match=r"run.duration = 1.0 and run.periods = 2: both"):
+            study.changed(duration=1, periods=2)
+
+    def test_other_settings_stay(self, study):
+        other = study.changed(initial=(0.1, 0.2), rtol=1e-6).changed(periods=3)
+        assert (other.run.initial, other.run.rtol) == ((0.1, 0.2), 1e-6)
+
+    def test_by_nothing(self, study):
+        assert study.changed() == study
+
+    @pytest.mark.parametrize(
+        ("changes", "message"),
+        [
+            ({"inertai": 1.0}, "inertai: no such parameter, group or run setting. .*'inertia'"),
+            ({"period": 3}, "period: no such parameter, group or run setting. .*'periods'"),
+            ({"times": [1.0]}, "times: no such"),
+            ({"wrap_angle": 3.0}, "wrap_angle: no parameter of the brake .* of kind 'band'"),
+            ({"decay": 3.0}, "decay: no parameter of the friction .* of kind 'smoothed'"),
+            ({"inertia": -1}, "driveline.inertia = -1: must be greater than 0"),
+            ({"periods": 2.0}, "run.periods = 2.0: must be a whole number"),
+            ({"method": "exakt"}, "run.method = 'exakt': must be 'exact', 'smooth' or 'ode14x'"),
+            ({"eta": math.nan}, "groups.eta = nan: must be a finite number"),
+            ({"eta": 10**400}, r"groups.eta = 1000+\.\.\.: must be a finite number"),
+            ({"eta": "-3"}, "groups.eta = '-3': must be a number"),
+            ({"eta": 1.0, "slope": 2.0}, "eta and slope: both given"),
+            ({"brake": "band"}, "brake = 'band': must be a Brake"),
+        ],
+    )
+    def test_wrongly(self, changes, message, study):
+        with pytest.raises(wb.InputError, match=message):
+            study.changed(**changes)
+
+    def test_of_a_part_without_a_kind(self, study):
+        class Pad(wb.Brake):
+            @staticmethod
+            def law(m, shape):  # noqa: ARG004 - the common signature
+                return 2.0 * m
+
+        other = study.changed(brake=Pad(radius=0.1))
+        with pytest.raises(wb.InputError, match=r"angle: no parameter .* of kind 'Pad'"):
+            other.changed(angle=0.3)
+
+    def test_a_study_does_not_change_itself(self, study):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            study.run = Run()
+
+
+class TestErrorsNameTheFile:
+    def test_before_one_mistake(self, tmp_path):
+        path = tmp_path / "mine.toml"
+        path.write_text(PAPER.read_text().replace("inertia = 1.0", "inertia = -1.0"))
+        with pytest.raises(wb.InputError) as caught:
+            wb.load_study(path)
+        assert str(caught.value).startswith(f"{path}: driveline.inertia = -1.0: must be greater")
+        assert caught.value.__suppress_context__
+
+    def test_before_several(self, tmp_path):
+        path = tmp_path / "mine.toml"
+        text = PAPER.read_text().replace("inertia = 1.0", "inertia = -1.0")
+        path.write_text(text.replace("duration = 25.0", "duration = -1"))
+        with pytest.raises(wb.InputError) as caught:
+            wb.load_study(path)
+        first, *others = str(caught.value).split("\n")
+        assert first == f"{path}:"
+        assert len(others) == 2
+        assert others[0].startswith("  driveline.inertia = -1.0: must be")
+        assert others[1].startswith("  run.duration = -1: must be")
+
+    @pytest.mark.parametrize(
+        ("name", "message"),
+        [
+            ("no.toml", "no such file"),
+            (".", "is a directory"),
+            ("x" * 300, "cannot be read"),
+            ("a\0b", "cannot be read"),
+        ],
+    )
+    def test_that_cannot_be_read(self, name, message, tmp_path):
+        with pytest.raises(wb.InputError) as caught:
+            wb.load_study(tmp_path / name)
+        assert str(caught.value).startswith(f"{tmp_path / name}: {message}")
+
+    def test_a_parsed_study_has_no_file(self):
+        with pytest.raises(wb.InputError, match=r"^missing: \[driveline\]"):
+            parse_study({})
+
+
+class TestSchema:
+    def test_is_json_and_valid(self):
+        assert json.loads(json.dumps(schema())) == schema()
+        jsonschema.Draft202012Validator.check_schema(schema())
+        assert list(schema()["properties"]) == [
+            "driveline", "brake", "friction", "actuation", "excitation", "groups", "run"
+        ]  # fmt: skip
+
+    def test_its_examples_are_right(self):
+        """The example of each parameter is within its range."""
+        for table, node in schema()["properties"].items():
+            for choice in node.get("oneOf", [node]):
+                for name, field in choice["properties"].items():
+                    if "example" in field:
+                        jsonschema.validate(field["example"], field)
+                        assert (
+                            "default" not in field
+                            or field["default"] is None
+                            or (jsonschema.validate(field["default"], field) is None)
+                        ), (table, name)
+
+    def test_is_a_new_one_each_time(self):
+        schema()["properties"].clear()
+        assert schema()["properties"]
