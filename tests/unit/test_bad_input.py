@@ -302,7 +302,10 @@ FILES: dict[str, tuple[str | bytes, list[str]]] = {
         table("[]", "[]"),
         ["friction.speeds = []", "at least 1", "for example [0.0, 0.1, 1.0]"],
     ),
-    "speeds that descend": (table("[1, 0]", "[0.3, 0.3]"), ["friction.speeds", "ascend", "Sort"]),
+    "speeds that descend": (
+        table("[0, 2, 1]", "[0.3, 0.3, 0.3]"),
+        ["friction.speeds", "ascend", "Sort"],
+    ),
     "nan in a list": (
         table("[0, 1]", "[0.3, nan]"),
         ["friction.coefficients[1] = nan", "finite"],

@@ -1,9 +1,12 @@
 """Compiled functions on floats and arrays only: no objects, no names of brakes.
 
+codes       numbers that stand for outcomes and kinds of event
+compiling   how every kernel is compiled and cached
 flow        closed-form motion inside one linear piece, and its time derivatives
 bound       the step that provably contains no root
 slip        the first event inside a piece
 hold        the end of an interval of rest
+torque      brake torque of any smooth law
 exact       piece to piece: the event-driven trajectory, and its evaluation at any times
 dop853      the Dormand-Prince 8(5,3) step with its continuous extension
 smooth      any smooth law: layer by DOP853, saturated speeds in closed form

@@ -11,16 +11,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .codes import (
+    BREAKPOINT,
+    COMPLETED,
+    DIVERGED,
+    END,
+    EVENT_LIMIT,
+    LOG_FULL,
+    NO_SLIDING,
+    PERIOD,
+    REVERSAL,
+    SLIP,
+    START,
+    STICK,
+)
 from .compiling import compiled
 from .flow import BLOCKED, G2, KIND, acceleration, entry, state_at
 from .hold import HELD, LEFT_UP, hold_moving, hold_still
 from .slip import HIT_HIGH, HIT_LOW, REACHED_END, slip
-
-# Outcome of a run.
-COMPLETED, DIVERGED, NO_SLIDING, EVENT_LIMIT, LOG_FULL = 0, 1, 2, 3, 4
-
-# Kinds of event.
-START, PERIOD, STICK, SLIP, REVERSAL, BREAKPOINT, END = range(7)
 
 # Rounding of the torque at rest, as a share of the torques it is the sum of.
 _ROOM = 2.0**-50

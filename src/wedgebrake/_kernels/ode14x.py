@@ -17,15 +17,18 @@ import math
 
 from numba import types
 
+from .codes import (
+    BAND_ENTERED,
+    BAND_LEFT,
+    COMPLETED,
+    DIVERGED,
+    LOG_FULL,
+    NO_SLIDING,
+    REVERSAL,
+    STEP_LIMIT,
+)
 from .compiling import compiled, compiled_for
-from .exact import END, REVERSAL
 from .torque import LAW, SHAPE, brake_torque
-
-# Outcome of a run.
-COMPLETED, DIVERGED, NO_SLIDING, STEP_LIMIT, LOG_FULL = 0, 1, 2, 3, 4
-
-# Kinds of row: REVERSAL, and the speed enters or leaves the stick band.
-BAND_ENTERED, BAND_LEFT = END + 1, END + 2
 
 LOG_KIND, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(5)
 LOG_COLUMNS = 5

@@ -15,6 +15,20 @@ import math
 
 from numba import types
 
+from .codes import (
+    BAND_ENTERED,
+    BAND_LEFT,
+    BREAKPOINT,
+    COMPLETED,
+    DIVERGED,
+    END,
+    LOG_FULL,
+    NO_SLIDING,
+    PERIOD,
+    REVERSAL,
+    START,
+    STEP_LIMIT,
+)
 from .compiling import compiled, compiled_for
 from .dop853 import (
     DEGREE,
@@ -26,17 +40,10 @@ from .dop853 import (
     first_root,
     step,
 )
-from .exact import BREAKPOINT, END, PERIOD, REVERSAL, START
 from .flow import BLOCKED, G2, KIND, entry, state_at
 from .flow import acceleration as linear_acceleration
 from .slip import HIT_HIGH, HIT_LOW, REACHED_END, slip
 from .torque import LAW, SHAPE
-
-# Outcome of a run.
-COMPLETED, DIVERGED, NO_SLIDING, STEP_LIMIT, LOG_FULL = 0, 1, 2, 3, 4
-
-# Kinds of row beside the exact solver's: the speed enters or leaves the stick band.
-BAND_ENTERED, BAND_LEFT = END + 1, END + 2
 
 LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(6)
 LOG_COLUMNS = 6

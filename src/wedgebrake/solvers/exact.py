@@ -8,20 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake._kernels import codes, flow
 from wedgebrake._kernels import exact as kernel
-from wedgebrake._kernels import flow
 from wedgebrake.model.characteristic import Characteristic
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.status import Status
+from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 from wedgebrake.solvers.trajectory import Clock, Events, FloatArray, Sticks, Task, Trajectory
-
-_STATUS = {
-    kernel.COMPLETED: Status.COMPLETED,
-    kernel.DIVERGED: Status.DIVERGED,
-    kernel.NO_SLIDING: Status.NO_FORWARD_SOLUTION,
-    kernel.EVENT_LIMIT: Status.EVENT_LIMIT,
-}
-_DIVERGED_FACTOR = 1e6
 
 
 class Problem(NamedTuple):
@@ -55,7 +47,7 @@ def problem(
     omega = torque.angular_frequency
     plant = (line.inertia, line.damping, line.stiffness, torque.amplitude, omega)
     table = flow.constants(*plant, over_w["slopes"], over_w["offsets"])
-    w_diverged = _DIVERGED_FACTOR * velocity_scale(system, law, angle, velocity)
+    w_diverged = DIVERGED_FACTOR * velocity_scale(system, law, angle, velocity)
     return Problem(
         *plant,
         over_w["bounds"],
@@ -104,8 +96,8 @@ def solve(
         log, number, rest, angle, velocity, piece,
     )  # fmt: skip
     torque = _brake_torque(given, law, reached, angle, velocity, piece)
-    marks = (log[:, kernel.LOG_KIND] == kernel.PERIOD) | (
-        (log[:, kernel.LOG_TIME] == 0.0) & (log[:, kernel.LOG_KIND] == kernel.START)
+    marks = (log[:, kernel.LOG_KIND] == codes.PERIOD) | (
+        (log[:, kernel.LOG_TIME] == 0.0) & (log[:, kernel.LOG_KIND] == codes.START)
     )
     return Trajectory(
         times=reached,
@@ -118,7 +110,7 @@ def solve(
         period_velocity=log[marks, kernel.LOG_W],
         events=_events(log, task.clock),
         sticks=_sticks(log, task.clock, float(end)),
-        status=_STATUS[outcome],
+        status=Status.of(outcome),
         final=(float(end), final[2], final[3]),
         detail=_detail(outcome, float(end), given, log),
         work=work,
@@ -137,7 +129,7 @@ def _run(
         outcome, *end, _, used, work = kernel.run(
             *given, *state, *task.end, max_events, log, no_points
         )
-        if outcome != kernel.LOG_FULL:
+        if outcome != codes.LOG_FULL:
             return log[:used].copy(), outcome, (end[0], end[1], end[2], end[3]), work
         rows *= 4
 
@@ -167,7 +159,7 @@ def _times(log: FloatArray, clock: Clock) -> FloatArray:
 
 
 def _events(log: FloatArray, clock: Clock) -> Events:
-    real = (log[:, kernel.LOG_KIND] >= kernel.STICK) & (log[:, kernel.LOG_KIND] != kernel.END)
+    real = (log[:, kernel.LOG_KIND] >= codes.STICK) & (log[:, kernel.LOG_KIND] != codes.END)
     rows = log[real]
     return Events(
         time=_times(log, clock)[real],
@@ -189,18 +181,18 @@ def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
     if last.size < first.size:
         times, last = np.append(times, end), np.append(last, log.shape[0])
         released = np.append(released, 0.0)
-    entry = np.where(log[first, kernel.LOG_KIND] == kernel.STICK, log[first, kernel.LOG_SIDE], 0.0)
+    entry = np.where(log[first, kernel.LOG_KIND] == codes.STICK, log[first, kernel.LOG_SIDE], 0.0)
     return Sticks(times[first], times[last], entry.astype(np.int8), released.astype(np.int8))
 
 
 def _detail(outcome: int, end: float, given: Problem, log: FloatArray) -> str:
-    if outcome == kernel.DIVERGED:
+    if outcome == codes.DIVERGED:
         rate = -0.5 * given.table[int(log[-1, kernel.LOG_PIECE]), flow.G2]
         split = rate * rate - given.stiffness / given.inertia
         rate += math.sqrt(split) if split > 0.0 else 0.0
         return f"Diverged at t = {end:.6g} s, growing as exp({rate:.4g} t)."
-    if outcome == kernel.NO_SLIDING:
+    if outcome == codes.NO_SLIDING:
         return f"No sliding solution from t = {end:.6g} s on."
-    if outcome == kernel.EVENT_LIMIT:
+    if outcome == codes.EVENT_LIMIT:
         return f"Stopped at t = {end:.6g} s."
     return ""

@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake._kernels import codes
 from wedgebrake._kernels import ode14x as kernel
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CoulombFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.laws import Shape, brake_law, compiled_law, friction_law
-from wedgebrake.solvers.status import Status
+from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 from wedgebrake.solvers.sticks import SHORTEST_STICK, sticks_from_layer, within
 from wedgebrake.solvers.trajectory import EventKind, Events, FloatArray, Sticks, Task, Trajectory
 
@@ -31,13 +32,6 @@ SUBSTEPS = (12, 8, 6, 4)
 SEES_END = False
 """Whether a substep sees the torque of its end; in Simulink's generated code, of its start."""
 
-_STATUS = {
-    kernel.COMPLETED: Status.COMPLETED,
-    kernel.DIVERGED: Status.DIVERGED,
-    kernel.NO_SLIDING: Status.NO_FORWARD_SOLUTION,
-    kernel.STEP_LIMIT: Status.STEP_LIMIT,
-}
-_DIVERGED_FACTOR = 1e6
 _FIRST_ROWS = 100_000
 
 
@@ -84,11 +78,11 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
     while True:
         log = np.empty((rows, kernel.LOG_COLUMNS))
         outcome, now, angle, velocity, steps, used, reached = kernel.run(
-            plant, *laws, numbers, hold, band, _DIVERGED_FACTOR * _speed_scale(system, task),
+            plant, *laws, numbers, hold, band, DIVERGED_FACTOR * _speed_scale(system, task),
             step, np.array(SUBSTEPS), _turns(omega * step), rest, task.angle, task.velocity, end,
             max_steps, log, merged[order], seen, np.empty((4, 2)),
         )  # fmt: skip
-        if outcome != kernel.LOG_FULL:
+        if outcome != codes.LOG_FULL:
             break
         rows *= 4
     inverse = np.empty_like(order)
@@ -115,7 +109,7 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
         period_velocity=section[:, kernel.SEEN_W].copy(),
         events=_events(log, start_time),
         sticks=sticks,
-        status=_STATUS[outcome],
+        status=Status.of(outcome),
         final=(stop, float(angle), float(velocity)),
         detail=_detail(outcome, stop, step, hold),
         work=steps,
@@ -180,8 +174,8 @@ def _events(log: FloatArray, start_time: float) -> Events:
 
 
 def _sticks(log: FloatArray, start_time: float, end: float, minimum: float) -> Sticks:
-    entered = log[log[:, kernel.LOG_KIND] == kernel.BAND_ENTERED]
-    left = log[log[:, kernel.LOG_KIND] == kernel.BAND_LEFT]
+    entered = log[log[:, kernel.LOG_KIND] == codes.BAND_ENTERED]
+    left = log[log[:, kernel.LOG_KIND] == codes.BAND_LEFT]
     leave_time, leave_side = left[:, kernel.LOG_TIME], left[:, kernel.LOG_SIDE]
     if leave_time.size < entered.shape[0]:
         leave_time, leave_side = np.append(leave_time, end), np.append(leave_side, 0.0)
@@ -195,12 +189,12 @@ def _sticks(log: FloatArray, start_time: float, end: float, minimum: float) -> S
 
 
 def _detail(outcome: int, end: float, step: float, hold: float) -> str:
-    if outcome == kernel.DIVERGED:
+    if outcome == codes.DIVERGED:
         return f"Diverged at t = {end:.6g} s."
-    if outcome == kernel.NO_SLIDING:
+    if outcome == codes.NO_SLIDING:
         way_out = "method='exact'" if hold else "method='smooth'"
         return (
             f"The step of {step:g} s went into sliding without a solution at t = {end:.6g} s;"
             f" {way_out} does not step over that wall."
         )
-    return f"Stopped at t = {end:.6g} s." if outcome == kernel.STEP_LIMIT else ""
+    return f"Stopped at t = {end:.6g} s." if outcome == codes.STEP_LIMIT else ""

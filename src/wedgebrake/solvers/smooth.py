@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
-from wedgebrake._kernels import dop853, flow
+from wedgebrake._kernels import codes, dop853, flow
 from wedgebrake._kernels import smooth as kernel
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.laws import Shape, brake_law, friction_law
-from wedgebrake.solvers.status import Status
+from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 from wedgebrake.solvers.sticks import SHORTEST_STICK, sticks_from_layer, within
 from wedgebrake.solvers.trajectory import (
     Clock,
@@ -28,13 +28,6 @@ from wedgebrake.solvers.trajectory import (
     Trajectory,
 )
 
-_STATUS = {
-    kernel.COMPLETED: Status.COMPLETED,
-    kernel.DIVERGED: Status.DIVERGED,
-    kernel.NO_SLIDING: Status.NO_FORWARD_SOLUTION,
-    kernel.STEP_LIMIT: Status.STEP_LIMIT,
-}
-_DIVERGED_FACTOR = 1e6
 # The law counts as constant, and is then solved in closed form, where its torque differs by
 # less than this share of rtol.
 _SATURATION = 1e-2
@@ -103,7 +96,7 @@ def problem(
         table=flow.constants(*plant, slopes, offsets),
         rest_edge=len(backward) - 1,
         band=band,
-        w_diverged=_DIVERGED_FACTOR * (speed + largest + max(cuts) + 1e-300),
+        w_diverged=DIVERGED_FACTOR * (speed + largest + max(cuts) + 1e-300),
         tolerances=(rtol, speed / fastest + 1e-300, min(speed, _BAND_SHARE * band / rtol) + 1e-300),
         h_max=2.0 / fastest,
     )
@@ -196,9 +189,9 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
         period_velocity=log[marks, kernel.LOG_W],
         events=_events(log, task.clock),
         sticks=sticks,
-        status=_STATUS[outcome],
+        status=Status.of(outcome),
         final=(end, final[2], final[3]),
-        detail="" if outcome == kernel.COMPLETED else f"Stopped at t = {end:.6g} s.",
+        detail="" if outcome == codes.COMPLETED else f"Stopped at t = {end:.6g} s.",
         work=steps,
     )
 
@@ -220,7 +213,7 @@ def _run(
             *given, *task.start, task.angle, task.velocity, *task.end, max_steps, log,
             number, rest, seen, work,
         )  # fmt: skip
-        if outcome != kernel.LOG_FULL:
+        if outcome != codes.LOG_FULL:
             state = (final[0], final[1], final[2], final[3])
             return log[:used].copy(), outcome, state, steps, reached
         rows *= 4
@@ -252,8 +245,8 @@ def _events(log: FloatArray, clock: Clock) -> Events:
 
 def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
     times = clock.join(log[:, kernel.LOG_PERIOD].astype(np.int64), log[:, kernel.LOG_TIME])
-    entered = log[:, kernel.LOG_KIND] == kernel.BAND_ENTERED
-    left = log[:, kernel.LOG_KIND] == kernel.BAND_LEFT
+    entered = log[:, kernel.LOG_KIND] == codes.BAND_ENTERED
+    left = log[:, kernel.LOG_KIND] == codes.BAND_LEFT
     side = log[:, kernel.LOG_SIDE]
     leave_time, leave_side = times[left], side[left]
     if leave_time.size < np.count_nonzero(entered):

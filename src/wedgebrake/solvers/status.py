@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from enum import Enum
 
+from wedgebrake._kernels import codes
+
+DIVERGED_FACTOR = 1e6
+"""Growth beyond the motion's own scale that is called divergence."""
+
 
 class Status(Enum):
     """Outcome of a simulation, with the sentence that tells it to a person."""
@@ -14,12 +19,24 @@ class Status(Enum):
     EVENT_LIMIT = "event_limit"
     STEP_LIMIT = "step_limit"
 
+    @classmethod
+    def of(cls, outcome: int) -> Status:
+        """The status that a kernel's outcome stands for."""
+        return _OUTCOMES[outcome]
+
     @property
     def sentence(self) -> str:
         """What the status means and what can be done."""
         return _SENTENCES[self]
 
 
+_OUTCOMES = {
+    codes.COMPLETED: Status.COMPLETED,
+    codes.DIVERGED: Status.DIVERGED,
+    codes.NO_SLIDING: Status.NO_FORWARD_SOLUTION,
+    codes.EVENT_LIMIT: Status.EVENT_LIMIT,
+    codes.STEP_LIMIT: Status.STEP_LIMIT,
+}
 _SENTENCES = {
     Status.COMPLETED: "The simulation ran to the end of the wanted time.",
     Status.DIVERGED: (

@@ -9,6 +9,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake._kernels import codes
 from wedgebrake.solvers.status import Status
 
 FloatArray = NDArray[np.float64]
@@ -17,13 +18,13 @@ FloatArray = NDArray[np.float64]
 class EventKind(IntEnum):
     """What happens at an event."""
 
-    START = 0
-    PERIOD = 1
-    STICK = 2
-    SLIP = 3
-    REVERSAL = 4
-    BREAKPOINT = 5
-    END = 6
+    START = codes.START
+    PERIOD = codes.PERIOD
+    STICK = codes.STICK
+    SLIP = codes.SLIP
+    REVERSAL = codes.REVERSAL
+    BREAKPOINT = codes.BREAKPOINT
+    END = codes.END
 
 
 EVENT_MEANINGS = {
