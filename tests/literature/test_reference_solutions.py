@@ -1,6 +1,6 @@
-"""States and stick counts of PHYSICS section 4's wedge brake, known to 11 digits.
+"""States and stick counts of docs/theory.md, section 4's wedge brake, known to 11 digits.
 
-Source of the numbers: shared/reference/solutions.md, two independent computations agreeing
+Source of the numbers: reference table, two independent computations agreeing
 to 11 digits: 60- to 150-digit closed form, and event-driven Taylor integration.
 """
 

@@ -1,6 +1,6 @@
 """The smoothed law against states known to 11 digits, and what ``rtol`` means.
 
-Source of the numbers: shared/reference/solutions.md, the rows "smoothed" (steepness 100 s/m,
+Source of the numbers: a reference table, the rows "smoothed" (steepness 100 s/m,
 no static peak): 128-bit Taylor integration split at every kink, agreeing to 11 digits with
 DOP853 at 1e-13 split likewise.
 """

@@ -12,7 +12,7 @@ from wedgebrake.solvers import ode14x
 HARMONIC, SIMULINK = ((1, 2, 3, 4), True), ((12, 8, 6, 4), False)
 
 # States of the smoothed law with xi = 100, no static peak, alpha = 1.18, f = 0.63, from rest:
-# {(eta, F0): {time [s]: (angle [rad], velocity [rad/s])}}. Source: shared/reference/solutions.md,
+# {(eta, F0): {time [s]: (angle [rad], velocity [rad/s])}}. Source: a reference table,
 # 128-bit Taylor integration split at every kink and DOP853 at 1e-13 split likewise, agreeing
 # to 11 digits.
 SMOOTHED = {
@@ -161,7 +161,7 @@ class TestSmoothedLaw:
         return np.column_stack((r.angle, r.velocity))
 
     def test_static_peak_drive_speed_and_stick_band(self):
-        # The right side again from PHYSICS section 1, solved by SciPy's LSODA at 1e-10.
+        # The right side again from docs/theory.md, section 1, solved by SciPy's LSODA at 1e-10.
         system = wb.BrakedDriveline(
             driveline=wb.Driveline(damping=1.0, stiffness=1e4, inertia=1.0, drive_speed=0.05),
             brake=wb.BandBrake(wrap_angle=3.0, radius=0.2),

@@ -1,4 +1,4 @@
-"""The event-driven trajectory: closed forms joined at events (PHYSICS section 5).
+"""The event-driven trajectory: closed forms joined at events (docs/theory.md, section 5).
 
 The brake is known here only by its characteristic over the driveline velocity ``w``:
 breakpoints, an offset and a slope for each piece between them, and the torque interval

@@ -91,7 +91,7 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
 
 
 def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
-    """The class of the motion from ``start`` on (PHYSICS section 6).
+    """The class of the motion from ``start`` on (docs/theory.md, section 6).
 
     "at rest"                   : no slip at all
     "non-stick-slip"            : no stick is entered

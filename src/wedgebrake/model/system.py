@@ -64,7 +64,7 @@ class BrakedDriveline(Part):
 
     @property
     def groups(self) -> Groups:
-        """The normalised groups (PHYSICS section 2)."""
+        """The normalised groups (docs/theory.md, section 2)."""
         computed = _groups.compute(self)
         if not self._stated:
             return computed

@@ -82,7 +82,7 @@ def solve(
     max_events: int,
     characteristic: Characteristic | None = None,
 ) -> Trajectory:
-    """Simulate a system with set-valued friction exactly (PHYSICS section 5)."""
+    """Simulate a system with set-valued friction exactly (docs/theory.md, section 5)."""
     given = problem(system, task.angle, task.velocity, characteristic)
     law = system.characteristic if characteristic is None else characteristic
     log, outcome, final, work = _run(given, task, max_events)
