@@ -21,7 +21,7 @@ class OutputError(WedgebrakeError, OSError):
 def nearest(word: str, allowed: Iterable[str]) -> str:
     """A sentence that suggests the allowed words nearest to ``word``."""
     allowed = sorted(allowed)
-    close = difflib.get_close_matches(word, allowed, n=3, cutoff=0.5)
+    close = difflib.get_close_matches(word, allowed, n=3, cutoff=0.6)
     if not close:
         lowered = {name.lower(): name for name in allowed}
         close = [lowered[word.lower()]] if word.lower() in lowered else []

@@ -312,3 +312,27 @@ class TestSelfLocking:
         assert r.attrs["final_velocity"] == 3.0
         assert r.attrs["final_time"] > 0.0
         assert has_no_nan(r)
+
+
+@pytest.mark.parametrize(("change", "initial"), [({}, 0.01), ({"kinetic": 0.0}, 0.01)])
+def test_a_period_of_very_many_vibrations_ends_in_a_limit(change, initial):
+    """A billion vibrations in one torque period: bounded work, a sentence, a valid state."""
+    system = wb.paper.system(eta=0.0).replace(frequency=1e-8, amplitude=1.0, damping=0.0)
+    free = system.replace(initial_force=0.0, **change)
+    r = wb.simulate(free, periods=1, initial=(initial, 0.0), times=[], max_events=1000)
+    assert r.attrs["status"] == "event_limit"
+    assert 0.0 < r.attrs["final_time"] < 1e8
+    assert abs(r.attrs["final_angle"]) < 0.011
+    # Undamped and free, it reverses at every half vibration, and never rests.
+    assert r.sizes["stick"] == 0
+    assert np.allclose(np.diff(r.event_time), np.pi / 100.0, rtol=1e-3)
+
+
+def test_search_steps_are_bounded_too():
+    """Far from every boundary there are no events; the search itself must end."""
+    system = wb.paper.system(eta=0.0).replace(frequency=1e-8, amplitude=1.0, damping=0.0)
+    turning = system.replace(initial_force=0.0, drive_speed=50.0)
+    r = wb.simulate(turning, periods=1, initial=(0.01, 0.0), times=[], max_events=1000)
+    assert r.attrs["status"] == "event_limit"
+    assert r.sizes["event"] == 0
+    assert 0.0 < r.attrs["final_time"] < 1e8

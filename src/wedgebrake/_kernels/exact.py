@@ -28,7 +28,7 @@ from .codes import (
 from .compiling import compiled
 from .flow import BLOCKED, G2, KIND, acceleration, entry, state_at
 from .hold import HELD, LEFT_UP, hold_moving, hold_still
-from .slip import HIT_HIGH, HIT_LOW, REACHED_END, slip
+from .slip import HIT_HIGH, HIT_LOW, OUT_OF_PATIENCE, REACHED_END, slip
 
 # Rounding of the torque at rest, as a share of the torques it is the sum of.
 _ROOM = 2.0**-50
@@ -102,6 +102,7 @@ def run(
     # Room for rounding in the holding condition; it grows while decisions follow each other
     # without time passing, as where the motion creeps into the equilibrium of slip.
     again, room, rest_period, rest_time = 1.0, 0.0, period - 1, 0.0
+    standstill = 1e-7 / max(omega, math.sqrt(w2))
 
     # Where the state is: on the rest velocity the holding interval decides, below.
     deciding = w == w_rest
@@ -118,7 +119,7 @@ def run(
             # At rest relative to the brake: hold, or slip the way the torque points.
             pull = amplitude * sine - damping * w_rest - stiffness * theta
             elapsed = (period - rest_period) * length + t - rest_time
-            again = 4.0 * again if elapsed < 1e-7 * length else 1.0
+            again = 4.0 * again if elapsed < standstill else 1.0
             rest_period, rest_time = period, t
             room = again * _ROOM * (amplitude + abs(damping * w_rest) + abs(stiffness * theta))
             if pull > upper + room or pull < lower - room:
@@ -195,9 +196,12 @@ def run(
                 low = max(low, -w_diverged)
                 high = min(high, w_diverged)
             what, t, sine, cosine, theta, w, a, spent = slip(
-                table[piece], w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a
-            )
+                table[piece], w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a,
+                10 * max_events - evaluations,
+            )  # fmt: skip
             evaluations += spent
+            if what == OUT_OF_PATIENCE:
+                return EVENT_LIMIT, period, t, theta, w, events, rows, evaluations
             if not math.isfinite(w):
                 return DIVERGED, period, t, theta, w, events, rows, evaluations
             if what != REACHED_END:

@@ -7,7 +7,7 @@ from .compiling import compiled
 from .flow import CELL, G2, NOISE, acceleration, entry, jerk, snap, state_at
 
 # What ended the search.
-REACHED_END, HIT_LOW, HIT_HIGH = 0, 1, 2
+REACHED_END, HIT_LOW, HIT_HIGH, OUT_OF_PATIENCE = 0, 1, 2, 3
 
 
 @compiled
@@ -70,13 +70,14 @@ def _turn(sine, cosine, x):
 
 
 @compiled
-def slip(row, w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a):
+def slip(row, w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a, patience):
     """Move inside the piece ``row`` until ``w`` leaves (low, high) or ``t_end`` comes.
 
     t, t_end       time inside the period [s]
     sine, cosine   of the torque's phase omega t at entry
     theta, w, a    state and acceleration at entry; a is given, not computed, because at
                    the end of a stick it is known exactly where a difference is rounding
+    patience       evaluations after which to give up, as in periods of very many vibrations
 
     Returns (what, t, sine, cosine, theta, w, a, evaluations). On a hit ``w`` is the
     boundary itself.
@@ -138,4 +139,6 @@ def slip(row, w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a):
         evaluations += 1
         if t >= t_end or not math.isfinite(w):
             return REACHED_END, t, sine, cosine, theta, w, a, evaluations
+        if evaluations >= patience:
+            return OUT_OF_PATIENCE, t, sine, cosine, theta, w, a, evaluations
         j = jerk(row, w2, f, omega, w, a, cosine)

@@ -42,7 +42,7 @@ from .dop853 import (
 )
 from .flow import BLOCKED, G2, KIND, entry, state_at
 from .flow import acceleration as linear_acceleration
-from .slip import HIT_HIGH, HIT_LOW, REACHED_END, slip
+from .slip import HIT_HIGH, HIT_LOW, OUT_OF_PATIENCE, REACHED_END, slip
 from .torque import LAW, SHAPE
 
 LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(6)
@@ -315,9 +315,11 @@ def _run(
             sin0, cos0 = math.sin(omega * t), math.cos(omega * t)
             a = linear_acceleration(row, w2, f, theta, w, sin0)
             hit, t, _, _, theta, w, a, spent = slip(
-                row, w2, f, omega, low, high, t, t_end, sin0, cos0, theta, w, a
+                row, w2, f, omega, low, high, t, t_end, sin0, cos0, theta, w, a, max_steps - steps
             )
             steps += spent
+            if hit == OUT_OF_PATIENCE:
+                return STEP_LIMIT, period, t, theta, w, steps, rows, wanted
             if wanted < want_time.size:
                 wanted = _see_linear(
                     row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen,

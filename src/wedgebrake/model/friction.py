@@ -160,16 +160,22 @@ class TabulatedFriction(SetValuedFriction):
                 f"friction.coefficients: has {len(coefficients)} values, but friction.speeds"
                 f" has {len(speeds)}. Give one coefficient for each speed."
             )
-        if speeds[0] != 0.0 or any(b <= a for a, b in pairwise(speeds)):
+        if speeds[0] != 0.0:
             raise ValueError(
-                "friction.speeds: must start at 0 and ascend. Sort the table and remove"
-                " repeated speeds."
+                f"friction.speeds[0] = {speeds[0]!r}: must be 0. Begin the table at rest."
             )
-        if min(coefficients) < 0.0 or max(coefficients) > 5.0:
-            raise ValueError(
-                "friction.coefficients: must be in [0, 5]. The sign of the friction follows"
-                " the direction of motion; give magnitudes."
-            )
+        for before, after in pairwise(speeds):
+            if not before + 1e-9 <= after <= 1e9:
+                raise ValueError(
+                    f"friction.speeds: {after!r} follows {before!r}: must ascend, by at least 1e-9"
+                    " m/s and to at most 1e9 m/s. Sort the table and remove repeated speeds."
+                )
+        for i, value in enumerate(coefficients):
+            if not 0.0 <= value <= 5.0:
+                raise ValueError(
+                    f"friction.coefficients[{i}] = {value!r}: must be in [0, 5]. The sign of the"
+                    " friction follows the direction of motion; give magnitudes."
+                )
         _check_static(coefficients[0], self.static)
         return self
 

@@ -6,6 +6,7 @@ import dataclasses
 import math
 from typing import Any, ClassVar
 
+import numpy as np
 from pydantic import ConfigDict, PrivateAttr, SerializeAsAny
 
 from wedgebrake.errors import InputError, nearest
@@ -17,7 +18,7 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.part import Part
+from wedgebrake.model.part import Part, shown
 
 PARTS: tuple[str, ...] = ("driveline", "brake", "friction", "actuation", "excitation")
 _BASES: dict[str, type[Part]] = {
@@ -128,8 +129,9 @@ class BrakedDriveline(Part):
         return system
 
     def _with_group(self, name: str, value: Any) -> BrakedDriveline:
-        if not isinstance(value, int | float) or isinstance(value, bool) or not _finite(value):
-            raise InputError(f"groups.{name} = {value!r}: must be a finite number.")
+        plain = isinstance(value, int | float | np.integer | np.floating)
+        if not plain or isinstance(value, bool) or not _finite(value):
+            raise InputError(f"groups.{name} = {shown(value)}: must be a finite number.")
         if getattr(self.groups, name) == value:
             return self
         target, setter = _groups.SETTERS[name]
@@ -137,7 +139,10 @@ class BrakedDriveline(Part):
         parts = {part: getattr(self, part) for part in PARTS}
         for part, object_ in parts.items():
             if target in type(object_).model_fields:
-                parts[part] = _changed(object_, {target: si})
+                try:
+                    parts[part] = _changed(object_, {target: si})
+                except InputError as error:
+                    raise InputError(f"groups.{name} = {value!r}: sets {error}") from None
         return BrakedDriveline(**parts)
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
@@ -161,7 +166,7 @@ def _check_parts(parts: dict[str, Any]) -> None:
     for name, base in _BASES.items():
         if name in parts and not isinstance(parts[name], base):
             raise InputError(
-                f"{name} = {parts[name]!r}: must be a {base.__name__}, for example"
+                f"{name} = {shown(parts[name])}: must be a {base.__name__}, for example"
                 f" {_example(base)}."
             )
 
@@ -171,7 +176,10 @@ def _plain(value: Any) -> Any:
 
 
 def _finite(value: float) -> bool:
-    return math.isfinite(value)
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer beyond all floats
+        return False
 
 
 def _changed(part: Part, values: dict[str, Any]) -> Part:

@@ -188,8 +188,9 @@ def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
 def _detail(outcome: int, end: float, given: Problem, log: FloatArray) -> str:
     if outcome == codes.DIVERGED:
         rate = -0.5 * given.table[int(log[-1, kernel.LOG_PIECE]), flow.G2]
-        split = rate * rate - given.stiffness / given.inertia
-        rate += math.sqrt(split) if split > 0.0 else 0.0
+        natural = math.sqrt(given.stiffness / given.inertia)
+        if rate > natural:
+            rate += math.sqrt(rate - natural) * math.sqrt(rate + natural)
         return f"Diverged at t = {end:.6g} s, growing as exp({rate:.4g} t)."
     if outcome == codes.NO_SLIDING:
         return f"No sliding solution from t = {end:.6g} s on."

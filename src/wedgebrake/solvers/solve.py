@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
+from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.trajectory import Clock, FloatArray, Task, Trajectory
 
@@ -23,6 +24,8 @@ METHODS: dict[str, str] = {
     "ode14x": "the paper's fixed step; smoothed or Coulomb friction (banded)",
 }
 _MAX_SAMPLES = 50_000_000
+_MAX_PERIODS = 5_000_000  # half a kilobyte of events in each
+_MAX_PHASE = 1e15  # periods before the start that leave the phase some digits
 
 
 def simulate(
@@ -154,7 +157,7 @@ def _task(
             f"duration = {duration!r} and periods = {periods!r}: give exactly one of them,"
             " for example duration=25.0 (seconds) or periods=250 (of the torque)."
         )
-    _number("start_time", start_time, 0.0, 1e12)
+    _number("start_time", start_time, 0.0, min(1e12, _MAX_PHASE * clock.period))
     _require(
         isinstance(initial, tuple | list) and len(initial) == 2, "initial", initial,
         "two numbers, angle [rad] and velocity [rad/s]",
@@ -164,21 +167,25 @@ def _task(
     number, rest = clock.split(start_time)
     start = (int(number), float(rest))
     if periods is not None:
-        _whole("periods", periods)
+        _whole("periods", periods, _MAX_PERIODS)
         end = (start[0] + periods, start[1])
     else:
         assert duration is not None  # noqa: S101 - one of the two is given, checked above
-        _number("duration", duration, 0.0, 1e12)
+        _number(
+            "duration", duration, 0.0, _MAX_PERIODS * clock.period,
+            " It is in seconds, at most 5000000 periods of the torque at once; go on from the"
+            " final state with initial and start_time.",
+        )  # fmt: skip
         number, rest = clock.split(start_time + duration)
         end = (int(number), float(rest))
     stop = float(clock.join(*end))
     if times is None:
-        _whole("samples_per_period", samples)
+        _whole("samples_per_period", samples, _MAX_SAMPLES)
         count = max(1, math.ceil((stop - start_time) / clock.period * samples - 1e-6))
         if count > _MAX_SAMPLES:
             raise InputError(
                 f"samples_per_period = {samples}: would give {count} samples, at most"
-                f" {_MAX_SAMPLES}. Lower it, or give the wanted times in `times`."
+                f" {_MAX_SAMPLES}. Lower it, shorten the run, or give the times themselves."
             )
         wanted = np.linspace(start_time, stop, count + 1)
     else:
@@ -211,10 +218,11 @@ def _require(fits: bool, name: str, value: object, allowed: str) -> None:
 def _number(name: str, value: Any, low: float, high: float, why: str = "") -> float:
     plain = isinstance(value, int | float | np.integer | np.floating)
     if not plain or isinstance(value, bool) or not low <= value <= high:
-        raise InputError(f"{name} = {value!r}: must be a number in [{low:g}, {high:g}].{why}")
+        raise InputError(f"{name} = {shown(value)}: must be a number in [{low:g}, {high:g}].{why}")
     return float(value)
 
 
-def _whole(name: str, value: Any) -> None:
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or not value > 0:
-        raise InputError(f"{name} = {value!r}: must be a whole number above 0.")
+def _whole(name: str, value: Any, most: int = 10**12) -> None:
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not 0 < value <= most:
+        raise InputError(f"{name} = {shown(value)}: must be a whole number, 1 to {most}.")

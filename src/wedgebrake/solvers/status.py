@@ -48,7 +48,8 @@ _SENTENCES = {
         " direction. Enlarge the wedge angle or lower the friction coefficient."
     ),
     Status.EVENT_LIMIT: (
-        "More events than allowed; the state is valid up to the last time. Raise max_events."
+        "More events, or ten times as many search steps, than max_events allows; the state is"
+        " valid up to the last time. Raise max_events."
     ),
     Status.STEP_LIMIT: (
         "The integrator needed more steps than allowed, or a step below rounding; the state is"
