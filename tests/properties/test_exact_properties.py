@@ -212,7 +212,8 @@ def _stays(run: Run, points: list[np.ndarray]) -> list[np.ndarray]:
             assert np.all(v <= span.piece.high + close)
         ends = (t[max(i - 1, 0)] + (t[min(i + 1, t.size - 1)] - t[max(i - 1, 0)]) * _GRID
                 for i in (np.argmin(v), np.argmax(v)))  # fmt: skip
-        closest.append(np.sort(np.concatenate(list(ends))))
+        # Clipped: rounding must not carry a point into the next span.
+        closest.append(np.clip(np.sort(np.concatenate(list(ends))), t[0], t[-1]))
     return closest
 
 

@@ -27,7 +27,7 @@ from .codes import (
 )
 from .compiling import compiled
 from .flow import BLOCKED, G2, KIND, acceleration, entry, state_at
-from .hold import HELD, LEFT_UP, hold_moving, hold_still
+from .hold import HELD, LEFT_UP, hold
 from .slip import HIT_HIGH, HIT_LOW, OUT_OF_PATIENCE, REACHED_END, slip
 
 # Rounding of the torque at rest, as a share of the torques it is the sum of.
@@ -42,12 +42,21 @@ LOG_COLUMNS = 7
 
 
 @compiled
-def _piece_at(bounds, w, a):
-    """The piece that holds ``w``; on a breakpoint, the one that the acceleration points to."""
+def _start(bounds, table, w2, f, theta, w, sine):
+    """(piece, acceleration) of a state in motion.
+
+    On a breakpoint, the piece that the acceleration points to; the torque is continuous
+    there, so that both pieces give the same acceleration.
+    """
     piece = 0
-    while piece < bounds.size and (w > bounds[piece] or (w == bounds[piece] and a > 0.0)):
+    while piece < bounds.size and w > bounds[piece]:
         piece += 1
-    return piece
+    if table[piece, KIND] == BLOCKED:
+        return piece, 0.0
+    a = acceleration(table[piece], w2, f, theta, w, sine)
+    if piece < bounds.size and w == bounds[piece] and a > 0.0:
+        piece += 1
+    return piece, a
 
 
 @compiled
@@ -104,15 +113,11 @@ def run(
     again, room, rest_period, rest_time = 1.0, 0.0, period - 1, 0.0
     standstill = 1e-7 / max(omega, math.sqrt(w2))
 
-    # Where the state is: on the rest velocity the holding interval decides, below.
+    # On the rest velocity the holding interval decides, below.
     deciding = w == w_rest
     piece = REST
     if not deciding:
-        piece = _piece_at(bounds, w, 0.0)
-        if table[piece, KIND] != BLOCKED:
-            a = acceleration(table[piece], w2, f, theta, w, sine)
-            if piece < top and w == bounds[piece] and a > 0.0:
-                piece += 1
+        piece, a = _start(bounds, table, w2, f, theta, w, sine)
 
     while True:
         if deciding:
@@ -159,19 +164,11 @@ def run(
 
         arrived = False
         if piece == REST:
-            if w_rest == 0.0:
-                what, t_next = hold_still(
-                    amplitude, omega, stiffness, lower - room, upper + room, t, theta
-                )
-            else:
-                what, t_next = hold_moving(
-                    amplitude, omega, stiffness, damping, lower - room, upper + room, t, t_end,
-                    theta, w_rest,
-                )  # fmt: skip
-            if what == HELD or t_next > t_end:
-                t_next, arrived = t_end, True
-            theta += w_rest * (t_next - t)
-            t = t_next
+            what, t, theta = hold(
+                amplitude, omega, stiffness, damping, lower - room, upper + room, t, t_end,
+                theta, w_rest,
+            )  # fmt: skip
+            arrived = what == HELD
             sine, cosine = math.sin(omega * t), math.cos(omega * t)
             if not arrived:
                 # The side is the end of the interval that was left: the acceleration there

@@ -26,7 +26,7 @@ def _wait_above(level, amplitude, phase):
 
 
 @compiled
-def hold_still(amplitude, omega, stiffness, lower, upper, t, theta):
+def _hold_still(amplitude, omega, stiffness, lower, upper, t, theta):
     """Rest at constant angle: (what, time of release), in closed form.
 
     The brake holds while T(t) - k theta is inside [lower, upper]: the release is an
@@ -44,7 +44,7 @@ def hold_still(amplitude, omega, stiffness, lower, upper, t, theta):
 
 
 @compiled
-def hold_moving(amplitude, omega, stiffness, damping, lower, upper, t, t_end, theta, w_rest):
+def _hold_moving(amplitude, omega, stiffness, damping, lower, upper, t, t_end, theta, w_rest):
     """Rest relative to the brake on a turning shaft: theta moves at ``w_rest``.
 
     The holding condition is lower <= T(t) - c w_rest - k theta(t) <= upper, its end found
@@ -78,3 +78,17 @@ def hold_moving(amplitude, omega, stiffness, damping, lower, upper, t, t_end, th
             return what, t + step
         t += max(step, tick)
     return HELD, t_end
+
+
+@compiled
+def hold(amplitude, omega, stiffness, damping, lower, upper, t, t_end, theta, w_rest):
+    """Rest until the brake lets go or ``t_end``: (what, time, angle)."""
+    if w_rest == 0.0:
+        what, t_next = _hold_still(amplitude, omega, stiffness, lower, upper, t, theta)
+    else:
+        what, t_next = _hold_moving(
+            amplitude, omega, stiffness, damping, lower, upper, t, t_end, theta, w_rest
+        )
+    if what == HELD or t_next > t_end:
+        what, t_next = HELD, t_end
+    return what, t_next, theta + w_rest * (t_next - t)
