@@ -16,7 +16,8 @@ import wedgebrake as wb
 from timing import best
 from wedgebrake._kernels import exact as exact_kernel
 from wedgebrake._kernels import smooth as smooth_kernel
-from wedgebrake._kernels.dop853 import ROWS
+from wedgebrake._kernels.codes import COMPLETED
+from wedgebrake._kernels.dop853 import SUMS
 from wedgebrake.solvers import exact, smooth
 from wedgebrake.solvers.trajectory import Clock
 
@@ -36,6 +37,7 @@ def coulomb_rows(case: tuple[float, float]) -> Iterator[Row]:
         return exact_kernel.run(*given, *start, int(number), float(rest), 10**7, log, points)
 
     seconds, result = best(run), run()
+    assert result[0] == COMPLETED
     events, evaluations = result[5], result[7]
     words = f"{events} events, {seconds / events * 1e9:.0f} ns and"
     words += f" {evaluations / events:.1f} evaluations each"
@@ -52,7 +54,7 @@ def smoothed_rows(case: tuple[float, float]) -> Iterator[Row]:
         number, rest = Clock(given.plant[4]).split(peers.END)
         log = np.empty((20_000, smooth_kernel.LOG_COLUMNS))
         none = (np.empty(0, dtype=np.int64), np.empty(0), np.empty((0, 2)))
-        work = np.empty((smooth_kernel.SCRATCH_ROWS, ROWS))
+        work = np.empty((smooth_kernel.SCRATCH_ROWS, SUMS))
 
         def run(given=given, number=number, rest=rest, log=log, none=none, work=work):
             return smooth_kernel.run(
@@ -60,6 +62,7 @@ def smoothed_rows(case: tuple[float, float]) -> Iterator[Row]:
             )
 
         seconds, result = best(run), run()
+        assert result[0] == COMPLETED
         error = abs(result[4] - state[1])
         yield f"wedgebrake smooth, rtol {rtol:g}", "smoothed", seconds, error, f"{result[5]} steps"
     yield from peer_row(lambda: peers.heyoka_smoothed(system, 1e-10), "smoothed", state)

@@ -108,7 +108,7 @@ def solve(
         period=log[marks, kernel.LOG_PERIOD].astype(np.int64),
         period_angle=log[marks, kernel.LOG_THETA],
         period_velocity=log[marks, kernel.LOG_W],
-        events=_events(log, task.clock),
+        events=_events(log, task.clock, float(end)),
         sticks=_sticks(log, task.clock, float(end)),
         status=Status.of(outcome),
         final=(float(end), final[2], final[3]),
@@ -152,17 +152,17 @@ def _brake_torque(
     return np.where(piece == kernel.REST, held, moving)
 
 
-def _times(log: FloatArray, clock: Clock) -> FloatArray:
-    """Times of the log's rows [s]; never descending, also where a period's end is rounded."""
+def _times(log: FloatArray, clock: Clock, end: float) -> FloatArray:
+    """Times of the log's rows [s]; ascending up to the end, also where a period's is rounded."""
     times = clock.join(log[:, kernel.LOG_PERIOD].astype(np.int64), log[:, kernel.LOG_TIME])
-    return np.asarray(np.maximum.accumulate(times))
+    return np.asarray(np.minimum(np.maximum.accumulate(times), end))
 
 
-def _events(log: FloatArray, clock: Clock) -> Events:
+def _events(log: FloatArray, clock: Clock, end: float) -> Events:
     real = (log[:, kernel.LOG_KIND] >= codes.STICK) & (log[:, kernel.LOG_KIND] != codes.END)
     rows = log[real]
     return Events(
-        time=_times(log, clock)[real],
+        time=_times(log, clock, end)[real],
         kind=rows[:, kernel.LOG_KIND].astype(np.int8),
         angle=rows[:, kernel.LOG_THETA].copy(),
         velocity=rows[:, kernel.LOG_W].copy(),
@@ -173,7 +173,7 @@ def _events(log: FloatArray, clock: Clock) -> Events:
 def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
     """Runs of rows at rest, with the side of the slip before and after."""
     resting = log[:, kernel.LOG_PIECE] == kernel.REST
-    times = _times(log, clock)
+    times = _times(log, clock, end)
     before = np.concatenate(([False], resting[:-1]))
     first = np.flatnonzero(resting & ~before)
     last = np.flatnonzero(before & ~resting)
