@@ -336,3 +336,17 @@ def test_search_steps_are_bounded_too():
     assert r.attrs["status"] == "event_limit"
     assert r.sizes["event"] == 0
     assert 0.0 < r.attrs["final_time"] < 1e8
+
+
+def test_rest_that_ends_tangentially_is_not_prolonged():
+    """T_e omega = k Omega: at the start the torque and its first two rates all vanish."""
+    system = wb.paper.system(eta=0.0).replace(
+        inertia=1.0, damping=0.0, stiffness=20.085536923187664, drive_speed=-0.22313016014842985,
+        brake=wb.BandBrake(radius=1.0, wrap_angle=1.0), initial_force=0.0, amplitude=1.0,
+        frequency=0.713282968945224,
+    )  # fmt: skip
+    times = np.linspace(0.0, 0.01, 2001)
+    r = wb.simulate(system, 0.01, initial=(0.0, 0.22313016014842985), times=times, max_events=500)
+    assert r.attrs["status"] == "completed"
+    pull = r.drive_torque - 20.085536923187664 * r.angle
+    assert float(abs(pull.where(r.sticking == 1, 0.0)).max()) < 1e-11

@@ -172,14 +172,16 @@ def run(
             sine, cosine = math.sin(omega * t), math.cos(omega * t)
             if not arrived:
                 # The side is the end of the interval that was left: the acceleration there
-                # is the step from static to kinetic torque, known without rounding.
+                # is the step from static to kinetic torque, known without rounding, and the
+                # room beyond rounding where rest was not left at the first try.
+                excess = room if again > 1.0 else 0.0
                 kind, w = SLIP, w_rest
                 if what == LEFT_UP:
                     piece, side = zero, 1.0
-                    limit = upper
+                    limit = upper + excess
                 else:
                     piece, side = zero - 1, -1.0
-                    limit = lower
+                    limit = lower - excess
                 slope = table[piece, G2] * inertia - damping
                 a = (limit - offsets[piece] - slope * w_rest) / inertia
                 a = max(a, 0.0) if what == LEFT_UP else min(a, 0.0)
