@@ -27,6 +27,7 @@ Row = tuple[str, str, float, float, str]
 
 
 def coulomb_rows(case: tuple[float, float]) -> Iterator[Row]:
+    """The exact solver and its peer on one case."""
     system = wb.paper.system(eta=case[0], F0=case[1])
     given = exact.problem(system)
     number, rest = Clock(given.omega).split(peers.END)
@@ -46,6 +47,7 @@ def coulomb_rows(case: tuple[float, float]) -> Iterator[Row]:
 
 
 def smoothed_rows(case: tuple[float, float]) -> Iterator[Row]:
+    """The smooth solver at two tolerances and its peers on one case."""
     system = wb.paper.system(eta=case[0], F0=case[1], friction="smoothed")
     truth = wb.simulate(system, peers.END, rtol=1e-13, times=[peers.END])
     state = (float(truth.attrs["final_angle"]), float(truth.attrs["final_velocity"]))
@@ -71,6 +73,7 @@ def smoothed_rows(case: tuple[float, float]) -> Iterator[Row]:
 
 
 def peer_row(make: Callable[[], peers.Peer], law: str, state: tuple[float, float]) -> Iterator[Row]:
+    """One peer, or nothing and a word where it is not installed."""
     try:
         run, name = make()
     except ImportError as error:
@@ -81,6 +84,7 @@ def peer_row(make: Callable[[], peers.Peer], law: str, state: tuple[float, float
 
 
 def main() -> None:
+    """Measure and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="the first case only")
     quick = parser.parse_args().quick

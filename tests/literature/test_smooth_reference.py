@@ -1,33 +1,11 @@
-"""The smoothed law against states known to 11 digits, and what ``rtol`` means.
-
-Source of the numbers: a reference table, the rows "smoothed" (steepness 100 s/m,
-no static peak): 128-bit Taylor integration split at every kink, agreeing to 11 digits with
-DOP853 at 1e-13 split likewise.
-"""
+"""The smoothed law against states known to 11 digits, and what ``rtol`` means."""
 
 import numpy as np
 import pytest
 
 import wedgebrake as wb
+from reference_states import SMOOTHED
 
-# (eta, F0): {time [s]: (angle [rad], velocity [rad/s])}
-STATES = {
-    (-24.0, 0.036): {
-        1.0: (-0.04204623324574321, 7.688088080022293),
-        5.0: (0.05702278894799761, 9.597838306935030),
-        25.0: (-0.1144411511412534, 0.7053345407643287),
-    },
-    (-60.0, 0.036): {
-        1.0: (-0.02672226415322319, 9.117131248784620),
-        5.0: (0.07835910862885165, 8.849197986676899),
-        25.0: (-0.1036210228336382, 1.329621777668845),
-    },
-    (0.0, 0.09): {
-        1.0: (-0.02350190997126162, 0.09807903070489082),
-        5.0: (-0.02107716577520335, 0.2120136356332346),
-        25.0: (-0.008687446227120236, -0.3315865044525753),
-    },
-}
 # The motion's own size, angle [rad] and velocity [rad/s].
 SIZE = np.array([0.1, 10.0])
 
@@ -36,12 +14,12 @@ def errors(case: tuple[float, float], rtol: float) -> np.ndarray:
     """(3, 2) absolute errors of angle and velocity at the three times."""
     eta, F0 = case
     system = wb.paper.system(eta=eta, F0=F0, f=0.63, alpha=1.18, friction="smoothed")
-    r = wb.simulate(system, 25.0, times=list(STATES[case]), rtol=rtol)
+    r = wb.simulate(system, 25.0, times=list(SMOOTHED[case]), rtol=rtol)
     got = np.column_stack((r.angle.values, r.velocity.values))
-    return np.abs(got - np.array(list(STATES[case].values())))
+    return np.abs(got - np.array(list(SMOOTHED[case].values())))
 
 
-@pytest.mark.parametrize("case", STATES)
+@pytest.mark.parametrize("case", SMOOTHED)
 @pytest.mark.parametrize("rtol", [1e-12, 1e-13])
 def test_state(case, rtol):
     """Measured: at most 2e-12 rad and 9e-11 rad/s at both tolerances.
@@ -52,7 +30,7 @@ def test_state(case, rtol):
     assert np.all(errors(case, rtol) <= 3e-11 * SIZE)
 
 
-@pytest.mark.parametrize("case", STATES)
+@pytest.mark.parametrize("case", SMOOTHED)
 def test_rtol_means_what_it_says(case):
     """Errors relative to the motion stay below 100 rtol, from 1e-6 to 1e-12.
 

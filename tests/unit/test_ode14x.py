@@ -7,31 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import wedgebrake as wb
+from reference_states import SMOOTHED
 from wedgebrake.solvers import ode14x
 
 HARMONIC, SIMULINK = ((1, 2, 3, 4), True), ((12, 8, 6, 4), False)
-
-# States of the smoothed law with xi = 100, no static peak, alpha = 1.18, f = 0.63, from rest:
-# {(eta, F0): {time [s]: (angle [rad], velocity [rad/s])}}. Source: a reference table,
-# 128-bit Taylor integration split at every kink and DOP853 at 1e-13 split likewise, agreeing
-# to 11 digits.
-SMOOTHED = {
-    (-24.0, 0.036): {
-        1.0: (-0.04204623324574321, 7.688088080022293),
-        5.0: (0.05702278894799761, 9.597838306935030),
-        25.0: (-0.1144411511412534, 0.7053345407643287),
-    },
-    (-60.0, 0.036): {
-        1.0: (-0.02672226415322319, 9.117131248784620),
-        5.0: (0.07835910862885165, 8.849197986676899),
-        25.0: (-0.1036210228336382, 1.329621777668845),
-    },
-    (0.0, 0.09): {
-        1.0: (-0.02350190997126162, 0.09807903070489082),
-        5.0: (-0.02107716577520335, 0.2120136356332346),
-        25.0: (-0.008687446227120236, -0.3315865044525753),
-    },
-}
 
 
 @pytest.fixture(params=[HARMONIC, SIMULINK], ids=["harmonic", "simulink"])
