@@ -97,7 +97,8 @@ def run(
     poincare         (n, 2) receives (theta, w) at the start of each later period
 
     Returns (outcome, period, t, theta, w, events, rows, evaluations). Runs on when called
-    again with what it returned.
+    again with what it returned, also where the log is full: its last row is then written
+    and is where the next log begins.
     """
     w2 = stiffness / inertia
     f = amplitude / inertia
@@ -142,8 +143,6 @@ def run(
             deciding = False
 
         if log.shape[0] > 0:
-            if rows == log.shape[0]:
-                return LOG_FULL, period, t, theta, w, events, rows, evaluations
             log[rows, LOG_KIND] = kind
             log[rows, LOG_PERIOD] = period
             log[rows, LOG_TIME] = t
@@ -161,6 +160,8 @@ def run(
         t_end = last_time if final else length
         if final and t >= t_end:
             return COMPLETED, period, t, theta, w, events, rows, evaluations
+        if rows > 0 and rows == log.shape[0]:
+            return LOG_FULL, period, t, theta, w, events, rows, evaluations
 
         arrived = False
         if piece == REST:

@@ -136,23 +136,53 @@ def _exp_difference2(a, b, c):
 
 
 @compiled
-def _confluent(g2, q, w2, f, omega, theta0, w0, sin0, cos0, tau):
-    """State after ``tau`` from the entry state, for pieces where nothing may be divided."""
+def _roots(g2, w2):
+    """The two roots of r^2 + g2 r + w2."""
     decay = 0.5 * g2
     split = decay * decay - w2
     if split >= 0.0:
         far = -decay - math.copysign(math.sqrt(split), decay)
-        root1 = complex(far)
-        root2 = complex(w2 / far) if far != 0.0 else complex(0.0)
-    else:
-        damped = math.sqrt(-split)
-        root1 = complex(-decay, damped)
-        root2 = complex(-decay, -damped)
+        return complex(far), complex(w2 / far if far != 0.0 else 0.0)
+    damped = math.sqrt(-split)
+    return complex(-decay, damped), complex(-decay, -damped)
+
+
+@compiled
+def _unit_impulse(root1, root2, tau):
+    """(theta, w) of the free motion a time ``tau`` after a unit velocity, for any roots."""
     a, b = root1 * tau, root2 * tau
-    impulse = tau * _exp_difference(a, b).real  # angle after a unit velocity
+    theta = tau * _exp_difference(a, b).real
+    # Equal to exp(root2 t) + root1 theta, which would cancel for a large root1.
+    return theta, (cmath.exp(a) + root2 * theta).real
+
+
+@compiled
+def impulse(row, w2, tau):
+    """(h, h') of the free motion of a piece a time ``tau`` after a unit velocity.
+
+    The fundamental matrix of the piece is [[h' + g2 h, h], [-w2 h, h']].
+    """
+    kind = row[KIND]
+    if kind == UNDERDAMPED:
+        decay, damped = row[RATE1], row[RATE2]
+        shrink = math.exp(-decay * tau)
+        h = shrink * math.sin(damped * tau) / damped
+        return h, shrink * math.cos(damped * tau) - decay * h
+    if kind == OVERDAMPED:
+        near, far = row[RATE1], row[RATE2]
+        first, second = math.exp(near * tau), math.exp(far * tau)
+        return (first - second) / (near - far), (near * first - far * second) / (near - far)
+    root1, root2 = _roots(row[G2], w2)
+    return _unit_impulse(root1, root2, tau)
+
+
+@compiled
+def _confluent(g2, q, w2, f, omega, theta0, w0, sin0, cos0, tau):
+    """State after ``tau`` from the entry state, for pieces where nothing may be divided."""
+    root1, root2 = _roots(g2, w2)
+    a, b = root1 * tau, root2 * tau
+    impulse, impulse_rate = _unit_impulse(root1, root2, tau)
     step = tau * tau * _exp_difference2(a, b, complex(0.0)).real
-    # Equal to exp(root2 t) + root1 impulse, which would cancel for a large root1.
-    impulse_rate = (cmath.exp(a) + root2 * impulse).real
     forced = tau * tau * _exp_difference2(a, b, complex(0.0, omega * tau))
     forced_rate = impulse + complex(0.0, omega) * forced
     phase = complex(cos0, sin0)

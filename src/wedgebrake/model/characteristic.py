@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from wedgebrake._kernels import lines
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
@@ -111,55 +111,37 @@ def characteristic(
     Exact for Coulomb friction. For a table of coefficients, linear in torque between the
     points of the table and the release speed.
     """
-    backward = _half(brake, friction, actuation, -1.0)
-    forward = _half(brake, friction, actuation, 1.0)
-    breakpoints = [-v for v, _, _ in reversed(backward[1:])] + [v for v, _, _ in forward]
-    pieces = [(offset, -slope) for _, offset, slope in reversed(backward)]
-    pieces += [(offset, slope) for _, offset, slope in forward]
-    lower, upper = (_holding(brake, friction, actuation, side) for side in (-1.0, 1.0))
+    speeds = np.array([speed / brake.radius for speed, _ in friction.nodes()])
+    coefficients = np.array([m for _, m in friction.nodes()])
+    shape = brake.shape()
+    rows = np.empty((speeds.size + 1, 3))
+    halves = []
+    for side in (-1.0, 1.0):
+        count = lines.half(
+            brake.law, shape, brake.radius, speeds, coefficients, actuation.initial_force,
+            actuation.slope, actuation.release_speed, side, rows,
+        )  # fmt: skip
+        halves.append(rows[:count].copy())
+    backward, forward = halves[0][::-1], halves[1]
     return Characteristic(
-        breakpoints=np.array(breakpoints),
-        slopes=np.array([slope for _, slope in pieces]),
-        offsets=np.array([offset for offset, _ in pieces]),
-        holding=(lower, upper),
+        breakpoints=np.concatenate([-backward[:-1, 0], forward[:, 0]]),
+        slopes=np.concatenate([-backward[:, 2], forward[:, 2]]),
+        offsets=np.concatenate([backward[:, 1], forward[:, 1]]),
+        holding=_holding(brake, friction, actuation),
     )
 
 
-def _half(
-    brake: Brake, friction: SetValuedFriction, actuation: Actuation, side: float
-) -> list[tuple[float, float, float]]:
-    """Pieces (start speed, offset, slope against |v|) of one direction, from rest on."""
-    radius, release = brake.radius, actuation.release_speed
-    table = [(speed / radius, m) for speed, m in friction.nodes()]
-    cuts = [*[v for v, _ in table if v < release], release]
-    pieces = []
-    for start, end in pairwise(cuts):
-        gains = [radius * brake.amplification(side * _at(table, v)) for v in (start, end)]
-        forces = [actuation.initial_force + actuation.slope * v for v in (start, end)]
-        if any(math.isinf(gain) for gain in gains):
-            pushed = actuation.initial_force > 0.0 or actuation.slope > 0.0
-            pieces.append((start, math.inf if pushed else 0.0, 0.0))
-        elif gains[0] == gains[1]:
-            pieces.append((start, gains[0] * actuation.initial_force, gains[0] * actuation.slope))
-        else:
-            slope = (gains[1] * forces[1] - gains[0] * forces[0]) / (end - start)
-            pieces.append((start, gains[0] * forces[0] - slope * start, slope))
-    if math.isfinite(release):
-        pieces.append((release, 0.0, 0.0))
-    return pieces
-
-
-def _at(table: list[tuple[float, float]], v: float) -> float:
-    """Coefficient at the speed v [rad/s], constant beyond the table."""
-    if math.isinf(v):
-        return table[-1][1]
-    return float(np.interp(v, [node for node, _ in table], [m for _, m in table]))
-
-
-def _holding(brake: Brake, friction: SetValuedFriction, actuation: Actuation, side: float) -> float:
-    """One end of the torque interval at rest, R F_a0 g(+-mu_s) (eq. 5, corrected)."""
-    gain = brake.radius * brake.amplification(side * friction.breakaway)
-    if math.isfinite(gain):
-        return gain * actuation.initial_force
-    # A self-locking brake holds anything, unless nothing ever presses it.
-    return math.inf if actuation.initial_force > 0.0 or actuation.slope > 0.0 else 0.0
+def _holding(
+    brake: Brake, friction: SetValuedFriction, actuation: Actuation
+) -> tuple[float, float]:
+    """The torque interval at rest."""
+    lower, upper = (
+        float(
+            lines.holding(
+                brake.law, brake.shape(), brake.radius, friction.breakaway,
+                actuation.initial_force, actuation.slope, side,
+            )
+        )
+        for side in (-1.0, 1.0)
+    )  # fmt: skip
+    return lower, upper

@@ -109,10 +109,23 @@ def _angle(system: BrakedDriveline, alpha: float) -> float:
     return math.atan(alpha * system.friction.reference)
 
 
-# Each group that can be set: the SI parameter that it changes, and how.
-SETTERS: dict[str, tuple[str, Callable[[BrakedDriveline, float], float]]] = {
-    "eta": ("slope", _slope),
-    "f": ("frequency", _frequency),
-    "F0": ("amplitude", _amplitude),
-    "alpha": ("angle", _angle),
+@dataclass(frozen=True)
+class Setter:
+    """How a group is set.
+
+    target : the SI parameter that it changes
+    reads  : the SI parameters that the new value is computed from
+    value  : the new value of the target, from a system and the group
+    """
+
+    target: str
+    reads: tuple[str, ...]
+    value: Callable[[BrakedDriveline, float], float]
+
+
+SETTERS: dict[str, Setter] = {
+    "eta": Setter("slope", ("damping", "radius", "kinetic"), _slope),
+    "f": Setter("frequency", ("stiffness", "inertia"), _frequency),
+    "F0": Setter("amplitude", ("initial_force", "radius", "kinetic"), _amplitude),
+    "alpha": Setter("angle", ("kinetic",), _angle),
 }

@@ -109,7 +109,7 @@ class BrakedDriveline(Part):
                 raise InputError(f"{name}: no such parameter or group. {nearest(name, allowed)}")
             si[name] = value
         for name in stated:
-            target = _groups.SETTERS[name][0]
+            target = _groups.SETTERS[name].target
             if target in si:
                 raise InputError(
                     f"{name} and {target}: both given, but {name} sets {target}. Give one."
@@ -134,8 +134,8 @@ class BrakedDriveline(Part):
             raise InputError(f"groups.{name} = {shown(value)}: must be a finite number.")
         if getattr(self.groups, name) == value:
             return self
-        target, setter = _groups.SETTERS[name]
-        si = setter(self, float(value))
+        target = _groups.SETTERS[name].target
+        si = _groups.SETTERS[name].value(self, float(value))
         parts = {part: getattr(self, part) for part in PARTS}
         for part, object_ in parts.items():
             if target in type(object_).model_fields:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wedgebrake._kernels import codes, flow
 from wedgebrake._kernels import exact as kernel
+from wedgebrake._kernels.assemble import velocity_scale
 from wedgebrake.model.characteristic import Characteristic
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
@@ -47,7 +48,10 @@ def problem(
     omega = torque.angular_frequency
     plant = (line.inertia, line.damping, line.stiffness, torque.amplitude, omega)
     table = flow.constants(*plant, over_w["slopes"], over_w["offsets"])
-    w_diverged = DIVERGED_FACTOR * velocity_scale(system, law, angle, velocity)
+    scale = velocity_scale(
+        line.inertia, line.stiffness, torque.amplitude, omega, line.drive_speed,
+        np.array(law.breakpoints), np.array(law.offsets), angle, velocity,
+    )  # fmt: skip
     return Problem(
         *plant,
         over_w["bounds"],
@@ -57,22 +61,8 @@ def problem(
         law.holding[0],
         law.holding[1],
         0.0 - line.drive_speed,  # not -0.0
-        w_diverged,
+        DIVERGED_FACTOR * scale,
     )
-
-
-def velocity_scale(
-    system: BrakedDriveline, law: Characteristic, angle: float, velocity: float
-) -> float:
-    """A velocity [rad/s] that the motion has where nothing grows: for tolerances."""
-    line, torque = system.driveline, system.excitation
-    natural = line.natural_frequency
-    offsets = law.offsets[np.isfinite(law.offsets)]
-    push = torque.amplitude + float(np.max(np.abs(offsets), initial=0.0))
-    scale = abs(velocity) + natural * abs(angle) + abs(line.drive_speed)
-    scale += push / (line.inertia * max(natural, torque.angular_frequency))
-    scale += float(np.max(np.abs(law.breakpoints)))
-    return scale if scale > 0.0 else 1.0
 
 
 def solve(

@@ -88,12 +88,9 @@ def simulate(
         For arguments that are wrong or do not fit the friction law.
     """
     _require(isinstance(system, BrakedDriveline), "system", system, "a BrakedDriveline")
-    method = _method(system, method)
+    method = choose_method(system, method)
     task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
-    _number("rtol", rtol, 1e-13, 1e-2, " Smaller asks for more accuracy than doubles have.")
-    _number("step", step, 1e-9, 1.0)
-    _whole("max_events", max_events)
-    _whole("max_steps", max_steps)
+    check_limits(rtol, step, max_events, max_steps)
     options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
     choices: dict[str, dict[str, Any]] = {
         "exact": {"max_events": max_events},
@@ -122,7 +119,11 @@ def _solver(method: str) -> Callable[..., Trajectory]:
     return ode14x.solve
 
 
-def _method(system: BrakedDriveline, method: str | None) -> str:
+def choose_method(system: BrakedDriveline, method: str | None) -> str:
+    """The solver's name: the given one, checked, or the friction law's default.
+
+    Raises ``InputError`` for one that is unknown or does not fit the friction law.
+    """
     set_valued = isinstance(system.friction, SetValuedFriction)
     if method is None:
         return "exact" if set_valued else "smooth"
@@ -158,12 +159,7 @@ def _task(
             " for example duration=25.0 (seconds) or periods=250 (of the torque)."
         )
     _number("start_time", start_time, 0.0, min(1e12, _MAX_PHASE * clock.period))
-    _require(
-        isinstance(initial, tuple | list) and len(initial) == 2, "initial", initial,
-        "two numbers, angle [rad] and velocity [rad/s]",
-    )  # fmt: skip
-    angle = _number("initial[0]", initial[0], -1e12, 1e12)
-    velocity = _number("initial[1]", initial[1], -1e12, 1e12)
+    angle, velocity = check_state("initial", initial)
     number, rest = clock.split(start_time)
     start = (int(number), float(rest))
     if periods is not None:
@@ -191,6 +187,22 @@ def _task(
     else:
         wanted = _wanted(times, start_time, stop)
     return Task(clock, start, end, angle, velocity, wanted)
+
+
+def check_limits(rtol: Any, step: Any, max_events: Any, max_steps: Any) -> None:
+    """Refuse, with ``InputError``, what no solver can work with."""
+    _number("rtol", rtol, 1e-13, 1e-2, " Smaller asks for more accuracy than doubles have.")
+    _number("step", step, 1e-9, 1.0)
+    _whole("max_events", max_events)
+    _whole("max_steps", max_steps)
+
+
+def check_state(name: str, state: Any) -> tuple[float, float]:
+    """A state as two floats; raises ``InputError`` for anything else."""
+    pair = isinstance(state, tuple | list) and len(state) == 2
+    _require(pair, name, state, "two numbers, angle [rad] and velocity [rad/s]")
+    angle = _number(f"{name}[0]", state[0], -1e12, 1e12)
+    return angle, _number(f"{name}[1]", state[1], -1e12, 1e12)
 
 
 def _wanted(times: ArrayLike, start: float, stop: float) -> FloatArray:

@@ -1,0 +1,364 @@
+"""One system judged: run, settle, record, classify. The unit of work of every sweep.
+
+No allocation: the caller lends the room, one set for each thread.
+"""
+
+import math
+
+import numpy as np
+
+from . import tally as count
+from .codes import (
+    AT_REST,
+    BIDIRECTIONAL,
+    COMPLETED,
+    DIVERGED,
+    LOCKED,
+    LOG_FULL,
+    NO_SLIDING,
+    NO_SLIP,
+    NON_STICK_SLIP,
+    RUNAWAY,
+    UNDECIDED,
+    UNIDIRECTIONAL,
+)
+from .compiling import compiled
+from .exact import run
+from .flow import BLOCKED, G2, KIND
+from .motion import ROUNDING, SETTLED, classify, distance, farthest, mean_growth
+from .tangent import carry
+
+# Columns of the answer.
+(
+    OUTCOME,
+    CLASS,
+    ORDER,
+    STICK_CLASS,
+    STICKS_FORWARD,  # in a period of the torque
+    STICKS_BACKWARD,
+    STICK_SHARE,
+    LARGEST_EXPONENT,  # [1/s]
+    SECOND_EXPONENT,
+    EXPONENT_ERROR,
+    RETURN_DISTANCE,
+    TRANSIENT,  # periods before the record
+    PEAK_TORQUE,  # [N m]
+    FRICTION_POWER,  # [W]
+    SLIDING_DAMPING,  # [N m s/rad]
+    EVENTS,
+    FINAL_THETA,
+    FINAL_W,
+    SETTLING,  # periods after which the motion stayed at its final orbit
+    JUDGED,  # periods that the class was judged on
+) = range(20)
+COLUMNS = 20
+
+# Growth of the logarithm of a deviation in a period of the orbit that is no rounding.
+_UNSTABLE = 1e-6
+
+# Periods of the first window of an automatic transient; each next one is twice as long.
+_FIRST = 64
+
+
+@compiled
+def _plant(problem):
+    """(plant, laws) as ``tangent`` and ``tally`` take them."""
+    inertia, damping, stiffness, amplitude, omega, _, offsets, table, _, lower, upper, rest, _ = (
+        problem
+    )
+    return (inertia, damping, stiffness, amplitude, omega, rest), (offsets, table, lower, upper)
+
+
+@compiled
+def _advance(problem, state, last, max_events, log, points, tally, deviation, growth, first):
+    """Run to the start of period ``last``, adding up what passes.
+
+    state     : (period, t, theta, w)
+    points    : (periods + 1, 2), by period number
+    deviation : (x1, y1, x2, y2), see ``tangent.carry``
+
+    Returns (outcome, state, events, deviation, logdet, ranked).
+    """
+    plant, laws = _plant(problem)
+    x1, y1, x2, y2 = deviation
+    period, t, theta, w = state
+    logdet, ranked, total = 0.0, True, 0
+    while True:
+        outcome, period, t, theta, w, events, rows, _ = run(
+            *problem, period, t, theta, w, last, 0.0, max_events - total, log,
+            points[period + 1 : last + 1],
+        )  # fmt: skip
+        total += events
+        count.add(plant, laws, log, rows, tally)
+        x1, y1, x2, y2, part, full = carry(plant, laws, log, rows, x1, y1, x2, y2, growth, first)
+        logdet += part
+        ranked = ranked and full
+        if outcome != LOG_FULL:
+            return outcome, (period, t, theta, w), total, (x1, y1, x2, y2), logdet, ranked
+
+
+@compiled
+def _weight(problem):
+    """What turns an angle into a velocity: the natural frequency, or the torque's."""
+    w2 = problem[2] / problem[0]
+    return math.sqrt(w2) if w2 > 0.0 else problem[4]
+
+
+@compiled
+def _ruler(problem):
+    """The same for distances: without a spring the angle does not matter."""
+    return _weight(problem) if problem[2] > 0.0 else 0.0
+
+
+@compiled
+def _size(tally, weight):
+    """Half the range of velocity and weighted angle together [rad/s]."""
+    width = tally[count.HIGH_W] - tally[count.LOW_W]
+    return 0.5 * (width + weight * (tally[count.HIGH_THETA] - tally[count.LOW_THETA]))
+
+
+@compiled
+def _fresh(weight):
+    """A first deviation of length one in no special direction, and none."""
+    return math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0
+
+
+@compiled
+def _monodromy(problem, state, order, max_events, log, points, growth, tally):
+    """Logarithms of the moduli of both multipliers of a periodic orbit; -inf: rank lost.
+
+    ``tally`` receives what one orbit adds up to.
+    """
+    weight = _weight(problem)
+    count.clear(tally)
+    outcome, _, _, deviation, logdet, ranked = _advance(
+        problem, state, state[0] + order, max_events, log, points, tally,
+        (1.0, 0.0, 0.0, weight), growth[:0], state[0],
+    )  # fmt: skip
+    if outcome != COMPLETED:
+        return math.nan, math.nan
+    a, c, b, d = deviation[0], deviation[1], deviation[2] / weight, deviation[3] / weight
+    half = 0.5 * (a + d)
+    determinant = a * d - b * c if not ranked else math.exp(logdet)
+    if not ranked:
+        return math.log(abs(a + d)) if a + d != 0.0 else -math.inf, -math.inf
+    split = half * half - determinant
+    # A double multiplier splits by the root of its rounding.
+    if split <= 1e-13 * (half * half + determinant):
+        return 0.5 * logdet, 0.5 * logdet
+    first = math.log(abs(half) + math.sqrt(split))
+    return first, logdet - first
+
+
+@compiled
+def attracts(first, returned, points, weight, size):
+    """Whether a motion that returns to ``returned`` of its size is on an orbit to stay.
+
+    first : logarithm of the largest multiplier. What is left to come is a geometric series
+            of it, so that a slow passage by the ghost of an orbit, where it is almost 1, is
+            not taken for one. What returns to rounding only must not be unstable.
+    """
+    if returned * size <= 10.0 * ROUNDING * farthest(points, weight):
+        return not first > _UNSTABLE
+    share = math.exp(first)
+    return share < 1.0 and returned * share <= SETTLED * (1.0 - share)
+
+
+@compiled
+def settling_of(points, order, last, weight, size):
+    """Periods after which the motion stayed at its final orbit."""
+    reach = farthest(points[: last + 1], weight)
+    room = 10.0 * (SETTLED * size + ROUNDING * reach)
+    for k in range(last - order, -1, -1):
+        if distance(points, k, last - (last - k) % order, weight) > room:
+            return k + 1
+    return 0
+
+
+@compiled
+def _stick_class(tally, resting):
+    if resting:
+        return NO_SLIP
+    forward, backward = tally[count.STICKS_FORWARD] > 0.0, tally[count.STICKS_BACKWARD] > 0.0
+    if forward and backward:
+        return BIDIRECTIONAL
+    return UNIDIRECTIONAL if forward or backward else NON_STICK_SLIP
+
+
+@compiled
+def _sliding_damping(problem):
+    """Damping of sliding next to rest, the smaller of both directions; inf if both lock."""
+    inertia, table, zero = problem[0], problem[7], problem[8]
+    least = math.inf
+    for piece in (zero - 1, zero):
+        if table[piece, KIND] != BLOCKED:
+            least = min(least, table[piece, G2] * inertia)
+    return least
+
+
+@compiled
+def next_window(done, limit):
+    """End of the window after ``done`` periods: the last one is the second half of all."""
+    target = max(2 * done, _FIRST)
+    return limit if 2 * target > limit else target
+
+
+@compiled
+def _window_verdict(
+    problem, state, begin, max_events, log, points, growth, tally, spare, logdet, ranked
+):
+    """What the periods from ``begin`` to the state's say.
+
+    spare : receives what one orbit adds up to, where the motion repeats
+
+    Returns (class, order, return distance, growth per period, its error, second growth).
+    """
+    ruler, end = _ruler(problem), state[0]
+    count_ = end - begin
+    size = _size(tally, ruler)
+    window = points[begin : end + 1]
+    area = logdet / count_ if ranked else -math.inf
+    resting = tally[count.LAST_SLIP] <= end - 1.0
+    class_, order, returned = classify(window, ruler, size, growth[:count_], area, resting)
+    mean, error = mean_growth(growth[:count_])
+    second = area - mean
+    if class_ == AT_REST:
+        # Every angle that the brake holds is an equilibrium; deviations of speed die at once.
+        return class_, order, returned, 0.0, 0.0, -math.inf
+    if order > 0:
+        first, other = _monodromy(problem, state, order, max_events, log, points, growth, spare)
+        if attracts(first, returned, window, ruler, size):
+            return class_, order, returned, first / order, 0.0, other / order
+        class_, order = UNDECIDED, 0
+    return class_, order, returned, mean, error, second
+
+
+@compiled
+def _settle(problem, state, limit, max_events, log, points, growth, tally, spare):
+    """Windows, each as long as all before it, until the motion has settled in one.
+
+    Returns (outcome, state, events, verdict, judged periods, settling).
+    """
+    verdict = (UNDECIDED, 0, math.nan, math.nan, math.nan, math.nan)
+    events, judged, settling = 0, 0, math.nan
+    outcome = COMPLETED
+    while state[0] < limit:
+        begin = state[0]
+        count.clear(tally)
+        outcome, state, more, _, logdet, ranked = _advance(
+            problem, state, next_window(begin, limit), max_events - events, log, points, tally,
+            _fresh(_weight(problem)), growth, begin,
+        )  # fmt: skip
+        events += more
+        if outcome != COMPLETED:
+            break
+        verdict = _window_verdict(
+            problem, state, begin, max_events, log, points, growth, tally, spare, logdet, ranked
+        )
+        judged, settling = state[0] - begin, float(begin)
+        if verdict[0] == AT_REST:
+            settling = max(0.0, math.ceil(tally[count.LAST_SLIP]))
+            break
+        if verdict[1] > 0:
+            ruler = _ruler(problem)
+            settling = float(settling_of(points, verdict[1], state[0], ruler, _size(tally, ruler)))
+            break
+    return outcome, state, events, verdict, judged, settling
+
+
+@compiled
+def _report(problem, verdict, tally, orbit, periods, end, answer):
+    """Class, exponents and what adds up, into the answer.
+
+    tally, orbit : of the record and, for a motion that repeats, of one orbit
+    """
+    length = 2.0 * math.pi / problem[4]
+    class_, order, returned, first, error, second = verdict
+    resting = tally[count.LAST_SLIP] <= end - 1.0
+    # One whole orbit, where the record may hold a broken number of them.
+    sums, counted = (orbit, order) if order > 0 else (tally, periods)
+    answer[CLASS], answer[ORDER], answer[RETURN_DISTANCE] = class_, order, returned
+    answer[STICK_CLASS] = _stick_class(sums, resting)
+    answer[STICKS_FORWARD] = sums[count.STICKS_FORWARD] / counted
+    answer[STICKS_BACKWARD] = sums[count.STICKS_BACKWARD] / counted
+    answer[STICK_SHARE] = min(1.0, sums[count.REST_TIME] / (counted * length))
+    answer[LARGEST_EXPONENT] = first / length
+    answer[SECOND_EXPONENT] = second / length
+    answer[EXPONENT_ERROR] = error / length
+    answer[PEAK_TORQUE] = sums[count.PEAK]
+    answer[FRICTION_POWER] = sums[count.HEAT] / (counted * length)
+
+
+@compiled
+def judge(
+    problem, theta, w, transient, periods, limit, max_events, log, points, growth, tallies, answer
+):
+    """Run one system, and judge it.
+
+    problem   : the first thirteen arguments of ``exact.run``
+    theta, w  : state at t = 0
+    transient : periods before the record; negative: as many as it takes to settle, at most
+                ``limit``
+    periods   : recorded periods
+    log       : (rows, LOG_COLUMNS), at least two rows
+    points    : (transient or limit + periods + LONGEST + 1, 2), receives the Poincare points
+    growth    : (as many,) room
+    tallies   : (2, tally.ENTRIES) room
+    answer    : (COLUMNS,) the result
+
+    Returns (begin, end): points[begin:end] is the record.
+    """
+    tally, spare = tallies[0], tallies[1]
+    for column in range(COLUMNS):
+        answer[column] = math.nan
+    points[0, 0], points[0, 1] = theta, w
+    # A plain 0 would be a type of its own, and all that it reaches be compiled once more.
+    state = (np.int64(0), 0.0, theta, w)
+    verdict = (UNDECIDED, 0, math.nan, math.nan, math.nan, math.nan)
+    judged, settling = 0, math.nan
+    if transient >= 0:
+        outcome, period, t, theta, w, events, _, _ = run(
+            *problem, *state, transient, 0.0, max_events, log[:0], points[1 : transient + 1]
+        )
+        state = (period, t, theta, w)
+    else:
+        outcome, state, events, verdict, judged, settling = _settle(
+            problem, state, limit, max_events, log, points, growth, tally, spare
+        )
+
+    begin = state[0]
+    logdet, ranked = 0.0, True
+    if outcome == COMPLETED:
+        count.clear(tally)
+        outcome, state, more, _, logdet, ranked = _advance(
+            problem, state, begin + periods, max_events - events, log, points, tally,
+            _fresh(_weight(problem)), growth, begin,
+        )  # fmt: skip
+        events += more
+    answer[OUTCOME], answer[EVENTS] = outcome, events
+    answer[FINAL_THETA], answer[FINAL_W] = state[2], state[3]
+    answer[TRANSIENT], answer[JUDGED] = begin, judged
+    answer[SLIDING_DAMPING] = _sliding_damping(problem)
+    if outcome != COMPLETED:
+        answer[CLASS], answer[ORDER] = UNDECIDED, 0.0
+        if outcome == DIVERGED:
+            answer[CLASS] = RUNAWAY
+        elif outcome == NO_SLIDING:
+            answer[CLASS] = LOCKED
+        return begin, state[0] + 1 if state[0] > begin else begin
+
+    if transient >= 0:
+        answer[JUDGED] = periods
+        verdict = _window_verdict(
+            problem, state, begin, max_events, log, points, growth, tally, spare, logdet, ranked
+        )
+    elif verdict[1] > 0:
+        # Of the orbit as it is in the end.
+        first, second = _monodromy(
+            problem, state, verdict[1], max_events, log, points, growth, spare
+        )
+        order = verdict[1]
+        verdict = (verdict[0], order, verdict[2], first / order, 0.0, second / order)
+    _report(problem, verdict, tally, spare, periods, state[0], answer)
+    answer[SETTLING] = settling
+    return begin, begin + periods + 1

@@ -1,0 +1,100 @@
+"""The derivative of the flow against differences of the flow, across every kind of event."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from cases import CASES
+from wedgebrake._kernels import exact, point, tally, tangent
+from wedgebrake.solvers.exact import problem
+
+PERIODS = 3
+# Rounding of a difference of states, over the step: what no derivative can be told from.
+_NOISE = 1e-4
+
+
+def _flow(system, state, periods=PERIODS):
+    given = tuple(problem(system, *state))
+    outcome, _, _, theta, w, *_ = exact.run(
+        *given, 0, 0.0, *state, periods, 0.0, 10**6, np.empty((0, 7)), np.empty((0, 2))
+    )
+    return outcome, np.array([theta, w])
+
+
+def _derivative(system, state, periods=PERIODS):
+    """(outcome, matrix, logdet, ranked, kinds of event) from the kernel."""
+    given = tuple(problem(system, *state))
+    log = np.empty((4000, 7))
+    outcome, *_, rows, _ = exact.run(
+        *given, 0, 0.0, *state, periods, 0.0, 10**6, log, np.empty((0, 2))
+    )
+    plant, laws = point._plant(given)
+    x1, y1, x2, y2, logdet, ranked = tangent.carry(
+        plant, laws, log, rows, 1.0, 0.0, 0.0, 1.0, np.empty(0), 0
+    )
+    kinds = set(log[:rows, exact.LOG_KIND].astype(int))
+    return outcome, np.array([[x1, x2], [y1, y2]]), logdet, ranked, kinds
+
+
+def _differences(system, state, scale, step):
+    columns = []
+    for i in range(2):
+        moved = []
+        for sign in (1.0, -1.0):
+            there = list(state)
+            there[i] += sign * step * scale[i]
+            moved.append(_flow(system, tuple(there))[1])
+        columns.append((moved[0] - moved[1]) / (2.0 * step * scale[i]))
+    return np.stack(columns, axis=1)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_derivative_agrees_with_differences(name) -> None:
+    system, _ = CASES[name]
+    rng = np.random.default_rng(len(name))
+    line = system.driveline
+    weight = line.natural_frequency or system.excitation.angular_frequency
+    checked = 0
+    for _ in range(40):
+        size = 10.0 ** rng.uniform(0.0, 1.3)
+        state = (size / weight * rng.normal(), size * rng.normal() - line.drive_speed)
+        outcome, matrix, logdet, ranked, kinds = _derivative(system, state)
+        if outcome != 0:
+            continue
+        scale = (size / weight, size)
+        fine, coarse = (_differences(system, state, scale, h) for h in (1e-5, 1e-4))
+        unit = np.array([[1.0, weight], [1.0 / weight, 1.0]])
+        spread = np.max(np.abs(fine - coarse) / unit)
+        largest = np.max(np.abs(matrix) / unit)
+        if not np.isfinite(spread) or spread > 1e-3 * largest + _NOISE:
+            continue  # a corner or a graze between the neighbours: there is no derivative
+        error = np.max(np.abs(matrix - fine) / unit)
+        assert error <= 1e-4 * largest + _NOISE, (state, matrix, fine)
+        if ranked:
+            assert np.linalg.det(matrix) == pytest.approx(
+                math.exp(logdet), rel=1e-6, abs=1e-9 * (1.0 + largest) ** 2
+            )
+        else:
+            assert abs(np.linalg.det(matrix)) <= 1e-9 * (1.0 + largest) ** 2
+        checked += 1
+    assert checked >= 15, (name, checked)
+
+
+def test_log_in_pieces_gives_the_same_sum() -> None:
+    """A log that fills up again and again changes neither the tally nor the derivative."""
+    system = wb.paper.system(eta=-24.0, F0=0.036)
+    answers = []
+    for rows in (3, 17, 4000):
+        answer = np.empty(point.COLUMNS)
+        points, growth = np.empty((900, 2)), np.empty(900)
+        point.judge(
+            tuple(problem(system)), 0.0, 0.0, 40, 20, 100, 10**6, np.empty((rows, 7)), points,
+            growth, np.zeros((2, tally.ENTRIES)), answer,
+        )  # fmt: skip
+        answers.append(answer)
+    for answer in answers[1:]:
+        np.testing.assert_allclose(answer, answers[0], rtol=1e-7, atol=1e-9)
