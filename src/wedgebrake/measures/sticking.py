@@ -64,7 +64,7 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     import xarray as xr
 
     begin, end = span(response)
-    low = begin if start is None else _inside(start, begin, end)
+    low = begin if start is None else inside(start, begin, end)
     class_start = steady_start(response) if start is None else low
     data = _window(response, low, end)
     entered = data["entry"][data["start"] >= low]
@@ -104,7 +104,7 @@ def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
     Raises ``InputError`` as ``sticks`` does.
     """
     begin, end = span(response)
-    low = steady_start(response) if start is None else _inside(start, begin, end)
+    low = steady_start(response) if start is None else inside(start, begin, end)
     data = _window(response, low, end)
     if _share(data, low, end) >= 1.0 - _NO_SLIP:
         return AT_REST
@@ -133,7 +133,8 @@ def steady_start(response: xr.Dataset) -> float:
     return end - STEADY_SHARE * (end - begin)
 
 
-def _inside(start: Any, begin: float, end: float) -> float:
+def inside(start: Any, begin: float, end: float) -> float:
+    """``start`` as a time of the response [s]; ``InputError`` if it is none."""
     plain = isinstance(start, int | float | np.integer | np.floating)
     if not plain or isinstance(start, bool) or not math.isfinite(start):
         raise InputError(f"start = {start!r}: must be a finite number of seconds, or None.")

@@ -1,0 +1,532 @@
+"""The energy balance, against closed forms and against a quadrature of its own."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import HealthCheck, given, settings
+
+import systems
+import wedgebrake as wb
+from cases import CASES
+from wedgebrake.measures.energy import energy
+
+# (eta, F0) of the paper's motions: sticking, released most of the time, other sticks, slope 0.
+PAPER = [(-24.0, 0.036), (-60.0, 0.036), (-24.0, 0.067), (0.0, 0.09)]
+BRAKES = ["wedge", "conventional"]
+FORMS = ("torque_work", "drive_work", "viscous_loss", "friction_heat", "stored_change", "residual")
+
+
+def custom(law="smoothed", **changes):
+    """The paper's system with a smoothed law of the user's own."""
+    system = wb.paper.system(friction=law, **changes)
+    return system.replace(friction=wb.CustomFriction(law=own_law, width=0.01, kinetic=0.3))
+
+
+def own_law(speed):
+    return 0.3 * math.tanh(100.0 * speed)
+
+
+class OwnWedge(wb.WedgeBrake):
+    """A brake that no study file knows."""
+
+    kind = ""
+
+
+def tables_changed(response, table, **values):
+    """The response with other parameters in its description of the system."""
+    told = json.loads(response.attrs["system"])
+    told[table].update(values)
+    return response.assign_attrs(system=json.dumps(told))
+
+
+class TestClosedForms:
+    def test_linear_forced_vibration(self):
+        """Without brake the torque's work is pi c omega A^2 in a period, all of it viscous."""
+        system = wb.paper.system(damping=5.0).replace(initial_force=0.0, slope=0.0)
+        w = system.excitation.angular_frequency
+        angle = system.excitation.amplitude / (1e4 - w**2 + 5.0j * w)
+        initial = (angle.imag, (1j * w * angle).imag)
+        found = energy(wb.simulate(system, periods=10, initial=initial))
+        assert found.period.to_numpy().tolist() == list(range(10))
+        expected = math.pi * 5.0 * w * abs(angle) ** 2
+        np.testing.assert_allclose(found.torque_work, expected, rtol=1e-10)
+        np.testing.assert_allclose(found.viscous_loss, expected, rtol=1e-10)
+        np.testing.assert_allclose(found.stored_change, 0.0, atol=1e-10 * expected)
+        for name in ("drive_work", "friction_heat", "friction_power", "peak_torque"):
+            assert not np.any(found[name])
+        assert np.all(np.isnan(found.amplification))
+        assert math.isnan(found.attrs["mean_amplification"])
+
+    @pytest.mark.parametrize("slope", [0.0, 10.0])
+    def test_steady_sliding_on_a_turning_shaft(self, slope):
+        """Always forwards, so that the system is linear with the damping c + R mu slope."""
+        system = wb.paper.system(brake="conventional", damping=0.5)
+        system = system.replace(slope=slope, drive_speed=20.0)
+        w, drive, damping = system.excitation.angular_frequency, 20.0, 0.5
+        offset, gain = 0.2 * 0.3 * 300.0, 0.2 * 0.3 * slope
+        angle = system.excitation.amplitude / (1e4 - w**2 + (damping + gain) * 1j * w)
+        speed = w * abs(angle)
+        assert speed < drive
+        mean = -(offset + gain * drive) / 1e4
+        initial = (mean + angle.imag, (1j * w * angle).imag)
+        found = energy(wb.simulate(system, periods=5, initial=initial, samples_per_period=150))
+        period = system.excitation.period
+        heat = (offset * drive + gain * (drive**2 + 0.5 * speed**2)) * period
+        np.testing.assert_allclose(found.friction_heat, heat, rtol=1e-10)
+        np.testing.assert_allclose(found.friction_power, heat / period, rtol=1e-10)
+        np.testing.assert_allclose(
+            found.drive_work, drive * (offset + gain * drive) * period, rtol=1e-10
+        )
+        np.testing.assert_allclose(
+            found.torque_work, 0.5 * (damping + gain) * speed**2 * period, rtol=1e-9
+        )
+        np.testing.assert_allclose(found.amplification, 0.3, rtol=1e-12)
+        # The torque is largest at the crest of the velocity, between two samples.
+        np.testing.assert_allclose(found.peak_torque, offset + gain * (drive + speed), rtol=1e-11)
+
+    def test_free_slider_stops(self):
+        """All of the kinetic energy turns into heat, at the constant torque R mu F_a0."""
+        system = wb.paper.system(brake="conventional").replace(
+            slope=0.0, damping=0.0, stiffness=0.0, amplitude=0.0
+        )
+        found = energy(wb.simulate(system, periods=5, initial=(0.0, 5.0)))
+        deceleration = 18.0  # 0.2 m * 0.3 * 300 N on 1 kg m^2
+        t = np.append(found.time, found.attrs["stop"])
+        kinetic = 0.5 * np.maximum(5.0 - deceleration * t, 0.0) ** 2
+        np.testing.assert_allclose(found.friction_heat, -np.diff(kinetic), rtol=1e-11, atol=1e-12)
+        assert found.attrs["total_friction_heat"] == pytest.approx(12.5, rel=1e-12)
+        assert found.attrs["total_stored_change"] == pytest.approx(-12.5, rel=1e-12)
+        assert not np.any(found.torque_work)
+        np.testing.assert_allclose(found.peak_torque, [18.0, 18.0, 18.0, 0.0, 0.0], rtol=1e-12)
+        np.testing.assert_allclose(found.amplification, [0.3, 0.3, 0.3, np.nan, np.nan], rtol=1e-12)
+
+    def test_rest(self):
+        """Held at rest nothing is turned over, and the brake holds all of the torque."""
+        system = wb.paper.system(F0=1.0)
+        found = energy(wb.simulate(system, periods=3, samples_per_period=21))
+        for name in (*FORMS, "friction_power"):
+            assert not np.any(found[name])
+        assert found.attrs["error"] == 0.0
+        # Its crest lies between two samples.
+        np.testing.assert_allclose(found.peak_torque, system.excitation.amplitude, rtol=1e-9)
+        assert np.all(np.isnan(found.amplification))
+
+    def test_rest_on_a_turning_shaft(self):
+        """The brake takes the driveline along, against spring, damper and torque."""
+        system = wb.paper.system(brake="conventional", damping=2.0)
+        system = system.replace(
+            stiffness=10.0, drive_speed=1.5, initial_force=1e6, slope=0.0, amplitude=50.0
+        )
+        response = wb.simulate(system, periods=4, initial=(0.5, -1.5))
+        found = energy(response)
+        period, t = system.excitation.period, np.append(found.time, found.attrs["stop"])
+        angle = 0.5 - 1.5 * t
+        # R F_mu = T - c theta' - k theta; T averages to nothing.
+        held = 2.0 * 1.5 * period - 10.0 * 0.5 * period + 10.0 * 1.5 * np.diff(t**2) / 2.0
+        np.testing.assert_allclose(found.drive_work, 1.5 * held, rtol=1e-10)
+        np.testing.assert_allclose(found.viscous_loss, 2.0 * 1.5**2 * period, rtol=1e-12)
+        np.testing.assert_allclose(found.stored_change, 5.0 * np.diff(angle**2), rtol=1e-10)
+        np.testing.assert_allclose(found.torque_work, 0.0, atol=1e-12)
+        assert not np.any(found.friction_heat)
+
+    def test_stick_slip_cycle_on_a_turning_shaft(self):
+        """The classical friction oscillator: slip is an arc of a circle, rest a straight line."""
+        kinetic, static, drive = 18.0, 24.0, 0.4
+        system = wb.paper.system(brake="conventional").replace(
+            slope=0.0, damping=0.0, amplitude=0.0, static=0.4, drive_speed=drive
+        )
+        step, natural = (static - kinetic) / 1e4, 100.0
+        slip = 2.0 / natural * (math.pi - math.atan(step * natural / drive))
+        stick = 2.0 * step / drive
+        # A period of the (absent) torque is one cycle, from the beginning of slip.
+        system = system.replace(frequency=1.0 / (slip + stick))
+        response = wb.simulate(system, periods=20, initial=(-static / 1e4, -drive))
+        found = energy(response)
+        heat = kinetic * (2.0 * step + drive * slip)
+        np.testing.assert_allclose(found.friction_heat, heat, rtol=1e-9)
+        np.testing.assert_allclose(found.drive_work, heat, rtol=1e-9)
+        np.testing.assert_allclose(found.peak_torque, static, rtol=1e-12)
+        np.testing.assert_allclose(found.amplification, 0.3, rtol=1e-12)
+        assert found.attrs["error"] < 1e-9
+
+
+class TestBalance:
+    @pytest.mark.parametrize("brake", BRAKES)
+    @pytest.mark.parametrize(("eta", "F0"), PAPER)
+    def test_exact(self, eta, F0, brake):
+        found = energy(wb.simulate(wb.paper.system(eta=eta, F0=F0, brake=brake), periods=60))
+        assert found.attrs["law"] == "system"
+        assert found.attrs["error"] < 1e-11
+        dissipated = found.attrs["total_friction_heat"] + found.attrs["total_viscous_loss"]
+        assert abs(found.attrs["total_residual"]) < 1e-10 * dissipated
+        assert found.attrs["total_friction_heat"] > 1.0
+
+    @pytest.mark.parametrize("brake", BRAKES)
+    @pytest.mark.parametrize(("eta", "F0"), PAPER)
+    def test_exact_with_twenty_samples(self, eta, F0, brake):
+        system = wb.paper.system(eta=eta, F0=F0, brake=brake)
+        found = energy(wb.simulate(system, periods=60, samples_per_period=20))
+        assert found.attrs["error"] < 1e-6
+
+    @pytest.mark.parametrize("brake", BRAKES)
+    @pytest.mark.parametrize(("eta", "F0"), PAPER)
+    def test_smooth(self, eta, F0, brake):
+        system = wb.paper.system(eta=eta, F0=F0, brake=brake, friction="smoothed")
+        found = energy(wb.simulate(system, periods=60))
+        assert found.attrs["error"] < 1e-6
+        assert found.attrs["total_friction_heat"] > 1.0
+
+    @pytest.mark.parametrize("brake", BRAKES)
+    @pytest.mark.parametrize(("eta", "F0"), PAPER)
+    def test_ode14x_smoothed(self, eta, F0, brake):
+        system = wb.paper.system(eta=eta, F0=F0, brake=brake, friction="smoothed")
+        found = energy(wb.simulate(system, periods=30, method="ode14x"))
+        assert found.attrs["error"] < 1e-5
+
+    @pytest.mark.parametrize(("eta", "F0"), PAPER)
+    def test_ode14x_coulomb_has_its_own_error(self, eta, F0):
+        """Jumping over the band, the paper's step misses energy; a shorter one misses less."""
+        system = wb.paper.system(eta=eta, F0=F0)
+        errors = [
+            energy(wb.simulate(system, periods=8, method="ode14x", step=step)).attrs["error"]
+            for step in (1e-4, 1e-5)
+        ]
+        assert errors[0] < 1e-2
+        assert errors[1] < 0.1 * errors[0]
+
+    @pytest.mark.parametrize("brake", BRAKES)
+    def test_sixth_order_in_the_sampling(self, brake):
+        system = wb.paper.system(eta=-24.0, brake=brake)
+        residuals = [
+            np.abs(energy(wb.simulate(system, periods=30, samples_per_period=n)).residual).sum()
+            for n in (20, 40, 80)
+        ]
+        orders = np.log2(np.array(residuals[:-1]) / np.array(residuals[1:]))
+        assert np.all(orders > 5.5)
+        assert np.all(orders < 7.5)
+
+    def test_steep_layer_is_resolved_by_sampling(self):
+        system = wb.paper.system(eta=-60.0, friction="smoothed")
+        errors = [
+            energy(wb.simulate(system, periods=20, samples_per_period=n)).attrs["error"]
+            for n in (50, 200, 800)
+        ]
+        assert errors[1] < 0.1 * errors[0]
+        assert errors[2] < 0.1 * errors[1]
+
+    @pytest.mark.parametrize("steepness", [1e3, 1e5])
+    def test_layer_that_no_sampling_resolves(self, steepness):
+        system = wb.paper.system(friction="smoothed").replace(steepness=steepness)
+        assert energy(wb.simulate(system, periods=30)).attrs["error"] < 2e-5
+
+    @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(systems.cases())
+    def test_any_system(self, case):
+        system, initial = case
+        response = wb.simulate(system, periods=5, initial=initial, samples_per_period=400)
+        if response.sizes["period"] < 2:
+            return
+        found = energy(response)
+        assert found.attrs["error"] < 1e-6
+        assert np.all(found.friction_heat >= 0.0)
+        limit = np.abs(response.brake_torque).max()
+        assert found.attrs["largest_peak_torque"] >= limit * (1.0 - 1e-9) or (
+            response.attrs["status"] != "completed"
+        )
+
+
+class TestEvidence:
+    """The residual is found from nothing that it judges: wrong data show."""
+
+    RESPONSE = wb.simulate(wb.paper.system(), periods=30)
+
+    @pytest.mark.parametrize(
+        ("table", "values"),
+        [
+            ("friction", {"kinetic": 0.29}),
+            ("driveline", {"damping": 0.2}),
+            ("driveline", {"stiffness": 1.01e4}),
+            ("driveline", {"inertia": 1.01}),
+            ("excitation", {"amplitude": 490.0}),
+            ("actuation", {"slope": -39.0}),
+            ("brake", {"radius": 0.201}),
+        ],
+    )
+    def test_another_system(self, table, values):
+        assert energy(self.RESPONSE).attrs["error"] < 1e-11
+        assert energy(tables_changed(self.RESPONSE, table, **values)).attrs["error"] > 1e-4
+
+    def test_heat_of_the_law_not_of_the_balance(self):
+        """With 1 % less friction force the heat falls short by 1 %, and the balance with it."""
+        honest = energy(self.RESPONSE)
+        wrong = energy(tables_changed(self.RESPONSE, "brake", radius=0.2 * 0.99))
+        lost = honest.friction_heat - wrong.friction_heat
+        np.testing.assert_allclose(lost, 0.01 * honest.friction_heat, rtol=1e-3)
+        np.testing.assert_allclose(wrong.residual, lost, rtol=1e-3)
+
+    def test_another_motion(self):
+        wrong = self.RESPONSE.copy(deep=True)
+        for name in ("", "event_", "poincare_"):
+            wrong[f"{name}angle"] = 1.01 * wrong[f"{name}angle"]
+            wrong[f"{name}velocity"] = 1.01 * wrong[f"{name}velocity"]
+        assert energy(wrong).attrs["error"] > 1e-3
+
+
+def quadrature(system, initial, periods, pieces):
+    """(heat [J], work of the torque [J], largest torque [N m]) of each period.
+
+    Gauss and Legendre between neighbouring events, from states that ``simulate`` gives at
+    the nodes themselves.
+    """
+    period = system.excitation.period
+    events = wb.simulate(system, periods=periods, initial=initial, times=[]).event_time.to_numpy()
+    edges = np.unique(np.append(events, np.linspace(0.0, periods * period, periods * pieces + 1)))
+    x, weights = np.polynomial.legendre.leggauss(12)
+    length = np.diff(edges)
+    nodes = edges[:-1, None] + 0.5 * length[:, None] * (1.0 + x)
+    dense = wb.simulate(system, periods=periods, initial=initial, times=nodes.ravel())
+    assert dense.sizes["time"] == nodes.size
+    velocity, brake, drive = (
+        dense[name].to_numpy().reshape(nodes.shape)
+        for name in ("velocity", "brake_torque", "drive_torque")
+    )
+    share = 0.5 * length[:, None] * weights
+    number = np.minimum((0.5 * (edges[1:] + edges[:-1]) / period).astype(int), periods - 1)
+    heat = np.bincount(
+        number, (share * brake * (velocity + system.driveline.drive_speed)).sum(axis=1)
+    )
+    work = np.bincount(number, (share * drive * velocity).sum(axis=1))
+    peak = np.zeros(periods)
+    np.maximum.at(peak, number, np.abs(brake).max(axis=1))
+    return heat, work, peak
+
+
+class TestAgainstQuadrature:
+    @pytest.mark.parametrize(
+        "name",
+        [
+            "wedge, sticks and releases",
+            "conventional, sticks",
+            "band brake",
+            "leading shoe",
+            "overdamped by the brake",
+            "static above kinetic",
+            "pieces that grow without oscillation",
+            "no initial actuation",
+            "turning shaft",
+            "turning backwards",
+            "turning, slow torque",
+            "self-locking",
+        ],
+    )
+    def test_exact(self, name):
+        system, initial = CASES[name]
+        heat, work, peak = quadrature(system, initial, 12, 40)
+        found = energy(wb.simulate(system, periods=12, initial=initial))
+        scale = np.abs(heat).mean() + np.abs(work).mean() + 1e-300
+        np.testing.assert_allclose(found.friction_heat, heat, rtol=1e-8, atol=1e-8 * scale)
+        np.testing.assert_allclose(found.torque_work, work, rtol=1e-8, atol=1e-8 * scale)
+        # The nodes come near the events, but not up to them.
+        assert np.all(found.peak_torque >= peak * (1.0 - 1e-9))
+        np.testing.assert_allclose(found.peak_torque, peak, rtol=1e-2)
+
+    @pytest.mark.parametrize("static", [0.3, 0.33])
+    def test_smooth(self, static):
+        system = wb.paper.system(eta=0.0, F0=0.09, friction="smoothed", static=static)
+        heat, work, peak = quadrature(system, (0.0, 0.0), 6, 1000)
+        found = energy(wb.simulate(system, periods=6))
+        np.testing.assert_allclose(found.friction_heat, heat, rtol=1e-5, atol=1e-6 * heat.mean())
+        np.testing.assert_allclose(found.torque_work, work, rtol=1e-5, atol=1e-6 * heat.mean())
+        np.testing.assert_allclose(found.peak_torque, peak, rtol=1e-4)
+
+
+class TestPeakTorque:
+    def test_both_sides_of_a_jump_and_rest(self):
+        """Slip begins forwards, every time, out of R F_a0 g(mu_s) held at rest."""
+        static = 0.302
+        system = wb.paper.system(eta=0.0, F0=0.09).replace(static=static)
+        response = wb.simulate(system, periods=20, samples_per_period=21)
+        slips = (response.event_kind == 3) & (response.event_side == 1)
+        numbers = (response.event_time[slips] * system.excitation.frequency).astype(int)
+        peaks = energy(response).peak_torque.to_numpy()[np.unique(numbers)]
+        assert peaks.size >= 15
+        held = 60.0 * static / (1.18 * 0.3 - static)
+        np.testing.assert_allclose(peaks, held, rtol=1e-11)
+        assert float(np.abs(response.brake_torque).max()) < held
+
+    @pytest.mark.parametrize("samples", [20, 33, 200])
+    def test_does_not_depend_on_the_sampling(self, samples):
+        system, initial = CASES["static above kinetic"]
+        dense = energy(wb.simulate(system, periods=20, initial=initial, samples_per_period=2000))
+        found = energy(wb.simulate(system, periods=20, initial=initial, samples_per_period=samples))
+        np.testing.assert_allclose(found.peak_torque, dense.peak_torque, rtol=1e-6)
+
+
+class TestAmplification:
+    def test_mean_over_both_directions(self):
+        """g(mu) = 5.56 forwards, 0.459 backwards: the mean tells the share of the time."""
+        system = wb.paper.system(eta=0.0, F0=0.09)
+        response = wb.simulate(system, periods=100, samples_per_period=2000)
+        found = energy(response, start=5.0)
+        tangent, late = 1.18 * 0.3, response.time.to_numpy() >= found.attrs["start"]
+        forward = np.count_nonzero((response.velocity.to_numpy() > 0.0) & late)
+        backward = np.count_nonzero((response.velocity.to_numpy() < 0.0) & late)
+        gains = 0.3 / (tangent - 0.3), 0.3 / (tangent + 0.3)
+        expected = (forward * gains[0] + backward * gains[1]) / (forward + backward)
+        assert found.attrs["mean_amplification"] == pytest.approx(expected, rel=1e-3)
+
+    def test_released_time_does_not_count(self):
+        """A conventional brake has mu at every speed, however long it is released."""
+        found = energy(wb.simulate(wb.paper.system(eta=-60.0, brake="conventional"), periods=60))
+        np.testing.assert_allclose(found.amplification, 0.3, rtol=1e-10)
+
+
+class TestWhereTheLawIsNotTold:
+    @pytest.mark.parametrize("brake", BRAKES)
+    @pytest.mark.parametrize("method", ["smooth", "ode14x"])
+    def test_custom_friction(self, method, brake):
+        own = custom(brake=brake)
+        known = wb.paper.system(brake=brake, friction="smoothed")
+        found, expected = (
+            energy(wb.simulate(system, periods=40, method=method)) for system in (own, known)
+        )
+        assert (found.attrs["law"], expected.attrs["law"]) == ("samples", "system")
+        for name, tolerance in (
+            ("friction_heat", 1e-4),
+            ("torque_work", 1e-4),
+            ("peak_torque", 1e-3),
+        ):
+            np.testing.assert_allclose(found[name], expected[name], rtol=tolerance)
+        np.testing.assert_allclose(found.amplification, expected.amplification, rtol=5e-3)
+        assert found.attrs["error"] < 1e-5
+
+    def test_custom_brake(self):
+        system = wb.paper.system()
+        own = system.replace(brake=OwnWedge(angle=system.brake.angle, radius=0.2))
+        found, expected = (energy(wb.simulate(one, periods=40)) for one in (own, system))
+        assert found.attrs["law"] == "samples"
+        assert found.attrs["error"] < 1e-11
+        for name in ("friction_heat", "torque_work", "peak_torque", "amplification"):
+            np.testing.assert_allclose(found[name], expected[name], rtol=1e-9)
+
+    def test_tabulated_friction_is_told(self):
+        table = wb.TabulatedFriction(
+            speeds=(0.0, 0.2, 1.0), coefficients=(0.33, 0.28, 0.3), static=0.34
+        )
+        found = energy(wb.simulate(wb.paper.system().replace(friction=table), periods=40))
+        assert found.attrs["law"] == "system"
+        assert found.attrs["error"] < 1e-11
+
+
+class TestWindow:
+    def test_start(self):
+        response = wb.simulate(wb.paper.system(), periods=50)
+        whole, late = energy(response), energy(response, start=3.0)
+        first = int(late.period[0])
+        assert first == math.ceil(3.0 * 10.026761414789407)
+        assert late.attrs["start"] == pytest.approx(first / 10.026761414789407)
+        assert late.sizes["period"] == 50 - first
+        for name in whole.data_vars:
+            np.testing.assert_allclose(late[name], whole[name][first:], rtol=1e-12, atol=1e-15)
+        assert energy(response, start=float(whole.time[7])).period[0] == 7
+
+    def test_sampling_that_ignores_the_periods(self):
+        system = wb.paper.system(eta=0.0, F0=0.09)
+        regular = energy(wb.simulate(system, periods=30))
+        times = np.linspace(0.013, 2.9, 5003)
+        other = energy(wb.simulate(system, periods=30, times=times))
+        numbers = other.period.to_numpy()
+        assert numbers.tolist() == list(range(1, 29))
+        for name in ("friction_heat", "torque_work", "peak_torque"):
+            np.testing.assert_allclose(other[name], regular[name][numbers], rtol=1e-10)
+
+    def test_start_time_inside_a_period(self):
+        system = wb.paper.system(eta=0.0, F0=0.09)
+        response = wb.simulate(system, duration=2.0, start_time=1000.033)
+        found = energy(response)
+        assert found.attrs["start"] >= 1000.033
+        assert found.sizes["period"] in (19, 20)
+        assert found.attrs["error"] < 1e-9
+
+    def test_run_that_ended_early(self):
+        system = wb.paper.system(damping=1.0, static=0.33, release=False)
+        response = wb.simulate(system, periods=20)
+        assert response.attrs["status"] == "diverged"
+        found = energy(response)
+        assert found.sizes["period"] == 1
+        assert found.attrs["status"] == "diverged"
+        assert np.all(np.isfinite(found.friction_heat))
+
+    def test_survives_a_netcdf_file(self, tmp_path):
+        pytest.importorskip("h5netcdf")
+        response = wb.simulate(wb.paper.system(), periods=10)
+        response.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+        with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as read:
+            found = energy(read)
+        xr.testing.assert_identical(found, energy(response))
+        found.to_netcdf(tmp_path / "energy.nc", engine="h5netcdf")
+
+    @pytest.mark.parametrize("block", [1, 777, 2500])
+    def test_long_responses_are_integrated_in_blocks(self, block, monkeypatch):
+        response = wb.simulate(wb.paper.system(), periods=20)
+        whole = energy(response)
+        monkeypatch.setattr("wedgebrake.measures.energy._BLOCK", block)
+        xr.testing.assert_identical(energy(response), whole)
+
+    def test_totals_and_units(self):
+        found = energy(wb.simulate(wb.paper.system(), periods=10))
+        for name in FORMS:
+            assert found.attrs[f"total_{name}"] == pytest.approx(float(found[name].sum()))
+            assert found[name].units == "J"
+        assert found.friction_power.units == "W"
+        assert found.attrs["mean_friction_power"] == pytest.approx(
+            found.attrs["total_friction_heat"] / (found.attrs["stop"] - found.attrs["start"])
+        )
+        assert found.attrs["method"] == "exact"
+
+
+class TestArguments:
+    def test_less_than_a_period(self):
+        with pytest.raises(wb.InputError, match=r"no whole period.*Simulate at least two"):
+            energy(wb.simulate(wb.paper.system(), duration=0.05))
+        response = wb.simulate(wb.paper.system(), periods=3)
+        with pytest.raises(wb.InputError, match=r"no whole period.*choose an earlier start"):
+            energy(response, start=0.25)
+        nothing = wb.simulate(wb.paper.system(), periods=3, times=[])
+        with pytest.raises(wb.InputError, match="samples: none"):
+            energy(nothing)
+
+    def test_ended_before_a_period(self):
+        response = wb.simulate(wb.paper.system(alpha=0.9), periods=3, initial=(0.0, 1.0))
+        assert response.attrs["status"] == "no_forward_solution"
+        with pytest.raises(wb.InputError, match=r"ended early \(no_forward_solution\)"):
+            energy(response)
+
+    @pytest.mark.parametrize("samples", [5, 9])
+    def test_too_few_samples(self, samples):
+        response = wb.simulate(wb.paper.system(F0=1.0), periods=3, samples_per_period=samples)
+        with pytest.raises(wb.InputError, match=r"up to .* s apart.*samples_per_period of at"):
+            energy(response)
+
+    def test_gap_in_the_samples(self):
+        times = np.append(np.linspace(0.0, 0.5, 1000), np.linspace(1.0, 1.9, 1000))
+        response = wb.simulate(wb.paper.system(F0=1.0), periods=20, times=times)
+        with pytest.raises(wb.InputError, match="leave gaps"):
+            energy(response)
+        assert energy(response, start=1.0).attrs["error"] == 0.0
+
+    @pytest.mark.parametrize("start", [-1.0, 99.0, math.nan, "late", True])
+    def test_wrong_start(self, start):
+        response = wb.simulate(wb.paper.system(), periods=3)
+        with pytest.raises(wb.InputError, match="start = "):
+            energy(response, start)
+
+    @pytest.mark.parametrize("wrong", [None, 1.0, xr.Dataset(), xr.Dataset(attrs={"system": "{}"})])
+    def test_no_response(self, wrong):
+        with pytest.raises(wb.InputError, match=r"response = .*wb\.simulate"):
+            energy(wrong)

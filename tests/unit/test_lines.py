@@ -1,0 +1,268 @@
+"""Spectral lines, against signals made of known lines and motions of known period."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import wedgebrake as wb
+from wedgebrake.measures.lines import spectral_lines
+
+INTERVAL = 0.01
+FORCING, NATURAL = 10.0, 15.915494309189533
+
+
+def signal(lines, n=2000, mean=0.0, forcing=None, natural=None):
+    """A response of sines (frequency, amplitude, phase) about a mean, n samples."""
+    t = INTERVAL * np.arange(n)
+    values = mean + sum(a * np.cos(2 * np.pi * f * t + phase) for f, a, phase in lines)
+    dataset = xr.Dataset(
+        {"velocity": ("time", values + 0.0 * t, {"units": "rad/s"})}, coords={"time": ("time", t)}
+    )
+    if forcing is not None:
+        stiffness = (2 * math.pi * natural) ** 2 if natural else 0.0
+        tables = {
+            "driveline": {"inertia": 1.0, "stiffness": stiffness},
+            "excitation": {"frequency": forcing},
+        }
+        dataset.attrs["system"] = json.dumps(tables)
+    return dataset
+
+
+def lines_of(*lines, window="hann", count=12, floor=1e-3, **more):
+    return spectral_lines(wb.spectrum(signal(lines, **more), window=window), count, floor)
+
+
+def named(*frequencies, n=2001, natural=NATURAL):
+    """Labels of lines of falling amplitude; 2000 of n = 2001 samples are used, 0.05 Hz apart."""
+    known = [(f, 2.0**-i, 0.3 * i) for i, f in enumerate(frequencies)]
+    return lines_of(*known, n=n, forcing=FORCING, natural=natural)
+
+
+WINDOWS = ["hann", "boxcar", "blackman", "flattop", ("kaiser", 8.6)]
+
+
+class TestInterpolation:
+    @pytest.mark.parametrize("window", WINDOWS)
+    @pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 0.77, -0.01])
+    def test_one_line_between_bins(self, window, share):
+        n = 2001
+        resolution = 1.0 / (n * INTERVAL)
+        frequency = (400 + share) * resolution
+        found = lines_of((frequency, 2.5, 0.4), window=window, n=n)
+        # What the negative frequency leaks, 800 bins away: of a boxcar 1/(800 pi), of a
+        # flattop 1e-5, which counts where the lobe is so flat.
+        loose = {"boxcar": 1e-3, "flattop": 1e-4}.get(window, 1e-5)
+        assert found.sizes["line"] == 1
+        assert float(found.frequency[0]) == pytest.approx(frequency, abs=loose * resolution)
+        assert float(found.amplitude[0]) == pytest.approx(2.5, rel=loose)
+        assert found.amplitude.units == "rad/s"
+
+    def test_hann_has_the_closed_form(self):
+        n, at = 512, 100.3
+        values = signal([(at / (n * INTERVAL), 1.0, 1.0)], n=n)
+        spectrum = wb.spectrum(values)
+        here, neighbour = spectrum.amplitude.to_numpy()[[100, 101]]
+        ratio = neighbour / here
+        expected = 100 + (2 * ratio - 1) / (ratio + 1)
+        found = spectral_lines(spectrum)
+        in_bins = float(found.frequency[0]) / spectrum.attrs["resolution"]
+        # The closed form is that of a long window.
+        assert in_bins == pytest.approx(expected, abs=1e-4)
+        assert in_bins == pytest.approx(at, abs=1e-5)
+
+    def test_a_long_window_is_represented_by_a_shorter_one(self):
+        n = 60_000
+        frequency = 4000.37 / (n * INTERVAL)
+        found = lines_of((frequency, 1.0, 0.2), n=n)
+        assert float(found.frequency[0]) * n * INTERVAL == pytest.approx(4000.37, abs=1e-5)
+        assert float(found.amplitude[0]) == pytest.approx(1.0, rel=1e-5)
+
+    def test_several_lines_strongest_first(self):
+        known = [(7.013, 0.2, 0.0), (12.377, 3.0, 1.0), (20.0, 1.0, 2.0), (31.61, 0.05, 3.0)]
+        found = lines_of(*known)
+        assert found.line.to_numpy().tolist() == [1, 2, 3, 4]
+        np.testing.assert_allclose(found.frequency, [12.377, 20.0, 7.013, 31.61], atol=5e-5)
+        np.testing.assert_allclose(found.amplitude, [3.0, 1.0, 0.2, 0.05], rtol=1e-3)
+
+    def test_mean_and_nyquist_are_not_doubled(self):
+        found = lines_of((10.0, 0.5, 0.3), (50.0, 0.2, 0.0), mean=-3.0)
+        assert found.label.to_numpy().tolist() == ["mean", "10.000 Hz", "50.000 Hz"]
+        np.testing.assert_allclose(found.amplitude, [3.0, 0.5, 0.2], rtol=1e-9)
+
+    def test_a_large_mean_does_not_raise_the_floor(self):
+        found = lines_of((10.0, 1e-4, 0.3), mean=1.0)
+        np.testing.assert_allclose(found.amplitude, [1.0, 1e-4], rtol=1e-6)
+
+
+class TestLeakage:
+    @pytest.mark.parametrize("window", WINDOWS)
+    def test_side_lobes_are_no_lines(self, window):
+        # Half a bin off: the worst leakage. Two lines: their side lobes interfere.
+        resolution = 1.0 / (2000 * INTERVAL)
+        pair = [(200.5 * resolution, 1.0, 0.0), (611.5 * resolution, 0.8, 1.0)]
+        found = lines_of(*pair, window=window, floor=0.0)
+        strong = found.amplitude.to_numpy() > 1e-4
+        assert np.count_nonzero(strong) == 2
+        assert set(found.label.to_numpy()[strong]) == {"10.025 Hz", "30.575 Hz"}
+
+    def test_a_weak_line_beside_a_strong_one(self):
+        resolution = 1.0 / (2000 * INTERVAL)
+        strong, weak = 200.5 * resolution, 207.0 * resolution
+        found = lines_of((strong, 1.0, 0.0), (weak, 0.01, 1.0))
+        assert found.sizes["line"] == 2
+        assert float(found.frequency[1]) == pytest.approx(weak, abs=0.2 * resolution)
+        assert float(found.amplitude[1]) == pytest.approx(0.01, rel=0.15)
+
+    def test_rounding_is_no_line(self):
+        assert lines_of((10.0, 1.0, 0.0), floor=0.0).sizes["line"] == 1
+        assert lines_of(mean=2.0, floor=0.0).label.to_numpy().tolist() == ["mean"]
+        silent = lines_of(forcing=FORCING, natural=NATURAL)
+        assert silent.sizes == {"line": 0}
+        assert set(silent.data_vars) == set(named(FORCING).data_vars)
+
+
+class TestNames:
+    def test_multiples_and_fractions(self):
+        found = named(10.0, 30.0, 20 / 3, 25.0, 35 / 6)
+        assert found.label.to_numpy().tolist() == ["f_e", "3 f_e", "2/3 f_e", "5/2 f_e", "7/12 f_e"]
+        assert found.numerator.to_numpy().tolist() == [1, 3, 2, 5, 7]
+        assert found.denominator.to_numpy().tolist() == [1, 1, 3, 2, 12]
+        assert found.multiple.to_numpy().tolist() == [1, 3, 1, 2, 1]
+        np.testing.assert_allclose(found.order, [1.0, 3.0, 2 / 3, 2.5, 7 / 12], atol=1e-4)
+        np.testing.assert_allclose(found.offset, [0.0, 0.0, -10 / 3, 5.0, -25 / 6], atol=1e-3)
+
+    def test_natural_frequency_and_its_side_bands(self):
+        found = named(NATURAL, 10.0, 20.0 - NATURAL, 40.0 - NATURAL, 10.0 + NATURAL, NATURAL - 10.0)
+        assert found.label.to_numpy().tolist() == [
+            "f_n", "f_e", "2 f_e - f_n", "4 f_e - f_n", "f_e + f_n", "f_n - f_e",
+        ]  # fmt: skip
+        assert found.natural.to_numpy().tolist() == [1, 0, -1, -1, 1, 1]
+
+    def test_anything_else_by_its_offset(self):
+        found = named(11.23, 8.77, 1.23, 31.23)
+        assert found.label.to_numpy().tolist() == [
+            "f_e + 1.230 Hz", "f_e - 1.230 Hz", "1.230 Hz", "3 f_e + 1.230 Hz",
+        ]  # fmt: skip
+        np.testing.assert_allclose(found.offset, [1.23, -1.23, 1.23, 1.23], atol=2e-4)
+        assert found.denominator.to_numpy().tolist() == [0, 0, 0, 0]
+
+    def test_multiple_that_is_the_natural_frequency(self):
+        assert named(10.0, natural=10.0).label.to_numpy().tolist() == ["f_e = f_n"]
+        assert named(20.0, natural=20.0).label.to_numpy().tolist() == ["2 f_e = f_n"]
+
+    def test_tolerance_is_half_the_resolution(self):
+        within, beyond = named(10.02), named(10.04)
+        assert within.attrs["resolution"] == pytest.approx(0.05)
+        assert within.attrs["tolerance"] == pytest.approx(0.025)
+        assert str(within.label[0].to_numpy()) == "f_e"
+        assert str(beyond.label[0].to_numpy()) == "f_e + 0.040 Hz"
+
+    def test_large_denominators_must_agree_more_closely(self):
+        # f_e/(8 144) = 0.0087 Hz, a third of the tolerance.
+        near = named(70 / 12 + 0.007), named(70 / 12 + 0.011)
+        assert [str(one.label[0].to_numpy()) for one in near] == ["7/12 f_e", "f_e - 4.156 Hz"]
+
+    def test_without_a_natural_or_a_known_torque(self):
+        free = named(NATURAL, natural=0.0)
+        assert str(free.label[0].to_numpy()) == "2 f_e - 4.085 Hz"
+        unknown = lines_of((12.5, 1.0, 0.0))
+        assert str(unknown.label[0].to_numpy()) == "12.500 Hz"
+        assert np.isnan(unknown.order[0])
+        assert "forcing_frequency" not in unknown.attrs
+
+
+class TestMotions:
+    @pytest.mark.parametrize(
+        ("eta", "periods"),
+        [(0.0, 1), (-60.0, 2), (-24.0, 6)],
+    )
+    def test_period_of_the_wedge_is_the_common_denominator(self, eta, periods):
+        """The least common denominator is the period that the Poincare points show."""
+        system = wb.paper.system(eta=eta, F0=0.09 if eta == 0.0 else 0.036)
+        response = wb.simulate(system, periods=700)
+        points = response.poincare_velocity.to_numpy()[400:]
+        apart = [np.max(np.abs(points[n:] - points[:-n])) for n in range(1, 13)]
+        assert int(np.argmax(np.array(apart) < 1e-6 * np.max(np.abs(points)))) + 1 == periods
+        start = 400.0 * system.excitation.period
+        found = spectral_lines(wb.spectrum(response, start=start), count=12)
+        denominators = found.denominator.to_numpy()
+        assert np.all(denominators > 0)
+        assert math.lcm(*denominators.tolist()) == periods
+        np.testing.assert_allclose(
+            found.order, found.numerator / found.denominator, rtol=0, atol=1e-7
+        )
+
+    def test_linear_forced_and_free_vibration(self):
+        """Without brake: the forced line, and the free one that the start sets off."""
+        damping = 0.01
+        system = wb.paper.system(damping=damping).replace(initial_force=0.0, slope=0.0)
+        w, torque = system.excitation.angular_frequency, system.excitation.amplitude
+        found = spectral_lines(wb.spectrum(wb.simulate(system, duration=25.0)))
+        assert found.label.to_numpy().tolist()[:2] == ["f_e", "f_n"]
+        receptance = torque / (1e4 - w**2)
+        assert float(found.amplitude[0]) == pytest.approx(w * receptance, rel=1e-3)
+        # From rest the free vibration takes the forced velocity away; it decays by 12 % in
+        # 25 s, over which the window takes the mean.
+        t = np.linspace(0.0, 25.0, 5001)
+        decay = np.average(np.exp(-0.5 * damping * t), weights=np.sin(np.pi * t / 25.0) ** 2)
+        assert float(found.amplitude[1]) == pytest.approx(w * receptance * decay, rel=2e-3)
+        assert float(found.frequency[1]) == pytest.approx(100.0 / (2 * math.pi), abs=1e-3)
+        assert np.all(found.amplitude[2:] < 1e-2 * found.amplitude[1])
+
+    def test_of_other_quantities(self):
+        response = wb.simulate(wb.paper.system(eta=0.0, F0=0.09), periods=100)
+        found = spectral_lines(wb.spectrum(response, "angle", start=5.0))
+        assert found.attrs["quantity"] == "angle"
+        assert found.amplitude.units == "rad"
+        # The wedge holds more forwards than backwards: the mean angle is not zero.
+        assert "mean" in found.label.to_numpy()
+
+
+class TestArguments:
+    def test_count_and_floor(self):
+        known = [(5.0 * i, 0.2**i, 0.0) for i in range(6)]
+        known[0] = (2.5, 1.0, 0.0)  # shares 1, 0.2, 0.04, 0.008, 0.0016, 0.00032
+        assert lines_of(*known, count=2).sizes["line"] == 2
+        assert lines_of(*known).sizes["line"] == 5
+        assert lines_of(*known, floor=0.01).sizes["line"] == 3
+        assert lines_of(*known, floor=0.0).sizes["line"] == 6
+
+    @pytest.mark.parametrize(
+        ("arguments", "words"),
+        [
+            ({"count": 0}, "count = 0: must be a whole number"),
+            ({"count": 2.0}, "count = 2.0"),
+            ({"count": True}, "count = True"),
+            ({"floor": -0.1}, r"floor = -0.1: must be a share .* in \[0, 1\)"),
+            ({"floor": 1.0}, "floor = 1.0"),
+            ({"floor": math.nan}, "floor = nan"),
+            ({"floor": "low"}, "floor = 'low'"),
+        ],
+    )
+    def test_wrong_arguments(self, arguments, words):
+        spectrum = wb.spectrum(signal([(10.0, 1.0, 0.0)]))
+        with pytest.raises(wb.InputError, match=words):
+            spectral_lines(spectrum, **arguments)
+
+    @pytest.mark.parametrize(
+        "wrong", [None, [1.0], xr.Dataset({"amplitude": ("frequency", [1.0])})]
+    )
+    def test_no_spectrum(self, wrong):
+        with pytest.raises(wb.InputError, match=r"spectrum = .*wb\.spectrum"):
+            spectral_lines(wrong)
+
+    def test_survives_a_netcdf_file(self, tmp_path):
+        pytest.importorskip("h5netcdf")
+        spectrum = wb.spectrum(signal([(10.0, 1.0, 0.0)], n=2001, forcing=10.0, natural=9.0))
+        spectrum.to_netcdf(tmp_path / "spectrum.nc", engine="h5netcdf")
+        with xr.open_dataset(tmp_path / "spectrum.nc", engine="h5netcdf") as read:
+            found = spectral_lines(read)
+        found.to_netcdf(tmp_path / "lines.nc", engine="h5netcdf")
+        with xr.open_dataset(tmp_path / "lines.nc", engine="h5netcdf") as read:
+            assert read.label.to_numpy().tolist() == ["f_e"]
+            xr.testing.assert_allclose(read, spectral_lines(spectrum))

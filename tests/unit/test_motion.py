@@ -1,0 +1,221 @@
+"""The class of a motion on systems where it is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+def linear(f: float, damping: float) -> wb.BrakedDriveline:
+    """Without friction: forced part and free vibration."""
+    return wb.paper.system(f=f).replace(kinetic=0.0, static=0.0, damping=damping, slope=0.0)
+
+
+@pytest.mark.parametrize(("f", "order"), [(1 / 2, 1), (2 / 3, 2), (3 / 4, 3), (4 / 7, 4)])
+@pytest.mark.parametrize("transient", ["auto", 200])
+def test_commensurate_free_vibration(f, order, transient) -> None:
+    found = wb.motion(linear(f, 0.0), transient=transient)
+    assert found.kind == ("synchronous" if order == 1 else "periodic")
+    assert found.order == order
+    # Nothing grows or decays.
+    assert found.largest_exponent == pytest.approx(0.0, abs=1e-9)
+    assert found.second_exponent == pytest.approx(0.0, abs=1e-9)
+
+
+def test_incommensurate_free_vibration_is_quasi_periodic() -> None:
+    found = wb.motion(linear(GOLDEN, 0.0))
+    assert found.kind == "quasi-periodic"
+    assert abs(found.largest_exponent) < 1e-9
+    # Fifty periods cannot tell it from a resonance of high order.
+    assert wb.motion(linear(GOLDEN, 0.0), transient=200).kind == "undecided"
+
+
+def test_slow_settling_is_undecided_and_then_synchronous() -> None:
+    """c/2J = 0.05 1/s: after 25 s a quarter of the free vibration is left."""
+    system = linear(0.63, 0.1)
+    early = wb.motion(system, 250, transient=200)
+    assert early.kind == "undecided"
+    assert not early.settled
+    late = wb.motion(system)
+    assert late.kind == "synchronous"
+    assert late.largest_exponent == pytest.approx(-0.05, rel=1e-6)
+    assert late.second_exponent == pytest.approx(-0.05, rel=1e-6)
+    # Its distance falls as exp(-0.05 t), from about the size of the motion to 1e-5 of it.
+    seconds = late.settling / system.excitation.frequency
+    assert math.log(1e5) / 0.05 == pytest.approx(seconds, rel=0.1)
+    assert wb.motion(system, limit=1000).kind == "undecided"
+
+
+def test_friction_that_leaves_a_little_damping() -> None:
+    """The same with a brake: c_eff = c (1 + eta/D) slightly positive while it slides on.
+
+    A turning shaft slides all the time, so that the effective damping is exact.
+    """
+    system = wb.paper.system(eta=-0.05, F0=5.0, brake="conventional", damping=0.1).replace(
+        drive_speed=100.0, amplitude=50.0
+    )
+    rate = -0.5 * 0.1 * (1.0 - 0.05)
+    early = wb.motion(system, 250, transient=200)
+    assert early.kind == "undecided"
+    late = wb.motion(system)
+    assert (late.kind, late.stick_class) == ("synchronous", "non-stick-slip")
+    assert late.largest_exponent == pytest.approx(rate, rel=1e-6)
+
+
+@pytest.mark.parametrize("transient", ["auto", 200])
+def test_forced_two_periods(transient) -> None:
+    found = wb.motion(wb.paper.system(eta=-24.0, F0=0.067), transient=transient)
+    assert (found.kind, found.order) == ("periodic", 2)
+    assert found.stick_class == "unidirectional stick-slip"
+    assert found.second_exponent == -math.inf
+
+
+def test_transient_chaos_ends_on_six_periods() -> None:
+    """Unpredictable for about 11 s; then 6T (docs/theory.md, section 4)."""
+    system = wb.paper.system(eta=-24.0, F0=0.036)
+    found = wb.motion(system)
+    assert (found.kind, found.order) == ("periodic", 6)
+    assert found.stick_class == "bidirectional stick-slip"
+    assert found.largest_exponent < 0.0
+    assert found.transient >= found.settling
+    seconds = found.settling / system.excitation.frequency
+    assert 10.0 < seconds < 20.0
+    # Sticks in a period of the torque: a whole number in six.
+    assert 6.0 * found.sticks_forward == pytest.approx(round(6.0 * found.sticks_forward))
+    # While it lasts, it is chaos: neighbours part.
+    early = wb.motion(system, 100, transient=10)
+    assert early.kind == "chaotic"
+
+
+def test_exponents_of_a_periodic_orbit_are_those_of_its_return_map() -> None:
+    """The multiplier against a difference of the flow over one orbit."""
+    system = wb.paper.system(eta=-10.0, F0=0.036)
+    found = wb.motion(system)
+    assert found.kind == "synchronous"
+    orbit = wb.poincare(system, periods=400, transient=399)
+    base = (float(orbit["angle"][0]), float(orbit["velocity"][0]))
+
+    def step(state):
+        end = wb.simulate(system, periods=1, initial=state, times=()).attrs
+        return np.array([end["final_angle"], end["final_velocity"]])
+
+    columns = []
+    for move in ((1e-7, 0.0), (0.0, 1e-5)):
+        plus, minus = (step((base[0] + s * move[0], base[1] + s * move[1])) for s in (1.0, -1.0))
+        columns.append((plus - minus) / (2.0 * max(move)))
+    moduli = np.sort(np.abs(np.linalg.eigvals(np.stack(columns, axis=1))))[::-1]
+    exponents = np.log(moduli) * system.excitation.frequency
+    assert found.largest_exponent == pytest.approx(exponents[0], rel=1e-4)
+    assert found.second_exponent == pytest.approx(exponents[1], rel=1e-3)
+
+
+def test_chaos_has_the_exponent_of_parting_trajectories() -> None:
+    """Lasting chaos; two trajectories 1e-9 apart, set back each time they have parted."""
+    system = wb.paper.system(eta=-28.0, F0=0.036)
+    found = wb.motion(system, limit=8000)
+    assert found.kind == "chaotic"
+    period = 1.0 / system.excitation.frequency
+    orbit = wb.poincare(system, periods=1500, transient=500)
+    here = np.stack([orbit["angle"], orbit["velocity"]], axis=1)
+    scale, apart = np.array([100.0, 1.0]), 1e-7
+    direction, logs = np.array([1.0, 1.0]) / math.sqrt(2.0), []
+    for k in range(len(here) - 1):
+        start = here[k] + apart * direction / scale
+        end = wb.simulate(system, periods=1, initial=tuple(start), times=()).attrs
+        gap = (np.array([end["final_angle"], end["final_velocity"]]) - here[k + 1]) * scale
+        length = max(float(np.hypot(*gap)), 1e-300)
+        logs.append(math.log(length / apart))
+        direction = gap / length
+    batches = np.array(logs).reshape(10, -1).mean(axis=1)
+    parting, error = batches.mean() / period, batches.std(ddof=1) / math.sqrt(10) / period
+    assert abs(found.largest_exponent - parting) < 4.0 * math.hypot(error, found.exponent_error)
+    assert found.largest_exponent > 10.0 * found.exponent_error
+
+
+def test_rest() -> None:
+    found = wb.motion(wb.paper.system(eta=0.0, F0=0.5))
+    assert (found.kind, found.stick_class) == ("at rest", "at rest")
+    assert (found.largest_exponent, found.second_exponent) == (0.0, -math.inf)
+    assert found.stick_share == 1.0
+    assert found.friction_power == 0.0
+
+
+def test_without_a_spring_the_angle_does_not_matter() -> None:
+    """A free driveline on a turning brake settles to one velocity; its angle runs on."""
+    system = wb.paper.system(eta=0.0, F0=0.5, damping=1.0).replace(
+        stiffness=0.0, drive_speed=50.0, initial_force=10.0, slope=0.0, amplitude=3.0
+    )
+    found = wb.motion(system, initial=(0.0, 30.0))
+    assert found.kind == "synchronous"
+    assert found.largest_exponent == pytest.approx(0.0, abs=1e-6)
+    assert found.second_exponent == pytest.approx(-1.0, rel=1e-6)
+
+
+def test_ends_that_are_answers() -> None:
+    grown = wb.motion(wb.paper.system(eta=-24.0, damping=1.0, release=False))
+    assert (grown.kind, grown.status) == ("diverged", "diverged")
+    locked = wb.motion(wb.paper.system(eta=0.0, F0=0.02, alpha=0.5), initial=(0.0, 5.0))
+    assert (locked.kind, locked.status) == ("self-locked", "no_forward_solution")
+    cut = wb.motion(wb.paper.system(), max_events=50)
+    assert (cut.kind, cut.status) == ("undecided", "event_limit")
+    for one in (grown, locked, cut):
+        assert one.verdict
+        assert one.as_dict()["verdict"] == one.verdict
+
+
+def test_smooth_friction_agrees_where_nothing_is_steep() -> None:
+    """Synchronous sliding without a stop: both laws have the same exponents."""
+    exact = wb.motion(wb.paper.system(eta=-10.0, F0=0.036))
+    smooth = wb.motion(wb.paper.system(eta=-10.0, F0=0.036, friction="smoothed"))
+    assert exact.kind == smooth.kind == "synchronous"
+    assert smooth.peak_torque == pytest.approx(exact.peak_torque, rel=0.02)
+    assert smooth.friction_power == pytest.approx(exact.friction_power, rel=0.02)
+    assert smooth.largest_exponent == pytest.approx(exact.largest_exponent, rel=0.1)
+
+
+def test_smooth_friction_two_periods() -> None:
+    found = wb.motion(wb.paper.system(eta=-24.0, F0=0.067, friction="smoothed"), 120, transient=80)
+    assert (found.kind, found.order) == ("periodic", 2)
+    assert math.isnan(found.second_exponent) or found.second_exponent < -10.0
+
+
+def test_fixed_step_scheme_is_judged_too() -> None:
+    found = wb.motion(
+        wb.paper.system(eta=0.0, F0=0.09, friction="smoothed"), 90, transient=60,
+        method="ode14x", step=2e-4,
+    )  # fmt: skip
+    assert found.kind == "synchronous"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"transient": "slow"}, "transient = 'slow': must be a number of periods or 'auto'"),
+        ({"transient": -1}, "transient = -1: must be a whole number"),
+        ({"transient": 300, "periods": 250}, "must be below periods = 250"),
+        ({"limit": 0}, "limit = 0: must be a whole number"),
+        ({"initial": 3}, "initial = 3: must be two numbers"),
+        ({"method": "smooth"}, "needs SmoothedFriction"),
+        ({"rtol": 2.0}, "rtol = 2.0"),
+    ],
+)
+def test_wrong_arguments(arguments, words) -> None:
+    with pytest.raises(wb.InputError, match=words):
+        wb.motion(wb.paper.system(), **arguments)
+
+
+def test_wrong_system() -> None:
+    with pytest.raises(wb.InputError, match="system = 3: must be a BrakedDriveline"):
+        wb.motion(3)
+
+
+def test_verdict_reads_well() -> None:
+    text = wb.motion(wb.paper.system(eta=-24.0, F0=0.067)).verdict
+    assert text.startswith("2T-periodic, unidirectional stick-slip: repeats after 2 T")
+    assert text.endswith("1/s.")
