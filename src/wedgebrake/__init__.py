@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from wedgebrake import paper
     from wedgebrake.errors import InputError, OutputError, WedgebrakeError
     from wedgebrake.linear_stability import stability, stability_map
+    from wedgebrake.measures.energy import energy
+    from wedgebrake.measures.lines import spectral_lines
+    from wedgebrake.measures.motion import Motion, motion
     from wedgebrake.measures.poincare import poincare
     from wedgebrake.measures.spectrum import spectrum
     from wedgebrake.measures.sticking import sticks
@@ -43,8 +46,11 @@ if TYPE_CHECKING:
     from wedgebrake.model.groups import Groups
     from wedgebrake.model.study import Study, load_study
     from wedgebrake.model.system import BrakedDriveline
+    from wedgebrake.plots.draw import plot
     from wedgebrake.solvers.solve import simulate
     from wedgebrake.solvers.status import Status
+    from wedgebrake.sweeps.maps import basins, bifurcation, regime_map
+    from wedgebrake.sweeps.run import sweep
 
 # Where each public name lives.
 _HOMES = {
@@ -61,6 +67,7 @@ _HOMES = {
     "HarmonicTorque": "model.excitation",
     "InputError": "errors",
     "LeadingShoeBrake": "model.brakes",
+    "Motion": "measures.motion",
     "OutputError": "errors",
     "SmoothedFriction": "model.friction",
     "Status": "solvers.status",
@@ -68,13 +75,21 @@ _HOMES = {
     "TabulatedFriction": "model.friction",
     "WedgeBrake": "model.brakes",
     "WedgebrakeError": "errors",
+    "basins": "sweeps.maps",
+    "bifurcation": "sweeps.maps",
+    "energy": "measures.energy",
     "load_study": "model.study",
+    "motion": "measures.motion",
+    "plot": "plots.draw",
     "poincare": "measures.poincare",
+    "regime_map": "sweeps.maps",
     "simulate": "solvers.solve",
+    "spectral_lines": "measures.lines",
     "spectrum": "measures.spectrum",
     "stability": "linear_stability",
     "stability_map": "linear_stability",
     "sticks": "measures.sticking",
+    "sweep": "sweeps.run",
 }
 
 __all__ = [
@@ -91,6 +106,7 @@ __all__ = [
     "HarmonicTorque",
     "InputError",
     "LeadingShoeBrake",
+    "Motion",
     "OutputError",
     "SmoothedFriction",
     "Status",
@@ -99,14 +115,22 @@ __all__ = [
     "WedgeBrake",
     "WedgebrakeError",
     "__version__",
+    "basins",
+    "bifurcation",
+    "energy",
     "load_study",
+    "motion",
     "paper",
+    "plot",
     "poincare",
+    "regime_map",
     "simulate",
+    "spectral_lines",
     "spectrum",
     "stability",
     "stability_map",
     "sticks",
+    "sweep",
 ]
 
 

@@ -1,0 +1,113 @@
+"""The front door: the picture that suits a dataset."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_RESULTS = (
+    "wb.simulate(...), wb.poincare(...), wb.spectrum(...), wb.bifurcation(...),"
+    " wb.regime_map(...), wb.basins(...), or wb.sweep(...) over one or two parameters"
+)
+
+
+def plot(dataset: xr.Dataset, **options: Any) -> Figure:
+    """The picture of a result: a new figure, without pyplot.
+
+    ======================================  =============================================
+    result of                               picture
+    ======================================  =============================================
+    ``simulate``                            overview: history, phase portrait, Poincare
+                                            section, spectrum
+    ``poincare``                            Poincare section
+    ``spectrum``                            amplitude spectrum
+    ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram
+    ``regime_map``, ``sweep`` (two axes)    map of a class or another result
+    ``basins``                              basins of attraction
+    ======================================  =============================================
+
+    dataset : xarray.Dataset
+    options : of the picture, see ``wedgebrake.plots``; for example ``quantity``,
+              ``width`` [inch]
+
+    To a file: ``wedgebrake.plots.save.save(figure, path)``.
+
+    Raises ``InputError`` for anything else, an option that the picture does not have, and
+    as the picture does.
+    """
+    picture, arguments = _choice(dataset)
+    allowed = list(inspect.signature(picture).parameters)[len(arguments) :]
+    for name in options:
+        if name not in allowed:
+            raise InputError(
+                f"{name}: no option of the picture {picture.__name__!r}. {nearest(name, allowed)}"
+            )
+    return picture(*arguments, **options)
+
+
+def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
+    """The function that draws a dataset, and its first arguments."""
+    from wedgebrake.plots.regime import axes_of
+
+    names = getattr(dataset, "data_vars", {})
+    swept = axes_of(dataset)
+    if swept:
+        return _of_sweep(swept, "attractor" in names), (dataset,)
+    if "stick_start" in names and "time" in dataset.coords:
+        from wedgebrake.plots.overview import overview
+
+        return overview, (_system(dataset), dataset)
+    if "amplitude" in names and "frequency" in dataset.dims:
+        from wedgebrake.plots.spectrum import spectrum
+
+        return spectrum, (dataset,)
+    if "angle" in names and "velocity" in names and dataset["angle"].dims == ("period",):
+        from wedgebrake.plots.section import section
+
+        return section, (dataset,)
+    raise InputError(
+        f"dataset = {type(dataset).__name__}: there is no picture of it. Give the result of"
+        f" {_RESULTS}."
+    )
+
+
+def _of_sweep(swept: list[str], has_basins: bool) -> Callable[..., Figure]:
+    """The picture of a sweep, by the number of its axes."""
+    if len(swept) == 1:
+        from wedgebrake.plots.bifurcation import bifurcation
+
+        return bifurcation
+    if len(swept) == 2 and has_basins:
+        from wedgebrake.plots.basins import basins
+
+        return basins
+    if len(swept) == 2:
+        from wedgebrake.plots.regime import regime_map
+
+        return regime_map
+    raise InputError(
+        f"dataset: is swept over {', '.join(swept)}; there are pictures of sweeps over one or two"
+        f" parameters. Choose values of the others, for example dataset.isel({swept[-1]}=0)."
+    )
+
+
+def _system(response: xr.Dataset) -> Any:
+    """The system that a response was computed for."""
+    from wedgebrake.model.study import parse_study
+
+    try:
+        return parse_study(dict(json.loads(response.attrs["system"]))).system
+    except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
+        raise InputError(
+            "dataset: does not say, in attrs['system'], what was simulated, or with a part that"
+            " has no name in study files. Use"
+            " wedgebrake.plots.overview.overview(system, response)."
+        ) from None

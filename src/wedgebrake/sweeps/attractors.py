@@ -1,0 +1,149 @@
+"""Attractors told apart by the Poincare points that the motions settle to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.measures.classes import MotionClass
+from wedgebrake.sweeps.results import PointStatus
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+UNDECIDED, DIVERGED, SELF_LOCKED, NOT_COMPUTED = -1, -2, -3, -4
+
+# Two periodic motions are one attractor if they come within this share of the range of all
+# points: far above what is left of a transient.
+_SAME = 1e-3
+# Two clouds are one attractor if the typical point of each lies as near to the other cloud
+# as it lies to its own, times this.
+_CLOUD = 4.0
+
+
+def label(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset of ``basins`` with its attractors.
+
+    Rest is one attractor, whatever the angle that the brake holds. Motions of the same class
+    and order whose points coincide are one; of quasi-periodic and chaotic ones, those whose
+    points cover the same ground.
+    """
+    import xarray as xr
+
+    loaded = dataset.load()
+    shape = loaded["motion"].shape
+    motion = loaded["motion"].to_numpy().ravel()
+    order = loaded["order"].to_numpy().ravel()
+    points = np.stack([loaded["angle"].to_numpy(), loaded["velocity"].to_numpy()], axis=-1)
+    points = points.reshape(motion.size, -1, 2)
+    numbers = np.full(motion.size, UNDECIDED, dtype=np.int32)
+    numbers[motion == MotionClass.DIVERGED] = DIVERGED
+    numbers[motion == MotionClass.SELF_LOCKED] = SELF_LOCKED
+    numbers[loaded["status"].to_numpy().ravel() == PointStatus.NOT_COMPUTED] = NOT_COMPUTED
+    numbers[motion == MotionClass.NONE] = NOT_COMPUTED
+
+    first = _number_all(numbers, motion, order, points)
+    # The largest basin first.
+    counts = np.array([np.count_nonzero(numbers == i) for i in range(len(first))])
+    ranking = np.argsort(-counts, kind="stable")
+    rank = np.empty_like(ranking)
+    rank[ranking] = np.arange(ranking.size)
+    known = numbers >= 0
+    numbers[known] = rank[numbers[known]]
+    chosen = [first[i] for i in ranking]
+    orbits = _orbits(points, order, chosen)
+    return loaded.assign(
+        {
+            "attractor": (
+                loaded["motion"].dims,
+                numbers.reshape(shape),
+                {
+                    "units": "1",
+                    "long_name": "number of the attractor",
+                    "flag_values": [UNDECIDED, DIVERGED, SELF_LOCKED, NOT_COMPUTED],
+                    "flag_meanings": "undecided diverged self_locked not_computed",
+                },
+            ),
+            "attractor_motion": ("attractor_id", motion[chosen], loaded["motion"].attrs),
+            "attractor_order": ("attractor_id", order[chosen], loaded["order"].attrs),
+            "attractor_share": (
+                "attractor_id",
+                counts[ranking] / motion.size,
+                {"units": "1", "long_name": "share of the points in the basin"},
+            ),
+            "attractor_angle": (
+                ("attractor_id", "orbit_point"),
+                orbits[:, :, 0],
+                loaded["angle"].attrs,
+            ),
+            "attractor_velocity": (
+                ("attractor_id", "orbit_point"),
+                orbits[:, :, 1],
+                loaded["velocity"].attrs,
+            ),
+        }
+    ).assign_coords(
+        attractor_id=xr.Variable("attractor_id", np.arange(len(chosen)), {"units": "1"})
+    )
+
+
+def _number_all(
+    numbers: NDArray[np.int32],
+    motion: NDArray[np.int8],
+    order: NDArray[np.int32],
+    points: FloatArray,
+) -> list[int]:
+    """Number the settled points in place; the first point of each attractor."""
+    finite = points[np.isfinite(points).all(axis=2)]
+    scale = np.ptp(finite, axis=0) if finite.size else np.ones(2)
+    scaled = points / np.where(scale > 0.0, scale, 1.0)
+    first: list[int] = []
+    settled = (MotionClass.SYNCHRONOUS, MotionClass.PERIODIC)
+    clouds = (MotionClass.QUASI_PERIODIC, MotionClass.CHAOTIC)
+    resting = np.flatnonzero(motion == MotionClass.AT_REST)
+    if resting.size:
+        numbers[resting] = len(first)
+        first.append(int(resting[0]))
+    left = np.flatnonzero(np.isin(motion, settled))
+    while left.size:
+        seed = int(left[0])
+        orbit = scaled[seed, -int(order[seed]) :]
+        gaps = np.abs(scaled[left, -1][:, None, :] - orbit[None]).max(axis=2).min(axis=1)
+        same = (gaps <= _SAME) & (order[left] == order[seed])
+        same[0] = True
+        numbers[left[same]] = len(first)
+        first.append(seed)
+        left = left[~same]
+    left = np.flatnonzero(np.isin(motion, clouds))
+    while left.size:
+        seed = int(left[0])
+        same = np.array([_covers(scaled[seed], scaled[i]) for i in left])
+        same &= motion[left] == motion[seed]
+        same[0] = True
+        numbers[left[same]] = len(first)
+        first.append(seed)
+        left = left[~same]
+    return first
+
+
+def _covers(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two clouds of Poincare points cover the same ground."""
+    own = np.abs(one[:, None] - one[None]).max(axis=2)
+    np.fill_diagonal(own, np.inf)
+    spacing = float(np.median(own.min(axis=1)))
+    across = np.abs(one[:, None] - other[None]).max(axis=2)
+    gap = max(np.median(across.min(axis=0)), np.median(across.min(axis=1)))
+    return bool(gap <= _CLOUD * spacing)
+
+
+def _orbits(points: FloatArray, order: NDArray[np.int32], chosen: list[int]) -> FloatArray:
+    """Poincare points of each attractor: one orbit, or the whole record where there is none."""
+    lengths = [int(order[i]) or points.shape[1] for i in chosen]
+    orbits = np.full((len(chosen), max(lengths, default=1), 2), np.nan)
+    for row, (i, length) in enumerate(zip(chosen, lengths, strict=True)):
+        orbits[row, :length] = points[i, -length:]
+    return orbits

@@ -1,0 +1,183 @@
+"""The results of some points of a sweep. What a chunk gives depends on nothing but the plan."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake._kernels import batch as kernel
+from wedgebrake._kernels import codes, point
+from wedgebrake.errors import InputError
+from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.solvers.laws import brake_law
+from wedgebrake.solvers.status import DIVERGED_FACTOR
+from wedgebrake.sweeps.axes import INITIAL
+from wedgebrake.sweeps.grid import batches
+from wedgebrake.sweeps.parts import Parts, system_at
+from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.results import VARIABLES, PointStatus
+
+FloatArray = NDArray[np.float64]
+
+# Periods that are worked on at once: some milliseconds, so that threads finish together and
+# an interrupt is heard; a slow solver's points are worked on one by one.
+_BATCH_PERIODS = 4000
+# What a point that is given time to settle may take.
+_SETTLING_PERIODS = 1000
+
+_COLUMNS = {
+    "motion": point.CLASS,
+    "order": point.ORDER,
+    "stick_class": point.STICK_CLASS,
+    "sticks_forward": point.STICKS_FORWARD,
+    "sticks_backward": point.STICKS_BACKWARD,
+    "stick_share": point.STICK_SHARE,
+    "largest_exponent": point.LARGEST_EXPONENT,
+    "second_exponent": point.SECOND_EXPONENT,
+    "exponent_error": point.EXPONENT_ERROR,
+    "return_distance": point.RETURN_DISTANCE,
+    "transient": point.TRANSIENT,
+    "settling": point.SETTLING,
+    "peak_torque": point.PEAK_TORQUE,
+    "friction_power": point.FRICTION_POWER,
+    "sliding_damping": point.SLIDING_DAMPING,
+    "events": point.EVENTS,
+    "final_angle": point.FINAL_THETA,
+    "final_velocity": point.FINAL_W,
+}
+_STATUS = {
+    codes.COMPLETED: PointStatus.COMPLETED,
+    codes.DIVERGED: PointStatus.DIVERGED,
+    codes.NO_SLIDING: PointStatus.NO_FORWARD_SOLUTION,
+    codes.EVENT_LIMIT: PointStatus.EVENT_LIMIT,
+    codes.STEP_LIMIT: PointStatus.STEP_LIMIT,
+}
+
+
+class Chunk:
+    """Some points of a plan, cut into batches that any threads may work on in any order.
+
+    where : dim of the points -> slice of it
+    """
+
+    def __init__(self, plan: Plan, parts: Parts, where: dict[str, slice]) -> None:
+        self._plan = plan
+        self._sizes = {name: one.stop - one.start for name, one in where.items()}
+        count = math.prod(self._sizes.values())
+        offsets = [where[axis.dim].start for axis in plan.grid.axes]
+        shape = [one.stop - one.start for one in where.values()]
+        grid = np.indices(shape).reshape(len(shape), -1)[-len(offsets) :]
+        self._indices = tuple(
+            (one + offset).astype(np.int64) for one, offset in zip(grid, offsets, strict=True)
+        )
+        self._answers = np.empty((count, point.COLUMNS))
+        self._record = np.full(
+            (count if plan.keep_points else 0, plan.protocol.recorded + 1, 2), np.nan
+        )
+        self._states = self._initial_states(count)
+        if plan.method == "exact":
+            self._tables, self._chosen = parts.tables(self._indices)
+        self.work: list[Callable[[], None]] = [
+            self._task(numbers)
+            for numbers in batches(self._sizes, plan.grid.follow, self._points_at_once())
+        ]
+
+    def results(self) -> dict[str, Any]:
+        """The variables over the chunk, once all its work is done."""
+        shape = tuple(self._sizes.values())
+        results: dict[str, Any] = {}
+        for name, column in _COLUMNS.items():
+            variable = VARIABLES[name]
+            values = self._answers[:, column]
+            if np.dtype(variable.dtype).kind == "i":
+                values = np.where(np.isnan(values), variable.fill, values)
+            results[name] = values.astype(variable.dtype).reshape(shape)
+        outcome = self._answers[:, point.OUTCOME]
+        status = np.full(outcome.size, PointStatus.INVALID, dtype=np.int8)
+        for code, meaning in _STATUS.items():
+            status[outcome == code] = meaning
+        results["status"] = status.reshape(shape)
+        if self._plan.keep_points:
+            for i, name in enumerate(("angle", "velocity")):
+                results[name] = np.ascontiguousarray(self._record[:, :, i]).reshape(*shape, -1)
+        return results
+
+    def _points_at_once(self) -> int:
+        protocol = self._plan.protocol
+        if self._plan.method != "exact":
+            return 1
+        wait = _SETTLING_PERIODS if protocol.automatic else protocol.first
+        return max(1, _BATCH_PERIODS // (wait + protocol.recorded))
+
+    def _initial_states(self, count: int) -> FloatArray:
+        states = np.empty((count, 2))
+        states[:] = self._plan.initial
+        for column, name in enumerate(INITIAL):
+            for axis, numbers in zip(self._plan.grid.axes, self._indices, strict=True):
+                if axis.name == name:
+                    states[:, column] = axis.values[numbers]
+        return states
+
+    def _task(self, numbers: NDArray[np.int64]) -> Callable[[], None]:
+        run = self._run_exactly if self._plan.method == "exact" else self._run_simulated
+        return lambda: run(numbers)
+
+    def _run_exactly(self, numbers: NDArray[np.int64]) -> None:
+        """A batch in one call of the kernel, which needs no Python and releases its lock."""
+        plan, protocol = self._plan, self._plan.protocol
+        friction = plan.system.friction
+        assert isinstance(friction, SetValuedFriction)  # noqa: S101 - checked at the front door
+        answers = np.empty((numbers.size, point.COLUMNS))
+        kept = numbers if plan.keep_points else numbers[:0]
+        record = self._record[kept]
+        kernel.run(
+            brake_law(plan.system.brake)[0],
+            np.array([speed for speed, _ in friction.nodes()]),
+            *self._tables,
+            self._chosen[numbers],
+            self._states[numbers],
+            plan.grid.follow is not None,
+            -1 if protocol.automatic else protocol.first,
+            protocol.recorded,
+            protocol.limit,
+            protocol.max_events,
+            DIVERGED_FACTOR,
+            answers,
+            record,
+        )
+        self._answers[numbers] = answers
+        self._record[kept] = record
+
+    def _run_simulated(self, numbers: NDArray[np.int64]) -> None:
+        """Point by point, by any solver."""
+        from wedgebrake.measures.judge import judge
+
+        plan = self._plan
+        before: FloatArray | None = None
+        for number in numbers:
+            place = tuple(int(one[number]) for one in self._indices)
+            initial = (float(self._states[number, 0]), float(self._states[number, 1]))
+            if plan.grid.follow is not None and before is not None:
+                initial = (float(before[point.FINAL_THETA]), float(before[point.FINAL_W]))
+            try:
+                system = system_at(plan.system, plan.grid.axes, place)
+            except InputError:
+                self._answers[number], before = np.nan, None
+                continue
+            answer, record = judge(system, initial, plan.method, plan.protocol)
+            self._answers[number] = answer
+            before = answer if answer[point.OUTCOME] == codes.COMPLETED else None
+            if plan.keep_points:
+                self._record[number, : record.shape[0]] = record
+
+
+def compute(plan: Plan, where: dict[str, slice]) -> dict[str, Any]:
+    """The results of a chunk, in this thread: what a worker of a cluster does."""
+    chunk = Chunk(plan, Parts(plan.system, plan.grid.axes), where)
+    for work in chunk.work:
+        work()
+    return chunk.results()

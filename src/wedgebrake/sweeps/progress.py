@@ -1,0 +1,127 @@
+"""How far a sweep has come: points, rate and time left, for whoever wants to show them."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A moment of a sweep.
+
+    done, total : points; ``resumed`` of the done ones were there before
+    rate        : points per second since this run began
+    """
+
+    done: int
+    total: int
+    resumed: int
+    rate: float
+
+    @property
+    def left(self) -> float:
+        """Seconds left, at this rate; inf before there is one."""
+        return (self.total - self.done) / self.rate if self.rate > 0.0 else float("inf")
+
+    def __str__(self) -> str:
+        text = f"{self.done} of {self.total} points"
+        if self.rate > 0.0:
+            text += f", {self.rate:.3g} points/s"
+        if self.rate > 0.0 and self.done < self.total:
+            text += f", {duration(self.left)} left"
+        return text
+
+
+# Seconds between two reports.
+_PAUSE = 0.1
+# Seconds between the lines that a file or a pipe gets.
+_EVERY = 10.0
+
+Report = Callable[[Progress], None]
+
+
+def duration(seconds: float) -> str:
+    """A time in words: "42 s", "3 min 10 s", "2 h 5 min"."""
+    whole = round(min(seconds, 1e9))
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+class Meter:
+    """Counts the points of a run and tells a reporter, at once and then ten times a second."""
+
+    def __init__(self, total: int, resumed: int, report: Report | None) -> None:
+        self._total, self._resumed, self._done = total, resumed, resumed
+        self._report = report
+        self._start = time.perf_counter()
+        self._last = -_PAUSE
+        if report is not None:
+            report(Progress(resumed, total, resumed, 0.0))
+
+    @property
+    def done(self) -> int:
+        """Points that are done."""
+        return self._done
+
+    def add(self, points: int) -> None:
+        """Some more points are done."""
+        self._done += points
+        now = time.perf_counter() - self._start
+        if self._report is None or (now - self._last < _PAUSE and self._done < self._total):
+            return
+        self._last = now
+        rate = (self._done - self._resumed) / now if now > 0.0 else 0.0
+        self._report(Progress(self._done, self._total, self._resumed, rate))
+
+
+class Bar:
+    """Shows progress on standard error: a bar on a terminal, else a line every ten seconds."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+        self._last = time.perf_counter()
+
+    def __call__(self, progress: Progress) -> None:
+        """Show it, if it is time."""
+        finished = progress.done >= progress.total
+        if sys.stderr is None:
+            return
+        if sys.stderr.isatty():
+            self._draw(progress, finished)
+        elif finished or time.perf_counter() - self._last >= _EVERY:
+            self._last = time.perf_counter()
+            sys.stderr.write(f"{progress}\n")
+            sys.stderr.flush()
+
+    def __enter__(self) -> Bar:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave the terminal as it was."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    def _draw(self, progress: Progress, finished: bool) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn
+        from rich.progress import Progress as Bars
+
+        if self._bar is None:
+            columns = (BarColumn(), TextColumn("{task.description}"))
+            self._bar = Bars(*columns, console=Console(stderr=True), auto_refresh=False)
+            self._bar.start()
+            self._bar.add_task("", total=progress.total)
+        self._bar.update(0, completed=progress.done, description=str(progress), refresh=True)
+        if finished:
+            self.close()

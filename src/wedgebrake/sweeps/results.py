@@ -1,0 +1,84 @@
+"""What a sweep knows of each of its points: names, types, units and words.
+
+One table for the kernels' answers, the store and the pictures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.measures.classes import MotionClass, StickClass
+
+
+class PointStatus(IntEnum):
+    """How the simulation of one point ended."""
+
+    NOT_COMPUTED = 0
+    COMPLETED = 1
+    DIVERGED = 2
+    NO_FORWARD_SOLUTION = 3
+    EVENT_LIMIT = 4
+    STEP_LIMIT = 5
+    INVALID = 6
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One result.
+
+    per_period : it has a value at each recorded Poincare point, not one for the point
+    fill       : value where nothing was computed
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    dtype: str = "float64"
+    fill: float = np.nan
+    per_period: bool = False
+    words: type[IntEnum] | None = None
+
+    def attributes(self) -> dict[str, Any]:
+        """Units and meaning, and the words of a class (CF flags)."""
+        attributes: dict[str, Any] = {"units": self.unit, "long_name": self.meaning}
+        if self.words is not None:
+            attributes["flag_values"] = [int(one) for one in self.words]
+            attributes["flag_meanings"] = " ".join(one.name.lower() for one in self.words)
+        return attributes
+
+
+VARIABLES: dict[str, Variable] = {
+    one.name: one
+    for one in (
+        Variable("angle", "rad", "angle at the section", per_period=True),
+        Variable("velocity", "rad/s", "velocity at the section", per_period=True),
+        Variable("motion", "1", "class of motion", "int8", -1, words=MotionClass),
+        Variable("order", "1", "periods of the torque in one of the motion; 0: none", "int32", 0),
+        Variable("stick_class", "1", "class of stick-slip", "int8", -1, words=StickClass),
+        Variable("sticks_forward", "1", "sticks entered from v > 0 in a period of the torque"),
+        Variable("sticks_backward", "1", "sticks entered from v < 0 in a period of the torque"),
+        Variable("stick_share", "1", "share of time at rest relative to the brake"),
+        Variable("largest_exponent", "1/s", "largest Lyapunov exponent"),
+        Variable("second_exponent", "1/s", "second Lyapunov exponent; -inf: rank lost in a stick"),
+        Variable("exponent_error", "1/s", "standard error of the largest exponent"),
+        Variable("return_distance", "1", "return after `order` periods over the motion's size"),
+        Variable("transient", "1", "periods before the record"),
+        Variable(
+            "settling",
+            "1",
+            "periods until it stayed at its final orbit (transient='auto')",
+        ),
+        Variable("peak_torque", "N m", "largest |R F_mu|"),
+        Variable("friction_power", "W", "mean power turned into heat by the brake"),
+        Variable("sliding_damping", "N m s/rad", "damping of sliding, smaller of both directions"),
+        Variable("events", "1", "events of the whole run", "int64", 0),
+        Variable("final_angle", "rad", "angle at the end"),
+        Variable("final_velocity", "rad/s", "velocity at the end"),
+        # Last: in a store, its presence says that all the others of a chunk are written.
+        Variable("status", "1", "how the simulation ended", "int8", 0, words=PointStatus),
+    )
+}

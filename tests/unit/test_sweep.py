@@ -1,0 +1,309 @@
+"""Sweeps: every point as if simulated alone, in any number of threads, with any neighbours."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.measures.classes import MotionClass, StickClass
+from wedgebrake.sweeps.results import VARIABLES, PointStatus
+
+SYSTEM = wb.paper.system(eta=-24.0, F0=0.036)
+ETAS = np.linspace(-60.0, 12.0, 25)
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    return wb.sweep(SYSTEM, eta=ETAS)
+
+
+def test_dimensions_and_labels(diagram) -> None:
+    assert dict(diagram.sizes) == {"eta": 25, "period": 51}
+    assert diagram["angle"].dims == ("eta", "period")
+    np.testing.assert_array_equal(diagram["eta"], ETAS)
+    np.testing.assert_array_equal(diagram["period"], np.arange(200, 251))
+    for name, variable in VARIABLES.items():
+        assert diagram[name].attrs["units"] == variable.unit
+        assert diagram[name].dtype == variable.dtype
+    assert json.loads(diagram.attrs["system"]) == SYSTEM.as_dict()
+    assert json.loads(diagram.attrs["protocol"])["transient"] == 200
+    assert diagram.attrs["wedgebrake_version"] == wb.__version__
+
+
+@pytest.mark.parametrize("index", [0, 7, 12, 20, 24])
+def test_points_are_those_of_poincare(diagram, index) -> None:
+    """Chaos apart, where rounding decides."""
+    one = diagram.isel(eta=index)
+    if one["motion"] == MotionClass.CHAOTIC:
+        return
+    alone = wb.poincare(SYSTEM.replace(eta=ETAS[index]), periods=250, transient=200)
+    for name in ("angle", "velocity"):
+        np.testing.assert_allclose(one[name], alone[name], rtol=0, atol=2e-9)
+
+
+def test_measures_are_those_of_a_response(diagram) -> None:
+    index = 3
+    one = diagram.isel(eta=index)
+    order = int(one["order"])
+    system = SYSTEM.replace(eta=ETAS[index])
+    response = wb.simulate(system, periods=250 + order, samples_per_period=400)
+    start = 250 / system.excitation.frequency
+    sticks = wb.sticks(response, start).attrs
+    assert StickClass(int(one["stick_class"])).word == sticks["class"]
+    assert one["stick_share"] == pytest.approx(sticks["share"], rel=1e-9)
+    assert one["sticks_backward"] * order == pytest.approx(sticks["count_backward"])
+    torque = response["brake_torque"].where(response["time"] >= start)
+    assert float(abs(torque).max()) <= float(one["peak_torque"]) * (1 + 1e-12)
+    assert float(abs(torque).max()) == pytest.approx(float(one["peak_torque"]), rel=2e-2)
+
+
+def test_threads_change_nothing(diagram) -> None:
+    for threads in (1, 3):
+        assert wb.sweep(SYSTEM, eta=ETAS, threads=threads).identical(diagram)
+
+
+def test_order_and_neighbours_change_nothing(diagram) -> None:
+    backwards = wb.sweep(SYSTEM, eta=ETAS[::-1])
+    few = wb.sweep(SYSTEM, eta=ETAS[[4, 11, 12]])
+    for name in VARIABLES:
+        np.testing.assert_array_equal(backwards[name].values[::-1], diagram[name])
+        np.testing.assert_array_equal(few[name], diagram[name].values[[4, 11, 12]])
+
+
+def test_several_axes_in_the_order_given() -> None:
+    grid = {"F0": [0.036, 0.067], "eta": [-24.0, -30.0, 0.0], "damping": [0.1, 0.2]}
+    whole = wb.sweep(SYSTEM, keep_points=False, **grid)
+    assert whole["motion"].dims == ("F0", "eta", "damping")
+    assert "angle" not in whole
+    # Groups are set last, on the new SI values, as replace does.
+    system = SYSTEM.replace(F0=0.067, eta=-30.0, damping=0.2)
+    alone = wb.simulate(system, periods=250, times=())
+    found = whole.sel(F0=0.067, eta=-30.0, damping=0.2)
+    assert found["final_angle"] == pytest.approx(alone.attrs["final_angle"], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("inertia", [0.9, 1.1]),
+        ("stiffness", [9e3, 1.1e4]),
+        ("drive_speed", [0.0, 1.5]),
+        ("angle", [0.3, 0.4]),
+        ("radius", [0.15, 0.25]),
+        ("kinetic", [0.2, 0.3]),
+        ("static", [0.3, 0.4]),
+        ("initial_force", [100.0, 400.0]),
+        ("slope", [-30.0, 5.0]),
+        ("amplitude", [100.0, 9000.0]),
+        ("frequency", [8.0, 20.0]),
+        ("f", [0.5, 1.2]),
+        ("alpha", [1.1, 2.0]),
+        ("initial_velocity", [-3.0, 4.0]),
+        ("initial_angle", [-0.02, 0.05]),
+    ],
+)
+def test_every_parameter_reaches_its_system(name, values) -> None:
+    base = SYSTEM.replace(static=0.35)
+    found = wb.sweep(base, periods=12, transient=2, **{name: values})
+    for i, value in enumerate(values):
+        state = [0.0, 0.0]
+        system = base
+        if name.startswith("initial_") and name != "initial_force":
+            state[name == "initial_velocity"] = value
+        else:
+            system = base.replace(**{name: value})
+        alone = wb.simulate(system, periods=12, initial=tuple(state), times=())
+        assert found["final_angle"][i] == pytest.approx(alone.attrs["final_angle"], abs=1e-10)
+        assert found["final_velocity"][i] == pytest.approx(alone.attrs["final_velocity"], abs=1e-8)
+
+
+def test_static_left_out_follows_kinetic() -> None:
+    base = SYSTEM.replace(friction=wb.CoulombFriction(kinetic=0.3))
+    found = wb.sweep(base, periods=10, transient=2, kinetic=[0.25, 0.35])
+    for i, kinetic in enumerate((0.25, 0.35)):
+        alone = wb.simulate(base.replace(kinetic=kinetic), periods=10, times=())
+        assert found["final_angle"][i] == pytest.approx(alone.attrs["final_angle"], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "brake",
+    [
+        wb.ConventionalBrake(radius=0.2),
+        wb.BandBrake(radius=0.2, wrap_angle=4.0),
+        wb.LeadingShoeBrake(radius=0.2, actuation_arm=0.2, normal_arm=0.1, friction_arm=0.08),
+    ],
+)
+def test_every_brake_and_table(brake) -> None:
+    friction = wb.TabulatedFriction(speeds=[0.0, 0.2, 1.0], coefficients=[0.35, 0.3, 0.28])
+    for changes in ({"brake": brake}, {"brake": brake, "friction": friction}):
+        base = wb.paper.system(eta=-10.0, F0=0.05).replace(**changes)
+        found = wb.sweep(base, periods=20, transient=5, frequency=[9.0, 12.0])
+        for i, frequency in enumerate((9.0, 12.0)):
+            alone = wb.simulate(base.replace(frequency=frequency), periods=20, times=())
+            assert found["final_angle"][i] == pytest.approx(alone.attrs["final_angle"], abs=1e-10)
+
+
+def test_bad_points_say_so_and_end_nothing() -> None:
+    """Diverging, self-locking, impossible and event-ridden points among good ones."""
+    alphas = wb.sweep(
+        wb.paper.system(eta=0.0, F0=0.02), alpha=[0.0, 0.5, 1.18], initial_velocity=[5.0, 0.0]
+    )
+    status = [[PointStatus(int(one)).name for one in row] for row in alphas["status"].values]
+    assert status[0] == ["INVALID", "INVALID"]
+    assert status[1][0] == "NO_FORWARD_SOLUTION"
+    assert status[2] == ["COMPLETED", "COMPLETED"]
+    assert np.isnan(alphas["angle"].values[0]).all()
+    assert alphas["motion"].values[1, 0] == MotionClass.SELF_LOCKED
+    printed = wb.paper.system(damping=1.0, release=False)
+    grown = wb.sweep(printed, eta=[-24.0, 0.0])
+    assert grown["status"].values.tolist() == [PointStatus.DIVERGED, PointStatus.COMPLETED]
+    assert grown["motion"].values[0] == MotionClass.DIVERGED
+    assert np.isnan(grown["velocity"].values[0]).all()
+    few = wb.sweep(SYSTEM, eta=[-24.0], max_events=100)
+    assert few["status"].values[0] == PointStatus.EVENT_LIMIT
+    assert few["motion"].values[0] == MotionClass.UNDECIDED
+
+
+def test_kinetic_beyond_static_is_invalid() -> None:
+    found = wb.sweep(SYSTEM.replace(static=0.32), periods=5, transient=1, kinetic=[0.3, 0.4])
+    assert found["status"].values.tolist() == [PointStatus.COMPLETED, PointStatus.INVALID]
+
+
+def test_follow_goes_up_and_down() -> None:
+    etas = np.linspace(-40.0, -10.0, 13)
+    found = wb.sweep(SYSTEM, eta=etas, follow="eta", transient=60, periods=80)
+    assert found["velocity"].dims == ("branch", "eta", "period")
+    for branch, order in (("up", etas), ("down", etas[::-1])):
+        state = (0.0, 0.0)
+        for eta in order[:4]:
+            alone = wb.simulate(SYSTEM.replace(eta=eta), periods=80, initial=state, times=())
+            state = (alone.attrs["final_angle"], alone.attrs["final_velocity"])
+            here = found.sel(branch=branch, eta=eta)
+            assert here["final_angle"] == pytest.approx(state[0], abs=1e-7)
+            state = (float(here["final_angle"]), float(here["final_velocity"]))
+
+
+def test_follow_in_a_map_is_cut_into_chunks_of_lines(tmp_path) -> None:
+    grid = {"F0": np.linspace(0.03, 0.05, 9), "eta": np.linspace(-30.0, -10.0, 5)}
+    options = {"follow": "eta", "periods": 40, "transient": 20}
+    whole = wb.sweep(SYSTEM, **grid, **options)
+    stored = wb.sweep(SYSTEM, **grid, **options, store=tmp_path / "a.zarr", progress=False)
+    assert stored.load().identical(whole)
+    line = wb.sweep(SYSTEM.replace(F0=grid["F0"][3]), eta=grid["eta"], **options)
+    np.testing.assert_array_equal(whole["velocity"][:, 3], line["velocity"])
+
+
+def test_smooth_sweep_is_that_of_simulate() -> None:
+    base = wb.paper.system(eta=0.0, F0=0.09, friction="smoothed")
+    found = wb.sweep(base, eta=[0.0, -3.0], periods=40, transient=30)
+    for i, eta in enumerate((0.0, -3.0)):
+        alone = wb.poincare(base.replace(eta=eta), periods=40, transient=30)
+        np.testing.assert_allclose(found["velocity"][i], alone["velocity"], atol=1e-5)
+    assert set(found["status"].values.tolist()) == {PointStatus.COMPLETED}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({}, "nothing to sweep"),
+        ({"etta": [1.0]}, "etta: cannot be swept. Did you mean 'eta'"),
+        ({"eta": 3.0}, "eta = 3.0: must be a list of values"),
+        ({"eta": []}, "must be a list of values"),
+        ({"eta": [0.0, float("nan")]}, r"eta\[1\] = nan: must be a finite number"),
+        ({"eta": ["a"]}, "eta = \\['a'\\]: must be numbers"),
+        ({"eta": [1.0], "slope": [2.0]}, "eta and slope: both swept"),
+        ({"alpha": [-1.0, -2.0]}, "alpha: no value can be taken. groups.alpha = -1.0"),
+        ({"release": [1.0]}, "release: cannot be swept"),
+        ({"eta": [1.0], "follow": "F0"}, "follow = 'F0': must be one of the swept"),
+        ({"eta": [1.0], "transient": 300}, "transient = 300: must be below periods = 250"),
+        ({"eta": [1.0], "transient": "car"}, "transient = 'car': must be a number"),
+        ({"eta": [1.0], "periods": 0}, "periods = 0: must be a whole number"),
+        ({"eta": [1.0], "threads": 0}, "threads = 0: must be a whole number"),
+        ({"eta": [1.0], "resume": True}, "resume = True: needs store"),
+        ({"eta": [1.0], "method": "smooth"}, "method = 'smooth': needs SmoothedFriction"),
+        ({"eta": [1.0], "progress": 3}, "progress = 3: must be True, False or a callable"),
+        ({"eta": [1.0], "keep_points": 1}, "keep_points = 1: must be True or False"),
+        ({"eta": [1.0], "rtol": 1.0}, "rtol = 1.0: must be a number in"),
+        ({"eta": [1.0], "max_events": 0}, "max_events = 0: must be a whole number"),
+    ],
+)
+def test_wrong_arguments(arguments, words) -> None:
+    with pytest.raises(wb.InputError, match=words):
+        wb.sweep(SYSTEM, **arguments)
+
+
+def test_too_large_for_memory() -> None:
+    values = np.linspace(0.01, 0.1, 3000)
+    axes = {"eta": values, "F0": values, "f": values, "initial_angle": values}
+    with pytest.raises(wb.InputError, match="GiB of memory.*store='run.zarr'"):
+        wb.sweep(SYSTEM, **axes)
+
+
+def test_maps_ask_for_their_axes() -> None:
+    with pytest.raises(wb.InputError, match="bifurcation: 2 parameters"):
+        wb.bifurcation(SYSTEM, eta=[1.0], F0=[0.1])
+    with pytest.raises(wb.InputError, match="regime_map: 1 parameters"):
+        wb.regime_map(SYSTEM, eta=[1.0])
+    with pytest.raises(wb.InputError, match="basins: swept eta"):
+        wb.basins(SYSTEM, eta=[1.0])
+    with pytest.raises(wb.InputError, match="follow: only bifurcation and sweep"):
+        wb.regime_map(SYSTEM, eta=[1.0], F0=[0.1], follow="eta")
+
+
+def test_linear_stability_limit_is_that_of_stability() -> None:
+    found = wb.regime_map(
+        SYSTEM, eta=np.linspace(-1.0, 1.0, 9), alpha=[1.1, 1.5, 2.5], periods=4, transient=1
+    )
+    for i, eta in enumerate(found["eta"].values):
+        for j, alpha in enumerate(found["alpha"].values):
+            verdict = wb.stability(SYSTEM.replace(eta=eta, alpha=alpha))
+            least = min(verdict.forward.damping, verdict.backward.damping)
+            assert found["sliding_damping"].values[i, j] == pytest.approx(least, abs=1e-12)
+
+
+def test_progress_counts_every_point() -> None:
+    seen = []
+    wb.sweep(SYSTEM, eta=ETAS, periods=20, transient=10, progress=seen.append)
+    assert seen[-1].done == seen[-1].total == 25
+    assert seen[-1].rate > 0.0
+    assert "points/s" in str(seen[-1])
+
+
+def test_an_interrupt_leaves_a_store_to_go_on_with(tmp_path) -> None:
+    path = tmp_path / "run.zarr"
+    options = {"eta": np.linspace(-60.0, 12.0, 200), "periods": 40, "transient": 30}
+
+    def stop(progress) -> None:
+        if progress.done >= 12:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        wb.sweep(SYSTEM, store=path, progress=stop, **options)
+    assert "resume=True" in caught.value.__notes__[0]
+    with pytest.raises(wb.InputError, match="resume"):
+        wb.sweep(SYSTEM, store=path, progress=False, **options)
+    seen = []
+    resumed = wb.sweep(SYSTEM, store=path, resume=True, progress=seen.append, **options)
+    assert 12 <= seen[0].resumed < 200
+    assert resumed.load().identical(wb.sweep(SYSTEM, **options))
+    with pytest.raises(wb.InputError, match="axes.eta"):
+        wb.sweep(
+            SYSTEM, store=path, resume=True, progress=False, periods=40, transient=30,
+            eta=np.linspace(-60.0, 12.0, 201),
+        )  # fmt: skip
+
+
+def test_a_damaged_chunk_is_said_and_computed_again(tmp_path) -> None:
+    path = tmp_path / "run.zarr"
+    options = {"eta": ETAS, "periods": 20, "transient": 10, "store": path, "progress": False}
+    whole = wb.sweep(SYSTEM, **options).load()
+    victim = max(
+        (path / "velocity" / "c").rglob("0"), key=lambda one: one.is_file() and one.stat().st_size
+    )
+    victim.write_bytes(victim.read_bytes()[:-7])
+    with pytest.warns(UserWarning, match="is damaged .velocity.* computed again"):
+        again = wb.sweep(SYSTEM, resume=True, **options)
+    assert again.load().identical(whole)
