@@ -425,7 +425,7 @@ class TestChanges:
 class TestExamples:
     def test_are_there(self):
         names = [path.stem for path in EXAMPLES]
-        assert names == ["band", "conventional", "paper", "self_locking"]
+        assert names == ["band", "conventional", "paper", "self_locking", "sweep"]
 
     @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
     def test_run(self, path, run):

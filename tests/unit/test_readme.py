@@ -17,7 +17,8 @@ def blocks(language):
 
 
 @pytest.mark.parametrize("code", blocks("python"))
-def test_python_examples(code):
+def test_python_examples(code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # they write files
     exec(compile(code, "README.md", "exec"), {"__name__": "readme"})  # noqa: S102 - our own text
 
 

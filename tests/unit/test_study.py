@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import json
 import math
 import tomllib
@@ -14,8 +15,9 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.model.study import METHODS, Run, parse_study, schema
+from wedgebrake.model.study import METHODS, Run, Sweep, parse_study, schema
 from wedgebrake.solvers.solve import METHODS as SOLVERS
+from wedgebrake.sweeps.axes import sweepable
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 LINE = wb.Driveline(inertia=1.5, damping=0.1, stiffness=1e4, drive_speed=-0.7)
@@ -193,6 +195,175 @@ class TestGroups:
         assert json.dumps(tables) == before
 
 
+def swept(table: Any) -> Sweep:
+    """The [sweep] table of the paper's study."""
+    return parse_study({**tomllib.loads(PAPER.read_text()), "sweep": table}).sweep
+
+
+class TestSweep:
+    def test_equal_steps(self):
+        sweep = swept({"eta": {"from": -60, "to": 12, "points": 400}})
+        assert np.array_equal(sweep.parameters()["eta"], np.linspace(-60, 12, 400))
+        assert sweep.arguments() == {}
+
+    def test_equal_ratios(self):
+        sweep = swept({"F0": {"from": 0.2, "to": 0.01, "points": 7, "scale": "log"}})
+        assert np.array_equal(sweep.parameters()["F0"], np.geomspace(0.2, 0.01, 7))
+
+    def test_a_list_in_its_order(self):
+        values = swept({"damping": [0.3, 0.1, 0.2]}).parameters()["damping"]
+        assert values.tolist() == [0.3, 0.1, 0.2]
+        assert values.dtype == float
+
+    def test_several_in_their_order(self):
+        table = {"initial_velocity": [1], "periods": 9, "eta": [1, 2], "radius": [0.2]}
+        assert list(swept(table).parameters()) == ["initial_velocity", "eta", "radius"]
+
+    def test_settings_are_arguments_of_sweep(self):
+        settings = {
+            "periods": 60, "transient": "auto", "limit": 500, "follow": "eta", "keep_points": False,
+        }  # fmt: skip
+        assert swept({**settings, "eta": [1.0, 2.0]}).arguments() == settings
+        assert set(settings) <= set(inspect.signature(wb.sweep).parameters)
+        assert swept({"transient": 0}).arguments() == {"transient": 0}
+
+    def test_none(self, study):
+        assert study.sweep == Sweep() == swept({})
+        assert (study.sweep.parameters(), study.sweep.arguments()) == ({}, {})
+
+    @pytest.mark.parametrize("brake", BRAKES)
+    @pytest.mark.parametrize("friction", FRICTIONS)
+    def test_takes_the_names_that_sweep_takes(self, brake, friction):
+        given = system(brake, friction)
+        allowed = sweepable(given)
+        tables = given.as_dict()
+        for name in allowed:
+            table = {name: [0.5]}
+            assert list(parse_study({**tables, "sweep": table}).sweep.parameters()) == [name]
+            jsonschema.validate({**tables, "sweep": table}, schema())
+        with pytest.raises(wb.InputError, match="Allowed: ") as caught:
+            parse_study({**tables, "sweep": {"zzz": [1.0]}})
+        told = set(str(caught.value).partition("Allowed: ")[2].rstrip(".").split(", "))
+        assert told == set(allowed) | set(Sweep.model_fields) - {"axes"}
+
+    @pytest.mark.parametrize(
+        ("table", "messages"),
+        [
+            (3, ["sweep = 3: must be one table"]),
+            ([{}], ["sweep = [{}]: must be one table"]),
+            ({"etta": [1]}, ["sweep.etta: neither", "Did you mean 'eta'?"]),
+            ({"transiant": 3}, ["sweep.transiant: neither", "Did you mean 'transient'?"]),
+            ({"release": [1]}, ["sweep.release: neither a parameter that can be swept"]),
+            ({"axes": [1]}, ["sweep.axes: neither"]),
+            ({"\x1b[1m": [1]}, ["sweep.'\\x1b[1m': neither"]),
+            ({"wrap_angle": [1]}, ["sweep.wrap_angle: no parameter of the brake", "'band'"]),
+            ({"speeds": [1]}, ["sweep.speeds: no parameter of the friction", "'tabulated'"]),
+            ({"eta": 3}, ["sweep.eta = 3: must be a list", "from = -60"]),
+            ({"eta": "-60:12"}, ["sweep.eta = '-60:12': must be a list"]),
+            ({"eta": []}, ["sweep.eta = []: must be a list of values, at least one"]),
+            ({"eta": [1, "a"]}, ["sweep.eta[1] = 'a': must be a number"]),
+            ({"eta": [True]}, ["sweep.eta[0] = True: must be a number"]),
+            ({"eta": [[1, 2]]}, ["sweep.eta[0] = [1, 2]: must be a number"]),
+            ({"eta": [1, math.nan]}, ["sweep.eta[1] = nan: must be a finite number"]),
+            ({"eta": [-math.inf]}, ["sweep.eta[0] = -inf: must be a finite number"]),
+            ({"eta": [10**400]}, ["sweep.eta[0] = 1000", "must be a finite number"]),
+            ({"eta": {}}, ["sweep.eta.from: missing", "eta.to: missing", "eta.points: missing"]),
+            (
+                {"eta": {"form": 1, "to": 2, "points": 3}},
+                ["sweep.eta.form: no such parameter. Did you mean 'from'?", "eta.from: missing"],
+            ),
+            (
+                {"eta": {"from": 1, "to": 1.0, "points": 3}},
+                ["sweep.eta.from = 1.0 and to = 1.0: are equal"],
+            ),
+            (
+                {"eta": {"from": -1, "to": 1, "points": 3, "scale": "log"}},
+                ["sweep.eta.from = -1.0 and to = 1.0: must both lie above 0, or both below"],
+            ),
+            (
+                {"eta": {"from": 0, "to": 1, "points": 3, "scale": "log"}},
+                ["sweep.eta.from = 0.0 and to = 1.0: must both lie above 0"],
+            ),
+            (
+                {"eta": {"from": "a", "to": math.inf, "points": 1, "scale": "lin"}},
+                [
+                    "sweep.eta.from = 'a': must be a number",
+                    "sweep.eta.to = inf: must be a finite number",
+                    "sweep.eta.points = 1: must be at least 2",
+                    "sweep.eta.scale = 'lin': must be 'linear' or 'log'",
+                ],
+            ),
+            (
+                {"eta": {"from": 10**400, "to": 1, "points": 2.5}},
+                ["must be a finite number (at most 1.8e308)", "points = 2.5: must be a whole"],
+            ),
+            (
+                {"eta": {"from": 0, "to": 1, "points": 10**9}},
+                ["sweep.eta.points = 1000000000: must be at most 1e+07"],
+            ),
+            ({"eta": [1], "slope": [2]}, ["sweep.eta and sweep.slope: both given, but eta sets"]),
+            (
+                {"eta": [1], "F0": [2], "follow": "F"},
+                ["sweep.follow = 'F': must be a parameter that is swept. Did you mean 'F0'?"],
+            ),
+            ({"follow": 3}, ["sweep.follow = 3: must be"]),
+            ({"transient": True}, ["sweep.transient = True: must be a whole number of periods"]),
+            ({"transient": "Auto"}, ["sweep.transient = 'Auto': must be", "or 'auto'"]),
+            ({"transient": -1}, ["sweep.transient = -1: must be"]),
+            ({"transient": 1.5}, ["sweep.transient = 1.5: must be"]),
+            ({"transient": [1]}, ["sweep.transient = [1]: must be"]),
+            (
+                {"periods": 0, "limit": 2.5, "keep_points": 1, "eta": 3},
+                [
+                    "sweep.eta = 3", "sweep.periods = 0: must be greater than 0",
+                    "sweep.limit = 2.5: must be a whole number",
+                    "sweep.keep_points = 1: must be true or false",
+                ],
+            ),
+        ],
+    )  # fmt: skip
+    def test_wrongly(self, table, messages):
+        with pytest.raises(wb.InputError) as caught:
+            swept(table)
+        for message in messages:
+            assert message in str(caught.value)
+        lines = str(caught.value).split("\n")
+        assert max(map(len, lines)) <= 400
+
+    def test_of_a_thousand_mistakes_the_first_are_told(self):
+        with pytest.raises(wb.InputError) as caught:
+            swept({f"x{number}": number for number in range(1000)})
+        assert 1 < len(str(caught.value).split("\n")) <= 10
+
+    def test_extreme_ends_overflow_nowhere(self):
+        for scale in ("linear", "log"):
+            ends = {"from": 1e-300 if scale == "log" else -1e300, "to": 1e300}
+            values = swept({"eta": {**ends, "points": 5, "scale": scale}}).parameters()["eta"]
+            assert np.all(np.isfinite(values))
+            assert np.all(np.diff(values) > 0.0)
+
+    def test_changed(self, study):
+        given = Sweep(axes=(("eta", (1.0, 2.0)),), periods=30)
+        other = study.changed(sweep=given, limit=7, eta=-3)
+        assert other.sweep == Sweep(axes=given.axes, periods=30, limit=7)
+        assert other.system.groups.eta == -3.0
+        # The periods are the run's, and the sweep survives other changes.
+        assert other.changed(periods=5).sweep == other.sweep
+        assert other.changed(periods=5).run.periods == 5
+        assert study.sweep == Sweep()
+        assert hash(other) != hash(study)
+        for changes, message in (
+            ({"sweep": {"eta": [1]}}, "sweep = {'eta': .* must be a Sweep"),
+            ({"sweep": None}, "sweep = None: must be a Sweep"),
+            ({"limit": 0}, "sweep.limit = 0: must be greater than 0"),
+            ({"transient": "soon"}, "sweep.transient = 'soon': must be"),
+            ({"transeint": 3}, "transeint: no such .*'transient'"),
+            ({"self": 3}, "self: no such parameter"),
+        ):
+            with pytest.raises(wb.InputError, match=message):
+                study.changed(**changes)
+
+
 class TestChanged:
     def test_parameters_and_groups(self, study):
         other = study.changed(inertia=2.0, eta=-30, static=0.4)
@@ -312,15 +483,17 @@ class TestSchema:
         assert json.loads(json.dumps(schema())) == schema()
         jsonschema.Draft202012Validator.check_schema(schema())
         assert list(schema()["properties"]) == [
-            "driveline", "brake", "friction", "actuation", "excitation", "groups", "run"
+            "driveline", "brake", "friction", "actuation", "excitation", "groups", "run", "sweep"
         ]  # fmt: skip
 
     def test_its_examples_are_right(self):
         """The example of each parameter is within its range."""
+        shared = {"$defs": schema()["$defs"]}
         for table, node in schema()["properties"].items():
             for choice in node.get("oneOf", [node]):
                 for name, field in choice["properties"].items():
                     if "example" in field:
+                        field |= shared
                         jsonschema.validate(field["example"], field)
                         assert (
                             "default" not in field

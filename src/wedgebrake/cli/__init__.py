@@ -1,9 +1,13 @@
 """The command line: ``wedgebrake COMMAND STUDY.toml``.
 
 main        the program and its exit codes
-commands    stability, simulate, schema
+commands    stability, simulate, sweep, schema
 changes     --set NAME=VALUE
+over        --over NAME=FROM:TO:COUNT
 report      a response as JSON and as words
+sweeping    a sweep with progress and a store, and what Ctrl-C leaves of it
+sweep_report, sweep_text
+            a sweep as JSON and as words
 output      what can be written where, checked before the work and written at once
 waiting     a word on compilation, and an ear for Ctrl-C
 """

@@ -10,7 +10,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import PARTS
 
-_TABLES = (*PARTS, "groups", "run")
+_TABLES = (*PARTS, "groups", "run", "sweep")
 
 
 def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
@@ -22,12 +22,10 @@ def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
     for text in texts:
         name, separator, value = (part.strip() for part in text.partition("="))
         if not separator or not name or not value:
-            raise InputError(
-                f"--set {_short(text)}: must be NAME=VALUE, for example --set eta=-30."
-            )
+            raise InputError(f"--set {short(text)}: must be NAME=VALUE, for example --set eta=-30.")
         _check_name(text, name)
         if name in changes:
-            raise InputError(f"--set {_short(name)}: given twice. Give it once.")
+            raise InputError(f"--set {short(name)}: given twice. Give it once.")
         changes[name] = _value(text, value)
     return changes
 
@@ -37,17 +35,23 @@ def _check_name(text: str, name: str) -> None:
     table, dot, rest = name.partition(".")
     if name == "kind":
         raise InputError(
-            f"--set {_short(text)}: the kind of brake or friction, and with it their parameters,"
+            f"--set {short(text)}: the kind of brake or friction, and with it their parameters,"
             " are set in the study file. Edit a copy of it."
+        )
+    if table == "sweep":
+        raise InputError(
+            f"--set {short(text)}: what is swept, and its settings, are options of the command"
+            " sweep: --over, --periods, --transient, --follow; of the others, for example"
+            " --set limit=5000."
         )
     if table in _TABLES and not dot:
         raise InputError(
-            f"--set {_short(text)}: {table} is a table. Change its parameters one by one, for"
+            f"--set {short(text)}: {table} is a table. Change its parameters one by one, for"
             " example --set radius=0.25, or edit the study file."
         )
     if table in _TABLES and rest.isidentifier():
         raise InputError(
-            f"--set {_short(text)}: write the name without its table: --set {rest}=VALUE."
+            f"--set {short(text)}: write the name without its table: --set {rest}=VALUE."
         )
 
 
@@ -57,7 +61,7 @@ def _value(text: str, value: str) -> Any:
     except (ValueError, RecursionError):
         return _word_or_number(text, value)
     if set(read) != {"value"}:
-        raise InputError(f"--set {_short(text)}: must be one NAME=VALUE.")
+        raise InputError(f"--set {short(text)}: must be one NAME=VALUE.")
     return read["value"]
 
 
@@ -69,11 +73,11 @@ def _word_or_number(text: str, value: str) -> str | float:
         return float(value)
     except ValueError:
         raise InputError(
-            f"--set {_short(text)}: {shown(value)} is not a value. Write a number, true, false,"
+            f"--set {short(text)}: {shown(value)} is not a value. Write a number, true, false,"
             " a word, or [a, b]."
         ) from None
 
 
-def _short(text: str) -> str:
+def short(text: str) -> str:
     """The option as it was given, if that is a plain line."""
     return text if text.isprintable() and len(text) <= 60 else shown(text)

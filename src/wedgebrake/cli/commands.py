@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from wedgebrake.model.study import Study
 
 
@@ -38,6 +41,14 @@ Changes = Annotated[
         metavar="NAME=VALUE",
         help="Change one value of the study, written as in the file: a parameter (inertia=2), a"
         " group (eta=-30, f, F0, alpha) or a run setting (periods=50). Repeatable.",
+    ),
+]
+Method = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="The solver: exact (Coulomb and tabulated friction, its default), smooth (smoothed"
+        " friction, its default) or ode14x (the paper's fixed step).",
     ),
 ]
 AsJson = Annotated[
@@ -101,14 +112,7 @@ def stability(study: StudyPath, changes: Changes = None, as_json: AsJson = False
 def simulate(
     study: StudyPath,
     changes: Changes = None,
-    method: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="The solver: exact (Coulomb and tabulated friction, its default), smooth"
-            " (smoothed friction, its default) or ode14x (the paper's fixed step).",
-        ),
-    ] = None,
+    method: Method = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -162,6 +166,143 @@ def simulate(
         sys.exit(1)
 
 
+@app.command(
+    short_help="How does it vibrate over a range of parameters?",
+    epilog="Examples: wedgebrake sweep examples/sweep.toml --plot eta.png;"
+    " wedgebrake sweep examples/paper.toml --over eta=-60:12:300 --over F0=0.01:0.2:200:log"
+    " --store map.zarr --plot map.png;"
+    " wedgebrake sweep examples/paper.toml --over eta=-40:0:200 --follow eta --json",
+)
+def sweep(
+    study: StudyPath,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUES",
+            help="What to sweep, instead of the axes in [sweep]: a parameter (inertia), a group"
+            " (eta, f, F0, alpha), initial_angle or initial_velocity. The values are"
+            " FROM:TO:COUNT in equal steps (eta=-60:12:400), FROM:TO:COUNT:log in equal ratios"
+            " (F0=0.01:0.2:100:log), or a list (F0=0.03,0.036,0.05). Repeatable: several span"
+            " a grid, with its dimensions in this order.",
+        ),
+    ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Change one value of the study, written as in the file: a parameter (inertia=2),"
+            " a group (F0=0.05) or a setting of [run] or [sweep] (initial=[0.01, 0.0],"
+            " limit=5000, keep_points=false). Repeatable.",
+        ),
+    ] = None,
+    method: Method = None,
+    transient: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N|auto",
+            help="First period of the torque that is looked at (default 200), or auto: wait until"
+            " each point has settled (default for basins), at most limit periods (--set"
+            " limit=20000).",
+        ),
+    ] = None,
+    periods: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Last period that is looked at (default 250); with --transient auto, how many"
+            " are looked at once a point has settled (default 50).",
+        ),
+    ] = None,
+    follow: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Start each point where its neighbour along this parameter ended, once up and"
+            " once down: branches that differ show hysteresis.",
+        ),
+    ] = None,
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RUN.zarr",
+            help="Keep the points in this folder (zarr) as they are computed, so that nothing"
+            " is lost where the sweep is interrupted.",
+        ),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Go on with what is in the store, if it is there."),
+    ] = False,
+    threads: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="How many threads compute; default one per processor."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DATA.nc", help="Write the whole result as netCDF, with units."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PICTURE.png",
+            help="Draw it: bifurcation diagram, map or basins; the suffix (.png, .svg or .pdf)"
+            " sets the format.",
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """The motion at each point of a grid of parameters: periodic, chaotic, sticking.
+
+    What is swept is said by --over or by the table [sweep] of the study. One parameter gives a
+    bifurcation diagram; initial_angle with initial_velocity give basins of attraction; two
+    others give a map, which keeps no Poincare points (--set keep_points=true); more, or two
+    with --follow, give a plain sweep.
+
+    Prints the classes of motion and of stick-slip with their shares, the limit of linear
+    stability and, along one parameter, the intervals of each motion; progress goes to standard
+    error.
+
+    Every point starts at time 0 from initial of [run]; of [run], method, rtol, step, max_events
+    and max_steps count too. Its duration, periods and samples_per_period belong to simulate:
+    here --transient and --periods (or [sweep]) say what is looked at.
+
+    A point that diverges, locks, or is no possible brake is an answer (exit status 0). Ctrl-C
+    ends the sweep at once (exit status 1); with --store the points that are done stay, and
+    the same command with --resume goes on.
+    """
+    from wedgebrake.cli.output import DATA, PICTURES, check_netcdf, check_target, write_netcdf
+    from wedgebrake.cli.report import to_json
+    from wedgebrake.cli.sweep_report import sweep_report
+    from wedgebrake.cli.sweep_text import sweep_text
+    from wedgebrake.cli.sweeping import Storing, check, compute
+    from wedgebrake.errors import WedgebrakeError
+
+    check_target("--out", out, DATA)
+    check_netcdf(out)
+    check_target("--plot", plot, PICTURES)
+    storing = Storing(store, resume)
+    given = {"transient": transient, "periods": periods, "follow": follow}
+    asked = _sweep_of(_load(study, changes, method, given), over, given)
+    check(asked, storing, picture=plot is not None)
+    outcome = compute(asked, storing, threads)
+    files = {"picture": plot, "data": out, "store": store}
+    places = {what: path and path.resolve() for what, path in files.items()}
+    failures = []
+    for what, write in (("data", write_netcdf), ("picture", _draw)):
+        path = files[what]
+        try:
+            if path is not None:
+                write(outcome.dataset, path)
+        except WedgebrakeError as error:  # the words are said all the same
+            failures.append(error)
+            places[what] = None
+    report = sweep_report(asked, outcome, places)
+    typer.echo(to_json(report) if as_json else sweep_text(asked.system, report))
+    if failures:
+        raise failures[0]
+
+
 @app.command(short_help="What can stand in a study file?")
 def schema() -> None:
     """The JSON schema of study files: every table and parameter, with unit and range.
@@ -173,8 +314,24 @@ def schema() -> None:
     typer.echo(json.dumps(study_schema(), indent=2))
 
 
-def _load(path: Path, changes: list[str] | None, method: str | None = None) -> Study:
-    """The study of a file with the changes of the command line."""
+# Settings of [run] that a sweep has no use for, and what to give instead.
+_NOT_SWEPT = {
+    "periods": "For a sweep give --periods.",
+    "duration": "For a sweep give --periods, in periods of the torque.",
+    "samples_per_period": "A sweep looks once in each period. Leave it out.",
+}
+
+
+def _load(
+    path: Path,
+    changes: list[str] | None,
+    method: str | None = None,
+    sweeping: dict[str, Any] | None = None,
+) -> Study:
+    """The study of a file with the changes of the command line.
+
+    sweeping : for a sweep, its options, which must not be set twice
+    """
     from wedgebrake.cli.changes import parse_changes
     from wedgebrake.errors import InputError, nearest
     from wedgebrake.model.study import METHODS, load_study
@@ -185,12 +342,48 @@ def _load(path: Path, changes: list[str] | None, method: str | None = None) -> S
             raise InputError(f"--method {method}: not known. {nearest(method, METHODS)}")
         if "method" in wanted:
             raise InputError("--method and --set method: both given. Give one of them.")
+    for name in wanted if sweeping is not None else ():
+        if name in _NOT_SWEPT:
+            raise InputError(f"--set {name}: belongs to simulate. {_NOT_SWEPT[name]}")
+        if sweeping is not None and sweeping.get(name) is not None:
+            raise InputError(f"--{name} and --set {name}: both given. Give one of them.")
     study = load_study(path)
     try:
         study = study.changed(**wanted)
     except InputError as error:
         raise InputError(f"--set: {error}") from None
     return study if method is None else study.changed(method=method)
+
+
+def _sweep_of(study: Study, over: list[str] | None, given: dict[str, Any]) -> Study:
+    """The study with what the options say about its sweep."""
+    from wedgebrake.cli.changes import short
+    from wedgebrake.cli.over import parse_axes
+    from wedgebrake.errors import InputError
+    from wedgebrake.model.study import Sweep
+
+    settings = {name: value for name, value in given.items() if value is not None}
+    if settings.get("transient", "auto") != "auto":
+        try:
+            settings["transient"] = int(settings["transient"])
+        except ValueError:
+            raise InputError(
+                f"--transient {short(settings['transient'])}: must be a whole number of periods, or"
+                " auto."
+            ) from None
+    kept = study.sweep.arguments()
+    axes = parse_axes(over, study.system) if over else study.sweep.axes
+    try:
+        return study.changed(sweep=Sweep(**{**kept, **settings}, axes=axes))
+    except InputError as error:
+        raise InputError(re.sub(r"(?m)^sweep\.(\w+) = ", r"--\1 ", str(error))) from None
+
+
+def _draw(dataset: xr.Dataset, path: Path) -> None:
+    from wedgebrake.plots.draw import plot
+    from wedgebrake.plots.save import save
+
+    save(plot(dataset), path)
 
 
 def _simulated(study: Study) -> tuple[Any, dict[str, Any]]:

@@ -26,17 +26,16 @@ def main() -> None:
         _stop(f"error: {error}", 2)
     except OutputError as error:
         _stop(f"error: {error}", 1)
-    except (Interrupted, KeyboardInterrupt):
+    except (Interrupted, KeyboardInterrupt) as error:
         # At once: the computation still goes on in its thread, and Python must not be taken
         # apart under it.
-        _say("interrupted")
+        _say("\n".join(["interrupted", *_notes(error)]))
         os._exit(1)
-    except MemoryError:
-        _stop(
-            "error: not enough memory. Lower duration, periods or samples_per_period, for"
-            " example with --set periods=100.",
-            1,
+    except MemoryError as error:
+        way_out = (
+            "Lower duration, periods or samples_per_period, for example with --set periods=100."
         )
+        _stop(f"error: not enough memory. {' '.join(_notes(error)) or way_out}", 1)
     except OSError as error:
         # Standard output fails; it must not be tried again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -57,6 +56,11 @@ def _spell_any_name() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+
+
+def _notes(error: BaseException) -> list[str]:
+    """What a command added to an error."""
+    return getattr(error, "__notes__", [])
 
 
 def _stop(message: str, status: int) -> None:

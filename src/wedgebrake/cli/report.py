@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 import platform
+from collections.abc import Collection
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wedgebrake.linear_stability import DirectionStability, Stability, stability
+from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
@@ -66,16 +68,26 @@ def _direction_lines(name: str, one: DirectionStability) -> list[str]:
     return lines
 
 
-def describe(system: BrakedDriveline) -> str:
-    """The system in one line: its brake, friction and groups."""
+def versions() -> dict[str, str]:
+    """Of Python and of the libraries that compute."""
+    return {
+        "python": platform.python_version(),
+        **{name: version(name) for name in _LIBRARIES},
+    }
+
+
+def describe(system: BrakedDriveline, swept: Collection[str] = ()) -> str:
+    """The system in one line: its brake, friction, and groups that ``swept`` leaves alone."""
+    given = system.groups.as_dict()
     groups = [
-        f"{name} = {value:.6g}"
-        for name, value in system.groups.as_dict().items()
-        if value is not None and name in ("eta", "f", "F0", "alpha")
+        f"{name} = {given[name]:.6g}"
+        for name, setter in SETTERS.items()
+        if given[name] is not None and not {name, setter.target, *setter.reads} & set(swept)
     ]
     friction = type(system.friction).__name__.removesuffix("Friction")
     brake = type(system.brake).__name__.removesuffix("Brake")
-    return f"{brake} brake, {friction} friction: " + ", ".join(groups)
+    about = ": " + ", ".join(groups) if groups else ""
+    return f"{brake} brake, {friction} friction{about}"
 
 
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
@@ -91,10 +103,7 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
     linear = stability(system)
     report: dict[str, Any] = {
         "wedgebrake": attrs["wedgebrake_version"],
-        "versions": {
-            "python": platform.python_version(),
-            **{name: version(name) for name in _LIBRARIES},
-        },
+        "versions": versions(),
         "system": json.loads(attrs["system"]),
         "groups": json.loads(attrs["groups"]),
         "method": attrs["method"],

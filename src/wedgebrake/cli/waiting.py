@@ -34,10 +34,14 @@ def _interrupt(*_: Any) -> NoReturn:
     raise Interrupted
 
 
-def interruptible(work: Callable[[], _Result]) -> _Result:
+def interruptible(
+    work: Callable[[], _Result], meanwhile: Callable[[], None] = lambda: None
+) -> _Result:
     """The result of ``work``, done in a thread, so that Ctrl-C is heard meanwhile.
 
     Python hears signals in its main thread only, and not while a compiled loop runs there.
+
+    meanwhile : called here about ten times a second, and once at the end
     """
     results: list[_Result] = []
     errors: list[BaseException] = []
@@ -52,29 +56,34 @@ def interruptible(work: Callable[[], _Result]) -> _Result:
     thread.start()
     while thread.is_alive():
         thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
+        meanwhile()
     if errors:
         raise errors[0]
     return results[0]
 
 
+class Announcement:
+    """Whether something was compiled."""
+
+    said = False
+
+
 @contextmanager
-def announce_compilation() -> Iterator[None]:
+def announce_compilation(time: str = "about ten seconds") -> Iterator[Announcement]:
     """Say once, on standard error, that kernels are being compiled, if they are."""
     from numba.core import event
 
-    class Listener(event.Listener):
-        said = False
+    announcement = Announcement()
 
+    class Listener(event.Listener):
         def on_start(self, _: Any) -> None:
-            if not self.said and sys.stderr is not None:
-                sys.stderr.write(
-                    "Compiling the kernels: once per installation, about ten seconds ...\n"
-                )
+            if not announcement.said and sys.stderr is not None:
+                sys.stderr.write(f"Compiling the kernels: once per installation, {time} ...\n")
                 sys.stderr.flush()
-            self.said = True
+            announcement.said = True
 
         def on_end(self, _: Any) -> None:
             """Nothing to say."""
 
     with event.install_listener("numba:compile", Listener()):
-        yield
+        yield announcement

@@ -1,0 +1,198 @@
+"""What ``sweep`` prints for a person."""
+
+from __future__ import annotations
+
+import math
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.cli.report import describe
+from wedgebrake.model.system import BrakedDriveline
+
+# Lines that a reader takes in at a glance.
+_MOST_LINES = 12
+_MOST_WORDS = 8
+_FILES = {"picture": "Picture", "data": "Data", "store": "Store"}
+
+
+def sweep_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
+    """The report on a sweep in words."""
+    axes = report["axes"]
+    lines = [describe(system, axes), *_swept(report), f"Judged: {_protocol(report)}", ""]
+    total = report["points"]
+    lines.append(f"Points: {total}, {_listed(report['status'], total)}")
+    lines.append(f"Motion: {_listed(report['motion'], total)}")
+    lines.append(f"Stick-slip: {_listed(report['stick_slip'], total)}")
+    if "undecided" in report["motion"] and report["protocol"]["transient"] != "auto":
+        lines.append("  (with --transient auto each point is given the time to settle)")
+    lines += _linear(report)
+    if report["intervals"]:
+        lines += ["", *_intervals(report)]
+    if report["attractors"] is not None:
+        lines += ["", *_attractors(report["attractors"])]
+    lines += ["", _speed(report)]
+    lines += [f"{_FILES[what]}: {path}" for what, path in report["files"].items() if path]
+    return "\n".join(lines)
+
+
+def _swept(report: dict[str, Any]) -> list[str]:
+    lines = []
+    for name, axis in report["axes"].items():
+        values, unit = axis["values"], axis["unit"]
+        low, high = values.min(), values.max()
+        unit = "" if unit in ("1", "-") else f" {unit}"
+        many = f"{len(values)} values" if len(values) > 1 else "one value"
+        lines.append(
+            f"Swept: {name} from {low:.6g} to {high:.6g}{unit}, {many} ({axis['meaning']})"
+        )
+    return lines
+
+
+def _protocol(report: dict[str, Any]) -> str:
+    protocol = report["protocol"]
+    if protocol["transient"] == "auto":
+        text = (
+            f"{protocol['recorded']} periods of the torque once each point has settled, at the"
+            f" latest after {protocol['limit']}"
+        )
+    else:
+        text = f"periods {protocol['transient']} to {protocol['periods']} of the torque"
+    if protocol["follow"] is not None:
+        text += f"; each point starts where its neighbour in {protocol['follow']} ended"
+    else:
+        starts = zip(("angle", "velocity"), ("rad", "rad/s"), protocol["initial"], strict=True)
+        fixed = [
+            f"{name} {value:.6g} {unit}"
+            for name, unit, value in starts
+            if f"initial_{name}" not in report["axes"]
+        ]
+        text += f", from {' and '.join(fixed)} on" if fixed else ""
+    return f"{text}; method {report['method']}"
+
+
+def _listed(counts: dict[str, int], total: int) -> str:
+    """Words with their counts and shares, the most frequent first."""
+    shown = list(counts.items())[:_MOST_WORDS]
+    if len(shown) == 1:
+        return f"all {shown[0][0]}"
+    text = ", ".join(f"{count} {word} ({_share(count / total)})" for word, count in shown)
+    rest = total - sum(count for _, count in shown)
+    return text + (f", {rest} in {len(counts) - len(shown)} other classes" if rest else "")
+
+
+def _share(share: float) -> str:
+    percent = 100.0 * share
+    return f"{percent:.2g} %" if percent < 99.5 else f"{percent:.4g} %"
+
+
+def _linear(report: dict[str, Any]) -> list[str]:
+    share, limits = (report["linear_stability"][name] for name in ("stable_share", "limits"))
+    if math.isnan(share):
+        return []
+    if share in (0.0, 1.0):
+        return [f"Linear stability: sliding is {'' if share else 'un'}stable at every point"]
+    if limits is None:
+        return [f"Linear stability: sliding is stable at {_share(share)} of the points"]
+    (name,) = report["axes"]
+    places = (f"{name} = {one['value']:.6g} (stable {one['stable']} it)" for one in limits)
+    what = "limit" if len(limits) == 1 else "limits"
+    return [f"Linear stability: sliding has its {what} at {', '.join(places)}"]
+
+
+def _intervals(report: dict[str, Any]) -> list[str]:
+    """The motion along the parameter, in about a dozen lines."""
+    (name,) = report["axes"]
+    digits = _digits(report["axes"][name]["values"])
+    branches = {
+        branch: list(runs)
+        for branch, runs in groupby(report["intervals"], lambda run: run.get("branch"))
+    }
+    stripped = [[{**run, "branch": None} for run in runs] for runs in branches.values()]
+    if len(branches) > 1 and stripped[0] == stripped[1]:
+        branches = {"up and down alike": stripped[0]}
+    lines, cut = [], False
+    for branch, runs in branches.items():
+        lines.append(f"Along {name}" + (f", {branch}:" if branch else ":"))
+        rows = _condensed([_row(run) for run in runs], _MOST_LINES // len(branches))
+        cut = cut or len(rows) < len(runs)
+        places = [f"  {_range(low, high, digits)}" for low, high, _ in rows]
+        width = max(map(len, places))
+        lines += [
+            f"{place:{width}}   {words}" for place, (_, _, words) in zip(places, rows, strict=True)
+        ]
+    if cut:
+        lines.append("  (short intervals are put together; --json lists each)")
+    return lines
+
+
+_Row = tuple[float, float, int, list[str]]
+
+
+def _row(run: dict[str, Any]) -> _Row:
+    motion, sticks = run["motion"], run["stick_slip"]
+    words = motion if motion == sticks else f"{motion}, {sticks}"
+    return run["from"], run["to"], run["points"], [words]
+
+
+def _condensed(rows: list[_Row], most: int) -> list[tuple[float, float, str]]:
+    """At most so many rows: neighbours among the shortest are put together."""
+    shortest = 0
+    kept = rows
+    while len(kept) > most:
+        shortest = min(count for _, _, count, _ in rows if count > shortest)
+        kept = []
+        for short, group in groupby(rows, lambda row: row[2] <= shortest):  # noqa: B023
+            together = list(group)
+            kept += [_joined(together)] if short else together
+    return [(low, high, _mixed(words)) for low, high, _, words in kept]
+
+
+def _joined(rows: list[_Row]) -> _Row:
+    by_length = sorted(rows, key=lambda row: -row[2])
+    words = list(dict.fromkeys(word for row in by_length for word in row[3]))
+    return rows[0][0], rows[-1][1], sum(row[2] for row in rows), words
+
+
+def _mixed(words: list[str]) -> str:
+    if len(words) == 1:
+        return words[0]
+    motions = list(dict.fromkeys(word.split(",")[0] for word in words))
+    more = f" and {len(motions) - 3} others" if len(motions) > 4 else ""
+    return f"mixed: {', '.join(motions[: 3 if more else 4])}{more}"
+
+
+def _digits(values: NDArray[np.float64]) -> int:
+    """Significant digits that tell neighbouring values apart."""
+    ordered = np.unique(values)
+    if ordered.size < 2:
+        return 6
+    ratio = float(np.max(np.abs(ordered)) / np.min(np.diff(ordered)))
+    return min(15, max(3, math.ceil(math.log10(ratio)) + 1))
+
+
+def _range(low: float, high: float, digits: int) -> str:
+    one = f"{low:.{digits}g}"
+    return one if low == high else f"{one} ... {high:.{digits}g}"
+
+
+def _attractors(attractors: list[dict[str, Any]]) -> list[str]:
+    lines = [f"Attractors: {len(attractors)}, by the share of the points that settle to them"]
+    shown = attractors[: _MOST_LINES - 1]
+    lines += [f"  {one['number']:3}  {_share(one['share']):>7}  {one['motion']}" for one in shown]
+    if len(attractors) > len(shown):
+        lines.append(f"  and {len(attractors) - len(shown)} more; --json lists each")
+    return lines
+
+
+def _speed(report: dict[str, Any]) -> str:
+    speed = report["speed"]
+    computed, resumed = speed["computed"], speed["resumed"]
+    if not computed:
+        return f"All {resumed} points were in the store."
+    text = f"{computed} points in {speed['seconds']:.3g} s"
+    text += f" ({speed['points_per_second']:.3g} points/s"
+    text += ", with compilation of the kernels)" if speed["with_compilation"] else ")"
+    return text + (f"; {resumed} were in the store" if resumed else "")
