@@ -1,4 +1,5 @@
-# make demo   set up everything, simulate the paper's brake, leave pictures and a verdict
+# make demo   set up everything, simulate the paper's brake and sweep its actuator's slope,
+#             leave pictures and verdicts
 # make test   set up everything, check the house rules, run the tests
 # make bench  speed, as ratios to peers in the same run
 # make lint   the house rules alone
@@ -28,6 +29,7 @@ $(VENV)/.bench: $(VENV)/.dev
 demo: $(VENV)/.demo
 	@mkdir -p $(OUT)
 	$(BIN)/wedgebrake simulate examples/paper.toml --plot $(OUT)/paper.png --out $(OUT)/paper.nc
+	$(BIN)/wedgebrake sweep examples/sweep.toml --plot $(OUT)/bifurcation.png
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -43,6 +45,7 @@ slow: $(VENV)/.bench
 
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/run.py
+	$(BIN)/python benchmarks/sweeps.py
 
 clean:
 	rm -rf $(VENV) $(OUT) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
