@@ -25,7 +25,7 @@ from wedgebrake.cli.main import main
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.measures.classes import motion_word
 from wedgebrake.model.study import parse_study, schema
-from wedgebrake.sweeps.axes import INITIAL
+from wedgebrake.model.swept import INITIAL
 from wedgebrake.sweeps.results import PointStatus
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
@@ -562,7 +562,7 @@ WRONG: dict[str, tuple[list[str], list[str]]] = {
     "eta and slope": (["--over", "eta=1,2", "--over", "slope=3,4"], ["eta and slope: both swept"]),
     "too many points": (
         ["--over", "eta=1:2:99999", "--over", "F0=1:2:99999"],
-        ["9999800001 points, at most 1000000000"],
+        ["GiB of memory", "--store"],
     ),
     "no possible value": (["--over", "inertia=-3:-1:3"], ["inertia: no value can be taken"]),
     "three in a picture": ([*MAP, "--over", "f=1,2", "--plot", "r.png"], ["--plot", "not over 3"]),

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.model.study import METHODS, Run, Sweep, parse_study, schema
+from wedgebrake.model.study import METHODS, Run, parse_study, schema
+from wedgebrake.model.swept import Sweep, sweepable
 from wedgebrake.solvers.solve import METHODS as SOLVERS
-from wedgebrake.sweeps.axes import sweepable
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 LINE = wb.Driveline(inertia=1.5, damping=0.1, stiffness=1e4, drive_speed=-0.7)
@@ -301,10 +301,19 @@ class TestSweep:
                 {"eta": {"from": 0, "to": 1, "points": 10**9}},
                 ["sweep.eta.points = 1000000000: must be at most 1e+07"],
             ),
-            ({"eta": [1], "slope": [2]}, ["sweep.eta and sweep.slope: both given, but eta sets"]),
+            ({"eta": [1], "slope": [2]}, ["sweep.eta and sweep.slope: both swept, but eta sets"]),
             (
                 {"eta": [1], "F0": [2], "follow": "F"},
                 ["sweep.follow = 'F': must be a parameter that is swept. Did you mean 'F0'?"],
+            ),
+            ({"self": [1]}, ["sweep.self: neither a parameter that can be swept"]),
+            (
+                {"eta": {"self": 1, "from": 1, "to": 2, "points": 3}},
+                ["sweep.eta.self: no such parameter. Allowed: from, points, scale, to."],
+            ),
+            (
+                {"eta": [1], "slope": [2], "periods": 0},
+                ["sweep.eta and sweep.slope: both swept", "sweep.periods = 0"],
             ),
             ({"follow": 3}, ["sweep.follow = 3: must be"]),
             ({"transient": True}, ["sweep.transient = True: must be a whole number of periods"]),
@@ -438,6 +447,14 @@ class TestChanged:
             study.run = Run()
 
 
+@pytest.mark.parametrize("table", ["driveline", "brake", "friction", "actuation", "run"])
+def test_a_parameter_called_self_is_none(table, study):
+    tables = {**study.system.as_dict(), "run": {}}
+    tables[table] = {**tables[table], "self": 1}
+    with pytest.raises(wb.InputError, match=rf"^{table}.self: no such parameter. Allowed: "):
+        parse_study(tables)
+
+
 class TestErrorsNameTheFile:
     def test_before_one_mistake(self, tmp_path):
         path = tmp_path / "mine.toml"
@@ -500,6 +517,16 @@ class TestSchema:
                             or field["default"] is None
                             or (jsonschema.validate(field["default"], field) is None)
                         ), (table, name)
+
+    def test_says_what_a_group_means(self):
+        """In the words of ``sweepable``, where it is set and where it is swept."""
+        groups, sweep = (schema()["properties"][name]["properties"] for name in ("groups", "sweep"))
+        meanings = sweepable(system())
+        for name, group in groups.items():
+            unit, meaning = meanings[name]
+            assert (unit, group["description"].split("; ")[0]) == ("1", meaning)
+            assert sweep[name]["description"] == f"swept: {meaning}"
+        assert set(groups) == {"eta", "f", "F0", "alpha"}
 
     def test_is_a_new_one_each_time(self):
         schema()["properties"].clear()

@@ -238,7 +238,7 @@ def test_wrong_arguments(arguments, words) -> None:
 def test_too_large_for_memory() -> None:
     values = np.linspace(0.01, 0.1, 3000)
     axes = {"eta": values, "F0": values, "f": values, "initial_angle": values}
-    with pytest.raises(wb.InputError, match="GiB of memory.*store='run.zarr'"):
+    with pytest.raises(wb.InputError, match=r"GiB of memory.*store='run\.zarr'"):
         wb.sweep(SYSTEM, **axes)
 
 
@@ -289,11 +289,25 @@ def test_an_interrupt_leaves_a_store_to_go_on_with(tmp_path) -> None:
     resumed = wb.sweep(SYSTEM, store=path, resume=True, progress=seen.append, **options)
     assert 12 <= seen[0].resumed < 200
     assert resumed.load().identical(wb.sweep(SYSTEM, **options))
-    with pytest.raises(wb.InputError, match="axes.eta"):
+    with pytest.raises(wb.InputError, match=r"axes\.eta"):
         wb.sweep(
             SYSTEM, store=path, resume=True, progress=False, periods=40, transient=30,
             eta=np.linspace(-60.0, 12.0, 201),
         )  # fmt: skip
+
+
+def test_a_store_knows_the_law_that_a_user_wrote(tmp_path) -> None:
+    def system(width):
+        return SYSTEM.replace(
+            friction=wb.CustomFriction(law=lambda v: 0.3 * v / (abs(v) + width), width=0.01)
+        )
+
+    options = {"eta": [0.0, -1.0], "periods": 4, "transient": 1, "progress": False}
+    path = tmp_path / "run.zarr"
+    wb.sweep(system(0.01), store=path, **options)
+    wb.sweep(system(0.01), store=path, resume=True, **options)
+    with pytest.raises(wb.InputError, match=r"laws\.friction"):
+        wb.sweep(system(0.02), store=path, resume=True, **options)
 
 
 def test_a_damaged_chunk_is_said_and_computed_again(tmp_path) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import json
+import math
 import subprocess
 import sys
 import time
@@ -17,8 +19,9 @@ from matplotlib.colors import to_rgb
 
 import wedgebrake as wb
 from wedgebrake.measures.classes import MotionClass, StickClass
-from wedgebrake.plots import basins, bifurcation, regime, style
+from wedgebrake.plots import basins, bifurcation, looks, regime, style
 from wedgebrake.plots.draw import plot
+from wedgebrake.plots.page import caption_lines
 from wedgebrake.plots.save import save
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
 
@@ -219,9 +222,19 @@ PICTURES = {
 }
 
 
+@functools.cache
+def picture(name):
+    return PICTURES[name]()
+
+
+@pytest.fixture(scope="module")
+def response():
+    return wb.simulate(SYSTEM, periods=20)
+
+
 @pytest.mark.parametrize("name", PICTURES)
 def test_nothing_overlaps_and_nothing_is_cut(name):
-    figure = PICTURES[name]()
+    figure = picture(name)
     renderer = FigureCanvasAgg(figure).get_renderer()
     figure.draw(renderer)
     page = figure.bbox
@@ -263,7 +276,7 @@ def test_nothing_overlaps_and_nothing_is_cut(name):
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_every_figure_says_what_was_computed_and_every_axis_its_unit(name):
-    figure = PICTURES[name]()
+    figure = picture(name)
     said = figure.get_suptitle()
     for part in ("Wedge brake, Coulomb friction", "$f = 0.63$", "Exact solution", "250 periods"):
         assert part in said.replace("\n", " ")
@@ -296,6 +309,33 @@ class TestCaption:
         said = plot(dataset.isel(alpha=1)).get_suptitle()
         assert r"\alpha = 2.5" in said
         assert "1.18" not in said
+
+    def test_a_chosen_si_value_has_its_unit(self):
+        dataset = sweep(slope=[-40.0, 0.0], F0=[0.02, 0.03]).isel(slope=0)
+        dataset["velocity"] = dataset["motion"].expand_dims(period=3, axis=1).astype(float)
+        said = plot(dataset).get_suptitle()
+        assert r"$\delta = -40$ N s/rad" in said
+        assert r"\eta" not in said
+
+    def test_the_angle_of_the_brake_is_not_that_of_the_driveline(self):
+        """Swept, it is called brake_angle: alpha = tan(angle) / mu_k changes with it."""
+        angles = np.array([0.3, 0.35, 0.4])
+        dataset = wb.sweep(SYSTEM, angle=angles, periods=4, transient=2, follow="angle")
+        figure = plot(dataset)
+        assert r"$\alpha" not in figure.get_suptitle()
+        assert r"$\eta = -24$" in figure.get_suptitle()
+        assert [axes.texts[0].get_text() for axes in data_axes(figure)[:2]] == [
+            r"$\alpha_w$ increasing", r"$\alpha_w$ decreasing",
+        ]  # fmt: skip
+        assert r"wedge angle $\alpha_w$  [rad]" in {a.get_xlabel() for a in figure.axes}
+        figure = plot(map_of().assign(angle=lambda one: one["stick_share"]), quantity="angle")
+        assert r"$\theta$" in figure.axes[1].get_ylabel()
+
+    def test_parts_of_ones_own(self):
+        law = wb.CustomFriction(law=lambda speed: 0.3 * math.tanh(speed / 0.01), width=0.01)
+        system = SYSTEM.replace(friction=law)
+        dataset = map_of().assign_attrs(system=json.dumps(system.as_dict()))
+        assert "Wedge brake, custom friction: " in plot(dataset).get_suptitle()
 
     def test_protocol(self):
         dataset = map_of()
@@ -451,7 +491,7 @@ class TestDiagram:
         values = dataset["eta"].to_numpy()
         half = 0.5 * (values[1] - values[0])
         for axes in (up, down):
-            spans = [p for p in axes.patches if close(p.get_facecolor()[:3], style.DIFFER.colour)]
+            spans = [p for p in axes.patches if close(p.get_facecolor()[:3], looks.DIFFER.colour)]
             ends = sorted((p.get_x(), p.get_x() + p.get_width()) for p in spans)
             assert ends == [
                 pytest.approx((values[20] - half, values[29] + half)),
@@ -461,6 +501,16 @@ class TestDiagram:
         assert close(image.at(motion, values[165], 1.2), style.PALE_BLUE)
         assert close(image.at(motion, values[165], 0.2), style.BLUE)
         assert "branches differ" in words(figure)
+
+    def test_a_chosen_branch_is_told(self):
+        figure = bifurcation.bifurcation(diagram(300, follow="eta").sel(branch="down"))
+        axes, motion, _ = data_axes(figure)
+        assert axes.texts[0].get_text() == r"$\eta$ decreasing"
+        assert [t.get_text() for t in motion.get_yticklabels()] == ["motion down"]
+        assert close(axes.images[0].cmap(1.0)[:3], style.DENSITY_DOWN[-1])
+        maps = xr.concat([map_of(), map_of()], dim="branch", combine_attrs="override")
+        chosen = maps.assign_coords(branch=["up", "down"]).sel(branch="up")
+        assert data_axes(plot(chosen))[0].get_title() == "up"
 
     def test_undecided_motions_are_not_compared(self):
         dataset = diagram(300, follow="eta")
@@ -483,6 +533,15 @@ class TestDiagram:
         dataset["velocity"][...] = 1e6
         low, high = data_axes(bifurcation.bifurcation(dataset))[0].get_ylim()
         assert low < 1e6 < high
+
+    @pytest.mark.parametrize("values", [[3.0, 3.0], [0.0, 0.0, 0.0], [1.0, 1.0, 2.0]])
+    def test_a_value_given_twice(self, values):
+        figure = bifurcation.bifurcation(diagram(values=np.array(values)))
+        figure.draw_without_rendering()
+        assert words(figure)
+        figure = plot(map_of(eta=np.array(values), F0=np.array([0.02, 0.02])))
+        figure.draw_without_rendering()
+        assert "chaotic" in " ".join(words(figure))
 
     def test_many_points_in_time(self):
         dataset = diagram(5000, periods=200)
@@ -541,15 +600,15 @@ class TestMap:
         ):  # fmt: skip
             for name, value in (("motion", motion), ("order", order), ("status", status)):
                 dataset[name][{"eta": place}] = value
-        codes = regime.classes(dataset).to_numpy()[:, 0]
+        codes = looks.classes(dataset).to_numpy()[:, 0]
         assert list(codes) == list(range(14))
         said = [word.split(", 7.1 %")[0] for word in words(plot(dataset))]
-        assert said == [look.word for look in style.MOTIONS.values()]
+        assert said == [look.word for look in looks.MOTIONS.values()]
         # A run that ended badly counts as such, even without a class.
         dataset["motion"][...] = MotionClass.NONE
-        left = regime.classes(dataset).to_numpy()[:, 0]
-        assert left[8] == list(style.MOTIONS).index("self_locked")
-        assert left[9] == list(style.MOTIONS).index("diverged")
+        left = looks.classes(dataset).to_numpy()[:, 0]
+        assert left[8] == list(looks.MOTIONS).index("self_locked")
+        assert left[9] == list(looks.MOTIONS).index("diverged")
 
     def test_undecided_is_hatched_and_not_computed_white(self):
         dataset = map_of()
@@ -632,7 +691,7 @@ class TestMap:
     def test_small_maps(self, shape, quantity):
         dataset = map_of(eta=np.linspace(-60.0, 12.0, shape[0]), F0=np.linspace(0.0, 1, shape[1]))
         figure = plot(dataset, quantity=quantity)
-        image = Pixels(figure)
+        image = Pixels(figure, 100)
         axes = figure.axes[0]
         if quantity == "motion":
             assert close(image.at(axes, float(dataset["eta"][-1]), 0.0), style.VERMILLION)
@@ -653,10 +712,11 @@ class TestMap:
         )
         dataset["motion"][...] = rng.integers(0, 7, (1000, 1000))
         begin = time.process_time()
-        path = save(plot(dataset), tmp_path / "map.png")
+        figure = plot(dataset)
+        path = save(figure, tmp_path / "map.png")
         assert time.process_time() - begin < 3.0
         assert path.stat().st_size < 3e6
-        assert save(plot(dataset), tmp_path / "map.pdf").stat().st_size < 3e6
+        assert save(figure, tmp_path / "map.pdf").stat().st_size < 3e6
 
 
 class TestBasins:
@@ -671,7 +731,7 @@ class TestBasins:
         assert list(ranking) == [3, 2, 1, 0]
         for rank, place in enumerate(ranking):
             angle = angles[numbers == place][0]
-            assert close(image.at(axes, angle, -25.0), style.ATTRACTORS[rank])
+            assert close(image.at(axes, angle, -25.0), looks.ATTRACTORS[rank])
         assert words(figure) == [
             "1: $2T$, 30 %", "2: $2T$, 28 %", "3: $2T$, 22 %", "4: $2T$, 20 %",
             "points of attractors",
@@ -733,10 +793,10 @@ class TestBasins:
 
 
 class TestFrontDoor:
-    def test_the_picture_follows_the_dataset(self):
-        response = wb.simulate(SYSTEM, periods=20)
-        assert len(plot(response, verdict="a verdict").axes) == 5
-        assert "a verdict" in plot(response, verdict="a verdict").get_suptitle()
+    def test_the_picture_follows_the_dataset(self, response):
+        figure = plot(response, verdict="a verdict")
+        assert len(figure.axes) == 5
+        assert "a verdict" in figure.get_suptitle()
         (axes,) = plot(wb.poincare(SYSTEM, 20, transient=10)).axes
         assert r"\theta_n" in axes.get_xlabel()
         (axes,) = plot(wb.spectrum(response), hertz=True).axes
@@ -757,11 +817,11 @@ class TestFrontDoor:
         with pytest.raises(wb.InputError, match=r"no picture of it.*wb\.bifurcation"):
             plot(dataset)
 
-    def test_options(self):
+    def test_options(self, response):
         with pytest.raises(wb.InputError, match=r"quantiti: no option.*'regime_map'.*'quantity'"):
             plot(map_of(), quantiti="motion")
         with pytest.raises(wb.InputError, match=r"width: no option of the picture 'overview'"):
-            plot(wb.simulate(SYSTEM, periods=2), width=3)
+            plot(response, width=3)
 
     def test_three_axes(self):
         dataset = sweep(eta=[0.0, 1.0], F0=[0.1, 0.2], alpha=[1.1, 1.2])
@@ -771,22 +831,21 @@ class TestFrontDoor:
             regime.regime_map(dataset)
         assert words(plot(dataset.isel(alpha=0))) == ["synchronous ($T$), 100 %"]
 
-    def test_unknown_system(self):
-        response = wb.simulate(SYSTEM, periods=2)
+    def test_unknown_system(self, response):
         for text in ("", "{}", "null", '{"brake": {"kind": "own"}}'):
             with pytest.raises(wb.InputError, match=r"attrs\['system'\].*overview\(system"):
                 plot(response.assign_attrs(system=text))
 
 
 class TestWrongDatasets:
-    def test_number_of_axes(self):
+    def test_number_of_axes(self, response):
         with pytest.raises(wb.InputError, match=r"eta, F0, but.*one parameter.*regime_map"):
             bifurcation.bifurcation(map_of())
         with pytest.raises(wb.InputError, match=r"eta, but.*two parameters.*bifurcation"):
             regime.regime_map(diagram())
-        for picture in (bifurcation.bifurcation, regime.regime_map, basins.basins):
+        for draws in (bifurcation.bifurcation, regime.regime_map, basins.basins):
             with pytest.raises(wb.InputError, match=r"dataset = Dataset: must be the result of"):
-                picture(wb.simulate(SYSTEM, periods=2))
+                draws(response)
 
     def test_quantities(self):
         with pytest.raises(wb.InputError, match=r"quantity = 'velocit'.*'velocity'"):
@@ -870,11 +929,11 @@ class TestColours:
     @pytest.mark.parametrize("sight", SIGHTS)
     @pytest.mark.parametrize("name", ["MOTIONS", "STICK_CLASSES", "ATTRACTORS"])
     def test_classes_differ_for_every_sight(self, name, sight):
-        table = getattr(style, name)
+        table = getattr(looks, name)
         colours = (
             [look.colour for look in table.values() if look.opacity == 1.0]
             if isinstance(table, dict)
-            else [*table, style.OTHERS, style.BLACK, style.DARK_GREY, "white"]
+            else [*table, looks.OTHERS, style.BLACK, style.DARK_GREY, "white"]
         )
         seen = [lab(colour, sight) for colour in colours]
         least = min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2))
@@ -894,9 +953,9 @@ class TestColours:
         assert low[0] < inner[0][0] < middle[0] > inner[1][0] > high[0]
 
     def test_ink_can_be_read(self):
-        for look in style.MOTIONS.values():
-            paper = luminance(style.blended(look))
-            ink = luminance(style.ink(style.blended(look)))
+        for look in looks.MOTIONS.values():
+            paper = luminance(looks.blended(look))
+            ink = luminance(style.ink(looks.blended(look)))
             assert (max(paper, ink) + 0.05) / (min(paper, ink) + 0.05) > 3.8  # WCAG 2
 
 
@@ -923,7 +982,9 @@ class TestWords:
     def test_percent(self, share, text):
         assert style.percent(share) == text
 
-    @pytest.mark.parametrize("ends", [(0.33, 8.6), (1e-6, 1e6), (1.1, 1.3), (20.0, 90.0)])
+    @pytest.mark.parametrize(
+        "ends", [(0.33, 8.6), (1e-6, 1e6), (1.1, 1.3), (20.0, 90.0), (1003.0, 1013.0)]
+    )
     def test_ticks_of_logarithmic_axes(self, ends):
         figure = style.new_figure()
         axes = figure.add_subplot()
@@ -936,7 +997,7 @@ class TestWords:
             assert label.get_text() == f"${style.number(tick)}$"
 
     def test_captions_are_broken_between_words(self):
-        lines = style.caption_lines(["one $a = 2$, " * 20, "two"], style.COLUMN)
+        lines = caption_lines(["one $a = 2$, " * 20, "two"], style.COLUMN)
         assert lines[-1] == "two"
         assert len(lines) > 2
         assert all(line.count("$") % 2 == 0 for line in lines)
@@ -944,16 +1005,21 @@ class TestWords:
 
 
 def test_pyplot_stays_out():
+    """In a process of its own, which is given what it draws: computing it would take longer."""
     program = """
-import sys
+import json, sys
 from wedgebrake.plots import basins, bifurcation, regime
 from wedgebrake.plots.draw import plot
 assert "matplotlib" not in sys.modules and "xarray" not in sys.modules
-import wedgebrake as wb
-plot(wb.poincare(wb.paper.system(), 12, transient=2)).draw_without_rendering()
+import xarray
+figures = [plot(xarray.Dataset.from_dict(one)) for one in json.load(sys.stdin)]
+figures[0].draw_without_rendering()
 assert "matplotlib.pyplot" not in sys.modules
 """
+    results = wb.poincare(SYSTEM, 12, transient=2), diagram(7), map_of(4, 3), basins_of(2, 8)
+    given = json.dumps([one.to_dict() for one in results])
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=False
-    )
+        [sys.executable, "-W", "error", "-c", program],
+        input=given, capture_output=True, text=True, check=False,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -360,7 +360,7 @@ def _sweep_of(study: Study, over: list[str] | None, given: dict[str, Any]) -> St
     from wedgebrake.cli.changes import short
     from wedgebrake.cli.over import parse_axes
     from wedgebrake.errors import InputError
-    from wedgebrake.model.study import Sweep
+    from wedgebrake.model.swept import Sweep
 
     settings = {name: value for name, value in given.items() if value is not None}
     if settings.get("transient", "auto") != "auto":

@@ -9,9 +9,9 @@ from typing import Any
 from wedgebrake.cli.changes import short
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.part import shown
-from wedgebrake.model.study import refuse_of_another_kind, swept_values
+from wedgebrake.model.swept import sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
-from wedgebrake.sweeps.axes import sweepable
+from wedgebrake.model.tables import refuse_of_another_kind
 
 _FORMS = (
     "NAME=FROM:TO:COUNT (equal steps), NAME=FROM:TO:COUNT:log (equal ratios) or"

@@ -14,7 +14,7 @@ from wedgebrake.cli.waiting import Interrupted, announce_compilation, interrupti
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.part import shown
 from wedgebrake.model.study import Study
-from wedgebrake.sweeps.axes import INITIAL
+from wedgebrake.model.swept import INITIAL
 from wedgebrake.sweeps.progress import Bar, Progress
 
 if TYPE_CHECKING:

@@ -5,5 +5,6 @@ system           BrakedDriveline, all parts together
 groups           the paper's normalised groups, both ways
 characteristic   brake torque against velocity, all that the exact solver sees
 part             the base of the parts: validation and its messages
-study            the same machine as a file
+study            the same machine as a file, with its run (tables: which part is which table)
+swept            what can be swept, and the [sweep] table of a study
 """

@@ -111,21 +111,40 @@ def _angle(system: BrakedDriveline, alpha: float) -> float:
 
 @dataclass(frozen=True)
 class Setter:
-    """How a group is set.
+    """What a group means, and how it is set.
 
-    target : the SI parameter that it changes
-    reads  : the SI parameters that the new value is computed from
-    value  : the new value of the target, from a system and the group
+    meaning : in words, with its definition
+    target  : the SI parameter that it changes
+    reads   : the SI parameters that the new value is computed from
+    value   : the new value of the target, from a system and the group
     """
 
+    meaning: str
     target: str
     reads: tuple[str, ...]
     value: Callable[[BrakedDriveline, float], float]
 
 
 SETTERS: dict[str, Setter] = {
-    "eta": Setter("slope", ("damping", "radius", "kinetic"), _slope),
-    "f": Setter("frequency", ("stiffness", "inertia"), _frequency),
-    "F0": Setter("amplitude", ("initial_force", "radius", "kinetic"), _amplitude),
-    "alpha": Setter("angle", ("kinetic",), _angle),
+    "eta": Setter(
+        meaning="slope of the actuation force, delta R mu_k / c",
+        target="slope",
+        reads=("damping", "radius", "kinetic"),
+        value=_slope,
+    ),
+    "f": Setter(
+        meaning="forcing frequency over natural frequency, f_e / f_n",
+        target="frequency",
+        reads=("stiffness", "inertia"),
+        value=_frequency,
+    ),
+    "F0": Setter(
+        meaning="initial actuation force, F_a0 mu_k R / T_e",
+        target="amplitude",
+        reads=("initial_force", "radius", "kinetic"),
+        value=_amplitude,
+    ),
+    "alpha": Setter(
+        meaning="tan(wedge angle) / mu_k", target="angle", reads=("kinetic",), value=_angle
+    ),
 }

@@ -22,6 +22,11 @@ def parameter(description: str, *, symbol: str, unit: str, example: Any, **const
     return Field(description=description, json_schema_extra=extra, **constraints)
 
 
+def labels(field: FieldInfo) -> dict[str, Any]:
+    """The symbol, SI unit and example of a field, as far as it has them."""
+    return field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+
+
 class Part(BaseModel):
     """A validated, immutable part of a braked driveline, in SI units.
 
@@ -34,7 +39,7 @@ class Part(BaseModel):
     table: ClassVar[str] = ""
     """Name of the part in a study file and in error messages."""
 
-    def __init__(self, **data: Any) -> None:
+    def __init__(self, /, **data: Any) -> None:  # a study may say self = 1
         try:
             super().__init__(**data)
         except ValidationError as error:
@@ -82,6 +87,20 @@ def named(name: str) -> str:
     return name if plain and name.isascii() else shown(name)
 
 
+def is_number(value: object) -> bool:
+    """Whether it is a number of Python or NumPy; True and False are none."""
+    number = isinstance(value, int | float | np.integer | np.floating)
+    return number and not isinstance(value, bool)
+
+
+def is_finite(value: Any) -> bool:
+    """Whether a number lies among the finite floats."""
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer beyond all floats
+        return False
+
+
 def _line(detail: ErrorDetails, model: type[Part]) -> str:
     location, kind, value = detail["loc"], detail["type"], detail["input"]
     name = _path(model.table, location) or model.__name__
@@ -114,8 +133,8 @@ def _way_out(field: FieldInfo | None) -> str:
         return ""
     if not field.description:
         return f" Give one of class {getattr(field.annotation, '__name__', '')}."
-    extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
-    unit, example = str(extra.get("unit", "1")), extra.get("example")
+    extra = labels(field)
+    unit, example = extra.get("unit", "1"), extra.get("example")
     text = f" Meaning: {field.description}"
     if unit not in ("1", "-") and f"[{unit}]" not in text:
         text += f" in {unit}"

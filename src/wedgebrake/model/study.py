@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import tomllib
@@ -10,27 +9,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
-import numpy as np
-from numpy.typing import NDArray
-from pydantic import (
-    Field,
-    PlainValidator,
-    ValidationError,
-    WithJsonSchema,
-    create_model,
-    model_validator,
-)
-from pydantic.fields import FieldInfo
+from pydantic import Field, model_validator
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model import groups as _groups
-from wedgebrake.model.actuation import Actuation
-from wedgebrake.model.brakes import Brake
-from wedgebrake.model.driveline import Driveline
-from wedgebrake.model.excitation import HarmonicTorque
-from wedgebrake.model.friction import Friction
-from wedgebrake.model.part import Part, explain, named, parameter, shown
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.part import Part, is_finite, is_number, named, parameter, shown
+from wedgebrake.model.swept import SWEEP_SETTINGS, Sweep, parse_sweep, sweep_schema
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
 
 Method = Literal["exact", "smooth", "ode14x"]
 METHODS: tuple[str, ...] = get_args(Method)
@@ -42,14 +28,6 @@ _DEEPEST = 100
 # What stands in for an SI value until the group that sets it is applied: as in
 # wb.paper.system, so that the same groups give the same system there, to the last bit.
 _PLACEHOLDERS = {"slope": 0.0, "frequency": 10.0, "amplitude": 500.0, "angle": 0.34}
-# What can be swept beside parameters and groups.
-_STARTS = {
-    "initial_angle": ("theta", "rad", "angle at the start"),
-    "initial_velocity": ("theta'", "rad/s", "velocity at the start"),
-}
-_MOST_VALUES = 10_000_000
-_MOST_WRONG = 8  # names of [sweep] that are told at once
-_LONGEST = 5_000_000  # periods
 
 
 class Run(Part):
@@ -115,144 +93,7 @@ class Run(Part):
         return given
 
 
-# Of a class, `from` could be no name.
-_SPAN: dict[str, Any] = {
-    "from": (float, parameter(
-        "first value", symbol="-", unit="-", example=-60.0, ge=-1e300, le=1e300,
-    )),
-    "to": (float, parameter(
-        "last value", symbol="-", unit="-", example=12.0, ge=-1e300, le=1e300,
-    )),
-    "points": (int, parameter(
-        "number of values", symbol="-", unit="1", example=400, ge=2, le=_MOST_VALUES,
-    )),
-    "scale": (Literal["linear", "log"], parameter(
-        "equal steps ('linear') or equal ratios ('log')", symbol="-", unit="-",
-        example="log", default="linear",
-    )),
-}  # fmt: skip
-Span: type[Part] = create_model("Span", __base__=Part, __doc__="Evenly spaced values.", **_SPAN)
-
-
-def swept_values(given: Any, where: str) -> Part | tuple[float, ...]:
-    """The values of a swept parameter, checked, from a list or a table (from, to, points).
-
-    where : what stands before the name of a wrong value in a message, as "sweep.eta."
-
-    Raises ``InputError``.
-    """
-    if isinstance(given, dict):
-        return _span(given, where)
-    name = where.rstrip(". :")
-    if not isinstance(given, list | tuple):
-        raise InputError(
-            f"{name} = {shown(given)}: must be a list of values, as in [-30, -20, -10], or evenly"
-            " spaced ones, { from = -60, to = 12, points = 400 }."
-        )
-    if not given:
-        raise InputError(f"{name} = []: must be a list of values, at least one.")
-    for place, value in enumerate(given):
-        if not _is_number(value) or not _is_finite(value):
-            what = "a finite number" if _is_number(value) else "a number"
-            raise InputError(f"{name}[{place}] = {shown(value)}: must be {what}.")
-    return tuple(float(value) for value in given)
-
-
-def _span(given: dict[str, Any], where: str) -> Part:
-    try:
-        span = Span.model_validate(given)
-    except ValidationError as error:
-        lines = explain(error, Span).split("\n")
-        raise InputError("\n".join(f"{where}{line}" for line in lines)) from None
-    first, last, scale = (dict(span)[name] for name in ("from", "to", "scale"))
-    if first == last:
-        raise InputError(
-            f"{where}from = {first!r} and to = {last!r}: are equal. Change one of them."
-        )
-    if scale == "log" and not (min(first, last) > 0.0 or max(first, last) < 0.0):
-        raise InputError(
-            f"{where}from = {first!r} and to = {last!r}: must both lie above 0, or both below,"
-            " for equal ratios. Take equal steps instead of 'log', or move the end."
-        )
-    return span
-
-
-def _transient(value: Any) -> Any:
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    if value == "auto" or (whole and 0 <= value < _LONGEST):
-        return value
-    raise ValueError(f"must be a whole number of periods, 0 to {_LONGEST - 1}, or 'auto'.")
-
-
-class Sweep(Part):
-    """What to sweep: the axes and some arguments of ``wb.sweep``, with its defaults.
-
-    axes : (name, values) of each swept parameter, in order; values are a tuple of numbers or
-           a ``Span``: first, last, number and scale
-    """
-
-    table: ClassVar[str] = "sweep"
-
-    axes: tuple[tuple[str, Any], ...] = ()
-    periods: int | None = parameter(
-        "number of the last recorded period (250); with transient = 'auto' how many are"
-        " recorded (50)", symbol="-", unit="1", example=250, default=None, gt=0, le=_LONGEST,
-    )  # fmt: skip
-    transient: Annotated[
-        int | Literal["auto"] | None,
-        PlainValidator(_transient),
-        WithJsonSchema(
-            {"anyOf": [{"type": "integer", "minimum": 0, "maximum": _LONGEST - 1},
-                       {"const": "auto"}]}
-        ),
-    ] = parameter(
-        "number of the first recorded period (200), or 'auto': until each point has settled",
-        symbol="-", unit="1", example=200, default=None,
-    )  # fmt: skip
-    limit: int | None = parameter(
-        "most periods to wait for a point to settle, with transient = 'auto' (20000)",
-        symbol="-", unit="1", example=20_000, default=None, gt=0, le=_LONGEST,
-    )  # fmt: skip
-    follow: str | None = parameter(
-        "swept parameter along which each point starts where its neighbour ended, once up"
-        " and once down", symbol="-", unit="-", example="eta", default=None,
-    )  # fmt: skip
-    keep_points: bool | None = parameter(
-        "whether the Poincare points are part of the result", symbol="-", unit="-",
-        example=True, default=None,
-    )  # fmt: skip
-
-    def parameters(self) -> dict[str, NDArray[np.float64]]:
-        """The swept values by name, (n,) each, in order."""
-        return {name: _expanded(values) for name, values in self.axes}
-
-    def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of ``wb.sweep`` that are set, without the parameters."""
-        given = {name: getattr(self, name) for name in _SWEEP_SETTINGS}
-        return {name: value for name, value in given.items() if value is not None}
-
-
-_SWEEP_SETTINGS = tuple(name for name in Sweep.model_fields if name != "axes")
-
-
-def _expanded(values: Part | tuple[float, ...]) -> NDArray[np.float64]:
-    if isinstance(values, tuple):
-        return np.array(values)
-    span = dict(values)
-    spread = np.geomspace if span["scale"] == "log" else np.linspace
-    return np.asarray(spread(span["from"], span["to"], span["points"]))
-
-
-_FIXED: dict[str, type[Part]] = {
-    "driveline": Driveline,
-    "actuation": Actuation,
-    "excitation": HarmonicTorque,
-    "run": Run,
-}
-_CHOSEN: dict[str, dict[str, type[Brake]] | dict[str, type[Friction]]] = {
-    "brake": Brake.kinds,
-    "friction": Friction.kinds,
-}
+_FIXED: dict[str, type[Part]] = {**FIXED, "run": Run}
 
 
 @dataclass(frozen=True)
@@ -272,7 +113,7 @@ class Study:
         """
         for name, value in changes.items():
             self._check(name)
-            if name in _groups.SETTERS:
+            if name in SETTERS:
                 _check_group(name, value)
         for_sweep = {name: changes.pop(name) for name in _CHANGED if name in changes}
         for_run = {name: value for name, value in changes.items() if name in Run.model_fields}
@@ -296,7 +137,7 @@ class Study:
         """Refuse an unknown name, with the nearest of all that can be changed."""
         parts = [getattr(self.system, part) for part in PARTS]
         fields = [name for part in parts for name in type(part).model_fields]
-        allowed = [*fields, *_groups.SETTERS, *PARTS, *Run.model_fields, *_CHANGED]
+        allowed = [*fields, *SETTERS, *PARTS, *Run.model_fields, *_CHANGED]
         if name in allowed:
             return
         refuse_of_another_kind(name, self.system)
@@ -306,20 +147,7 @@ class Study:
 
 
 # What ``changed`` takes for the sweep; ``periods`` is the run's.
-_CHANGED = ("sweep", *(name for name in _SWEEP_SETTINGS if name != "periods"))
-
-
-def refuse_of_another_kind(name: str, system: BrakedDriveline, where: str = "") -> None:
-    """Raise ``InputError`` for a parameter that brakes or frictions of other kinds have."""
-    for table, kinds in _CHOSEN.items():
-        others = [repr(kind) for kind, one in sorted(kinds.items()) if name in one.model_fields]
-        if others:
-            part = getattr(system, table)
-            kind = part.kind or type(part).__name__
-            raise InputError(
-                f"{where}{name}: no parameter of the {table} of this study, of kind {kind!r}, but"
-                f" of kind {' and '.join(others)}. Change the kind in the study first."
-            )
+_CHANGED = ("sweep", *(name for name in SWEEP_SETTINGS if name != "periods"))
 
 
 def load_study(path: str | Path) -> Study:
@@ -417,58 +245,7 @@ def parse_study(tables: dict[str, Any]) -> Study:
     system = BrakedDriveline(**made)
     if chosen:
         system = system.replace(**chosen)
-    return Study(system, run, _sweep(tables.get("sweep", {}), system))
-
-
-def _sweep(table: dict[str, Any], system: BrakedDriveline) -> Sweep:
-    """The [sweep] table: settings, and everything else is a swept parameter."""
-    settings = {name: table[name] for name in _SWEEP_SETTINGS if name in table}
-    axes: list[tuple[str, Any]] = []
-    wrong: list[str] = []
-    for name, given in table.items():
-        if name not in settings and len(wrong) < _MOST_WRONG:
-            try:
-                _check_swept(name, system, table)
-                axes.append((name, swept_values(given, f"sweep.{name}.")))
-            except InputError as error:
-                wrong.append(str(error))
-    try:
-        sweep = Sweep(**settings)
-    except InputError as error:
-        wrong.append(str(error))
-    if wrong:
-        raise InputError("\n".join(wrong))
-    names = [name for name, _ in axes]
-    if axes and sweep.follow not in (None, *names):
-        raise InputError(
-            f"sweep.follow = {shown(sweep.follow)}: must be a parameter that is swept."
-            f" {nearest(str(sweep.follow), names)}"
-        )
-    return Sweep(**settings, axes=tuple(axes)) if axes else sweep
-
-
-def _check_swept(name: str, system: BrakedDriveline, table: dict[str, Any]) -> None:
-    """Refuse what cannot be swept, and a group beside the parameter that it sets."""
-    parts = [getattr(system, part) for part in PARTS]
-    allowed = [name for part in parts for name in _numbers(type(part))]
-    allowed += [*_groups.SETTERS, *_STARTS]
-    if name not in allowed:
-        refuse_of_another_kind(name, system, "sweep.")
-        raise InputError(
-            f"sweep.{named(name)}: neither a parameter that can be swept nor a setting."
-            f" {nearest(name, [*allowed, *_SWEEP_SETTINGS])}"
-        )
-    target = _groups.SETTERS[name].target if name in _groups.SETTERS else None
-    if target in table:
-        raise InputError(
-            f"sweep.{name} and sweep.{target}: both given, but {name} sets {target}. Sweep one"
-            " of them."
-        )
-
-
-def _numbers(model: type[Part]) -> dict[str, FieldInfo]:
-    """The parameters of a part that are numbers."""
-    return {name: one for name, one in model.model_fields.items() if one.annotation is float}
+    return Study(system, run, parse_sweep(tables.get("sweep", {}), system))
 
 
 def _check_tables(tables: dict[str, Any]) -> None:
@@ -497,12 +274,12 @@ def _check_tables(tables: dict[str, Any]) -> None:
 def _chosen_groups(given: dict[str, Any], tables: dict[str, Any]) -> dict[str, float]:
     """The [groups] table, checked against unknown names and doubled parameters."""
     for name, value in given.items():
-        if name not in _groups.SETTERS:
+        if name not in SETTERS:
             raise InputError(
-                f"groups.{named(name)}: no such group to set. {nearest(name, _groups.SETTERS)}"
+                f"groups.{named(name)}: no such group to set. {nearest(name, SETTERS)}"
             )
         _check_group(name, value)
-        target = _groups.SETTERS[name].target
+        target = SETTERS[name].target
         doubled = [part for part in PARTS if target in tables[part]]
         if doubled:
             raise InputError(
@@ -513,26 +290,14 @@ def _chosen_groups(given: dict[str, Any], tables: dict[str, Any]) -> dict[str, f
 
 
 def _check_group(name: str, value: Any) -> None:
-    if not _is_number(value):
+    if not is_number(value):
         raise InputError(
             f"groups.{name} = {shown(value)}: must be a number, without quotation marks or units."
         )
-    if not _is_finite(value):
+    if not is_finite(value):
         raise InputError(
             f"groups.{name} = {shown(value)}: must be a finite number (not nan, not inf)."
         )
-
-
-def _is_number(value: object) -> bool:
-    number = isinstance(value, int | float | np.integer | np.floating)
-    return number and not isinstance(value, bool)
-
-
-def _is_finite(value: Any) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # an integer beyond all floats
-        return False
 
 
 def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
@@ -540,7 +305,7 @@ def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
     if name in _FIXED:
         model = _FIXED[name]
     else:
-        kinds = _CHOSEN[name]
+        kinds = CHOSEN[name]
         words = ", ".join(repr(kind) for kind in sorted(kinds))
         if "kind" not in values:
             raise InputError(f"{name}.kind: missing. Allowed: {words}.")
@@ -551,7 +316,7 @@ def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
             raise InputError(f"{name}.kind = {shown(kind)}: not known. {nearest(kind, kinds)}")
         model = kinds[kind]
     for group in chosen:
-        target = _groups.SETTERS[group].target
+        target = SETTERS[group].target
         if target in model.model_fields:
             values.setdefault(target, _PLACEHOLDERS[target])
     return model(**values)
@@ -559,11 +324,11 @@ def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
 
 def schema() -> dict[str, Any]:
     """JSON schema of study files."""
-    properties: dict[str, Any] = {name: _table_schema(model) for name, model in _FIXED.items()}
-    for name, kinds in _CHOSEN.items():
+    properties: dict[str, Any] = {name: table_schema(model) for name, model in _FIXED.items()}
+    for name, kinds in CHOSEN.items():
         choices = []
         for kind, model in sorted(kinds.items()):
-            one = _table_schema(model)
+            one = table_schema(model)
             one["properties"] = {"kind": {"const": kind}, **one["properties"]}
             one["required"] = ["kind", *one.get("required", [])]
             choices.append(one)
@@ -572,12 +337,12 @@ def schema() -> dict[str, Any]:
         "type": "object",
         "description": "normalised groups, each instead of the SI parameter that it sets",
         "properties": {
-            name: {"type": "number", "description": f"sets {setter.target}"}
-            for name, setter in _groups.SETTERS.items()
+            name: {"type": "number", "description": f"{setter.meaning}; sets {setter.target}"}
+            for name, setter in SETTERS.items()
         },
         "additionalProperties": False,
     }
-    properties["sweep"] = _sweep_schema()
+    properties["sweep"], definitions = sweep_schema()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "wedgebrake study",
@@ -585,47 +350,5 @@ def schema() -> dict[str, Any]:
         "properties": {name: properties[name] for name in [*PARTS, "groups", "run", "sweep"]},
         "required": list(PARTS),
         "additionalProperties": False,
-        "$defs": {
-            "swept_values": {
-                "oneOf": [
-                    Span.model_json_schema(),
-                    {"type": "array", "items": {"type": "number"}, "minItems": 1},
-                ]
-            }
-        },
+        "$defs": definitions,
     }
-
-
-def _sweep_schema() -> dict[str, Any]:
-    """The schema of [sweep]: its settings, and all that can be swept on any brake."""
-    table = _table_schema(Sweep)
-    del table["properties"]["axes"]
-    about: dict[str, dict[str, Any]] = {}
-    kinds: list[type[Part]] = [one for kinds in _CHOSEN.values() for one in kinds.values()]
-    for model in [*(_FIXED[name] for name in PARTS if name in _FIXED), *kinds]:
-        for name, parameter_ in _numbers(model).items():
-            extra = parameter_.json_schema_extra
-            more = extra if isinstance(extra, dict) else {}
-            about.setdefault(name, {**more, "description": parameter_.description})
-    for name, setter in _groups.SETTERS.items():
-        words = f"group that sets {setter.target}"
-        about[name] = {"symbol": name, "unit": "1", "description": words}
-    for name, (symbol, unit, words) in _STARTS.items():
-        about[name] = {"symbol": symbol, "unit": unit, "description": words}
-    example = {"from": 0.1, "to": 1.0, "points": 100}
-    for name, one in about.items():
-        described = {**one, "description": f"swept: {one['description']}", "example": example}
-        table["properties"][name] = {**described, "$ref": "#/$defs/swept_values"}
-    return table
-
-
-def _table_schema(model: type[Part]) -> dict[str, Any]:
-    """The schema of one table; what a group can set is not required here."""
-    table = model.model_json_schema()
-    table.pop("title", None)
-    settable = {setter.target for setter in _groups.SETTERS.values()}
-    required = [name for name in table.get("required", []) if name not in settable]
-    table.pop("required", None)
-    if required:
-        table["required"] = required
-    return table

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any, ClassVar
 
-import numpy as np
 from pydantic import ConfigDict, PrivateAttr, SerializeAsAny
 
 from wedgebrake.errors import InputError, nearest
@@ -18,7 +16,7 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.part import Part, shown
+from wedgebrake.model.part import Part, is_finite, is_number, shown
 
 PARTS: tuple[str, ...] = ("driveline", "brake", "friction", "actuation", "excitation")
 _BASES: dict[str, type[Part]] = {
@@ -50,7 +48,7 @@ class BrakedDriveline(Part):
     # last bit, although the slope that stores it is rounded.
     _stated: dict[str, float] = PrivateAttr(default_factory=dict)
 
-    def __init__(self, **data: Any) -> None:
+    def __init__(self, /, **data: Any) -> None:
         _check_parts(data)
         super().__init__(**data)
 
@@ -129,8 +127,7 @@ class BrakedDriveline(Part):
         return system
 
     def _with_group(self, name: str, value: Any) -> BrakedDriveline:
-        plain = isinstance(value, int | float | np.integer | np.floating)
-        if not plain or isinstance(value, bool) or not _finite(value):
+        if not is_number(value) or not is_finite(value):
             raise InputError(f"groups.{name} = {shown(value)}: must be a finite number.")
         if getattr(self.groups, name) == value:
             return self
@@ -173,13 +170,6 @@ def _check_parts(parts: dict[str, Any]) -> None:
 
 def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
-
-
-def _finite(value: float) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # an integer beyond all floats
-        return False
 
 
 def _changed(part: Part, values: dict[str, Any]) -> Part:

@@ -8,8 +8,9 @@ import numpy as np
 
 from wedgebrake.errors import InputError
 from wedgebrake.measures.classes import MotionClass
-from wedgebrake.plots import regime, style
-from wedgebrake.plots.regime import Axis
+from wedgebrake.plots import caption, cells, looks, style
+from wedgebrake.plots.cells import Axis
+from wedgebrake.plots.page import HIGHEST, page
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,10 +19,10 @@ if TYPE_CHECKING:
 
 # Codes of points without an attractor.
 _OUTCOMES = {
-    -1: style.MOTIONS["undecided"],
-    -2: style.MOTIONS["diverged"],
-    -3: style.MOTIONS["self_locked"],
-    -4: style.MOTIONS["not_computed"],
+    -1: looks.MOTIONS["undecided"],
+    -2: looks.MOTIONS["diverged"],
+    -3: looks.MOTIONS["self_locked"],
+    -4: looks.MOTIONS["not_computed"],
 }
 _NEEDED = (
     "attractor",
@@ -31,14 +32,6 @@ _NEEDED = (
     "attractor_angle",
     "attractor_velocity",
 )
-_WORDS = {
-    MotionClass.AT_REST: "at rest",
-    MotionClass.SYNCHRONOUS: "$T$",
-    MotionClass.QUASI_PERIODIC: "quasi-periodic",
-    MotionClass.CHAOTIC: "chaotic",
-}
-# Height of the picture [inch].
-_HIGHEST = 4.0
 # An attractor of more points is drawn in smaller ones [pt].
 _MANY, _SIZE, _SMALLER = 16, 3.2, 1.6
 # Distances of a number from its point that are tried, and what it keeps from points and from
@@ -62,33 +55,27 @@ def basins(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
     """
     _check(dataset)
     with style.use():
-        entries = _entries(dataset)
-        sentences = regime.about(dataset, regime.swept(dataset, 2))
-        below = style.legend_height([one.get_label() for one in entries], width - 0.2)
-        height = min(0.75 * width, _HIGHEST)
-        above = style.caption_height(sentences, width)
-        figure = style.new_figure(width, height + below + above + 0.5)
-        grid = figure.add_gridspec(2, 1, height_ratios=[height, below])
-        draw(figure.add_subplot(grid[0]), dataset)
-        style.legend_alone(figure.add_subplot(grid[1]), entries, width - 0.2)
-        style.caption(figure, sentences)
+        rows, legends = [min(0.75 * width, HIGHEST)], [("", _entries(dataset))]
+        sentences = caption.about(dataset, cells.swept(dataset, 2))
+        with page(width, rows, legends, sentences) as (figure, grid):
+            draw(figure.add_subplot(grid[0]), dataset)
         return figure
 
 
 def draw(axes: Axes, dataset: xr.Dataset) -> None:
     """The same on axes of your own, without legend."""
     _check(dataset)
-    x, y = (regime.axis(dataset, name) for name in regime.swept(dataset, 2))
-    codes, looks = _codes(dataset)
-    style.hatching(axes)
-    regime.set_axes(axes, x, y)
-    regime.draw_classes(axes, x, y, regime.arranged(codes, x, y), looks)
+    x, y = (cells.axis(dataset, name) for name in cells.swept(dataset, 2))
+    codes, table = _codes(dataset)
+    looks.hatching(axes)
+    cells.set_axes(axes, x, y)
+    cells.draw_classes(axes, x, y, cells.arranged(codes, x, y), table)
     _mark(axes, dataset, x, y)
 
 
 def _check(dataset: Any) -> None:
     """Refuse a dataset without attractors."""
-    names = regime.swept(dataset, 2)
+    names = cells.swept(dataset, 2)
     missing = [name for name in _NEEDED if name not in dataset.data_vars]
     if missing:
         raise InputError(
@@ -109,45 +96,47 @@ def _ranking(dataset: xr.Dataset) -> np.ndarray:
     return order
 
 
-def _codes(dataset: xr.Dataset) -> tuple[xr.DataArray, list[style.Look]]:
+def _codes(dataset: xr.Dataset) -> tuple[xr.DataArray, list[looks.Look]]:
     """The class of each start: its place among the looks that are returned with it."""
     ranking, given = _ranking(dataset), dataset["attractor"]
-    most = len(style.ATTRACTORS)
-    looks = [
-        style.Look(f"{number}: {_motion(dataset, int(place))}", colour)
+    most = len(looks.ATTRACTORS)
+    table = [
+        looks.Look(f"{number}: {_motion(dataset, int(place))}", colour)
         for number, (place, colour) in enumerate(
-            zip(ranking[:most], style.ATTRACTORS, strict=False), start=1
+            zip(ranking[:most], looks.ATTRACTORS, strict=False), start=1
         )
     ]
     rank = np.empty(ranking.size, dtype=np.int64)
     rank[ranking] = np.minimum(np.arange(ranking.size), most)
     if ranking.size > most:
-        looks.append(style.Look(f"{ranking.size - most} others", style.OTHERS))
-    first = len(looks)
-    looks += _OUTCOMES.values()
+        table.append(looks.Look(f"{ranking.size - most} others", looks.OTHERS))
+    first = len(table)
+    table += _OUTCOMES.values()
     values = given.to_numpy()
     codes = np.full(values.shape, first, dtype=np.int16)  # undecided, for any other number
     known = (values >= 0) & (values < ranking.size)
     codes[known] = rank[values[known]]
     for place, outcome in enumerate(_OUTCOMES):
         codes[values == outcome] = first + place
-    return given.copy(data=codes), looks
+    return given.copy(data=codes), table
 
 
 def _motion(dataset: xr.Dataset, place: int) -> str:
     """An attractor in words."""
     motion = int(dataset["attractor_motion"].to_numpy()[place])
     order = int(dataset["attractor_order"].to_numpy()[place])
+    if motion == MotionClass.SYNCHRONOUS:
+        return looks.period(1)
     if motion == MotionClass.PERIODIC and order > 0:
-        return f"${order}T$" if order > 1 else "$T$"
-    return _WORDS.get(MotionClass(motion), "undecided") if motion in set(MotionClass) else "?"
+        return looks.period(order)
+    return MotionClass(motion).word if motion in set(MotionClass) else "?"
 
 
 def _mark(axes: Axes, dataset: xr.Dataset, x: Axis, y: Axis) -> None:
     """The Poincare points of the attractors, those inside the picture, and their numbers."""
-    ranking = _ranking(dataset)[: len(style.ATTRACTORS)]
+    ranking = _ranking(dataset)[: len(looks.ATTRACTORS)]
     orbits = [_visible(dataset, x, y, int(place)) for place in ranking]
-    for (across, up), colour in zip(orbits, style.ATTRACTORS, strict=False):
+    for (across, up), colour in zip(orbits, looks.ATTRACTORS, strict=False):
         size = _SMALLER if across.size > _MANY else _SIZE
         # Ringed in white: an attractor lies in its own basin, of the same colour.
         for width, face, edge in ((size + 1.8, "white", "white"), (size, colour, "black")):
@@ -185,7 +174,7 @@ def _visible(dataset: xr.Dataset, x: Axis, y: Axis, place: int) -> tuple[np.ndar
 
 def _share(values: np.ndarray, one: Axis) -> np.ndarray:
     """Values as shares of the length of an axis."""
-    ends = one.places(one.edges[[0, -1]])
+    ends = one.ends()
     share: np.ndarray = (one.places(values) - ends[0]) / (ends[1] - ends[0])
     return share
 
@@ -244,7 +233,7 @@ def _number(axes: Axes, number: int, point: tuple[float, float], shift: np.ndarr
         textcoords="offset points",
         ha="center",
         va="center",
-        fontsize=6.5,
+        fontsize=style.SMALL,
         path_effects=ring,
         arrowprops={**line, "path_effects": ring} if far else None,
         zorder=5.0,
@@ -255,8 +244,8 @@ def _entries(dataset: xr.Dataset) -> list[Any]:
     """The legend: attractors with their motion and share, other outcomes, the marks."""
     from matplotlib.lines import Line2D
 
-    codes, looks = _codes(dataset)
-    entries = regime.present(codes.to_numpy(), looks, shares=True)
+    codes, table = _codes(dataset)
+    entries = looks.present(codes.to_numpy(), table, shares=True)
     if dataset.sizes["attractor_id"]:
         entries.append(
             Line2D(

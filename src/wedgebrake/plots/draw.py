@@ -55,7 +55,7 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
 
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
-    from wedgebrake.plots.regime import axes_of
+    from wedgebrake.plots.cells import axes_of
 
     names = getattr(dataset, "data_vars", {})
     swept = axes_of(dataset)

@@ -44,7 +44,7 @@ def draw(
     shown = (times >= low) & (times <= high)
     times, velocity = times[shown], response["velocity"].to_numpy()[shown]
     axes.set_xlabel("time $t$  [s]")
-    axes.set_ylabel(r"velocity $\dot\theta$  [rad/s]", color=style.MOTION)
+    axes.set_ylabel(style.STATE["velocity"], color=style.MOTION)
     if not times.size:
         style.say(axes, "no samples in this time span")
         return
@@ -96,7 +96,7 @@ def _logarithmic(axes: Axes, velocity: np.ndarray, largest: float) -> None:
     axes.yaxis.set_minor_locator(NullLocator())
     low, high = float(np.min(velocity)), float(np.max(velocity))
     axes.set_ylim(3.0 * min(low, -linear), 3.0 * max(high, linear))
-    axes.set_ylabel(r"velocity $\dot\theta$  [rad/s]" + f"\n(logarithmic beyond {linear:g})")
+    axes.set_ylabel(style.STATE["velocity"] + f"\n(logarithmic beyond {linear:g})")
 
 
 def _shade_sticks(axes: Axes, response: xr.Dataset, low: float, high: float) -> list[Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import textwrap
 from typing import TYPE_CHECKING
 
@@ -11,29 +10,18 @@ from wedgebrake.errors import InputError
 from wedgebrake.measures.spectrum import spectrum as spectrum_of
 from wedgebrake.measures.sticking import span, steady_start
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.plots import history, phase, section, spectrum, style
+from wedgebrake.plots import caption, history, phase, section, spectrum, style
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_METHODS = {"exact": "exact solution", "smooth": "adaptive solution", "ode14x": "ODE14x scheme"}
 PERIODS = 12.0
 """Torque periods in the history."""
 
 # Characters in a line of the title.
 _COLUMNS = 130
-_SYMBOLS = {
-    "eta": r"\eta",
-    "f": "f",
-    "F0": "F_0",
-    "alpha": r"\alpha",
-    "loss_factor": r"c/\sqrt{kJ}",
-    "kinetic": r"\mu_k",
-    "static_ratio": r"\mu_s/\mu_k",
-    "drive": r"\Omega\sqrt{kJ}/T_e",
-}
 
 
 def overview(
@@ -82,17 +70,11 @@ def _draw_spectrum(axes: Axes, response: xr.Dataset) -> None:
 
 def title(system: BrakedDriveline, response: xr.Dataset, verdict: str, low: float) -> list[str]:
     """Lines: machine and groups; method and time spans; how it ended; the verdict."""
-    groups = ", ".join(
-        f"${_SYMBOLS[name]} = {style.number(value)}$"
-        for name, value in system.groups.as_dict().items()
-        if value is not None and not (name == "drive" and value == 0.0)
-    )
     begin, end = span(response)
     seen, _ = history.window(response, PERIODS)
     when = [style.moment(time, end - begin) for time in (begin, end, seen, low)]
     options = json.loads(response.attrs.get("options", "{}"))
-    method = str(response.attrs.get("method", ""))
-    how = _METHODS.get(method, method)
+    how = caption.method_words(str(response.attrs.get("method", "")))
     if "rtol" in options:
         how += f" (rtol {options['rtol']:g})"
     if "step" in options:
@@ -102,7 +84,8 @@ def title(system: BrakedDriveline, response: xr.Dataset, verdict: str, low: floa
         f"{how}, {when[0]} to {when[1]} s from ({initial});"
         f" a: from {when[2]} s; b, c: from {when[3]} s; d: all"
     )
-    machine = f"{_words(system.brake)}, {_words(system.friction)}:  {groups}"
+    groups = caption.equations(system.groups.as_dict())
+    machine = f"{caption.machine(system.as_dict())}:  {groups}"
     lines = [machine, protocol]
     if response.attrs.get("status", "completed") != "completed":
         lines.append(str(response.attrs.get("message", response.attrs["status"])))
@@ -111,8 +94,3 @@ def title(system: BrakedDriveline, response: xr.Dataset, verdict: str, low: floa
     # Formulas are shorter than their source.
     rows = [[line] if line == machine else textwrap.wrap(line, _COLUMNS) for line in lines]
     return [row for wrapped in rows for row in wrapped]
-
-
-def _words(part: object) -> str:
-    """The name of a part's class as words: WedgeBrake, Wedge brake."""
-    return re.sub(r"(?<=.)([A-Z])", lambda m: " " + m[1].lower(), type(part).__name__)

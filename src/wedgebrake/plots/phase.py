@@ -46,8 +46,8 @@ def draw(
     shown = times >= low
     angle = response["angle"].to_numpy()[shown]
     velocity = response["velocity"].to_numpy()[shown]
-    axes.set_xlabel(r"angle $\theta$  [rad]")
-    axes.set_ylabel(r"velocity $\dot\theta$  [rad/s]")
+    axes.set_xlabel(style.STATE["angle"])
+    axes.set_ylabel(style.STATE["velocity"])
     if not angle.size:
         style.say(axes, "no samples in this time span")
         return

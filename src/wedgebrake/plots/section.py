@@ -36,8 +36,8 @@ def section(points: xr.Dataset, start: float | None = None) -> Figure:
 def draw(axes: Axes, points: xr.Dataset, start: float | None = None) -> None:
     """The same on axes of your own."""
     angle, velocity, numbers, least = _points(points, start)
-    axes.set_xlabel(r"angle $\theta_n$  [rad]")
-    axes.set_ylabel(r"velocity $\dot\theta_n$  [rad/s]")
+    axes.set_xlabel(style.SECTION["angle"])
+    axes.set_ylabel(style.SECTION["velocity"])
     if not angle.size:
         style.say(axes, "no section in this time span")
         return
@@ -65,7 +65,7 @@ def draw(axes: Axes, points: xr.Dataset, start: float | None = None) -> None:
         xycoords="axes fraction",
         ha="right",
         va="bottom",
-        fontsize=6.5,
+        fontsize=style.SMALL,
     )
 
 

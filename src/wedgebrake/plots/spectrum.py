@@ -15,12 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DECADES = 7.0
-_SYMBOLS = {
-    "velocity": r"\dot\theta",
-    "angle": r"\theta",
-    "brake_torque": r"RF_\mu",
-    "drive_torque": "T",
-}
 
 
 def spectrum(lines: xr.Dataset, largest: float | None = None, *, hertz: bool = False) -> Figure:
@@ -56,9 +50,7 @@ def draw(
     unit = 1.0 if hertz or natural == 0.0 else natural
     quantity = lines.attrs.get("quantity", "velocity")
     axes.set_xlabel("frequency $f$  [Hz]" if unit == 1.0 else "frequency $f/f_n$  [1]")
-    axes.set_ylabel(
-        f"amplitude of ${_SYMBOLS.get(quantity, quantity)}$  [{lines['amplitude'].units}]"
-    )
+    axes.set_ylabel(f"amplitude of {style.short(quantity)}  [{lines['amplitude'].units}]")
     top = float(np.max(amplitude, initial=0.0))
     if top == 0.0:
         style.say(axes, "no motion in this time span")

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +16,6 @@ if TYPE_CHECKING:
 # Okabe and Ito's palette, told apart by the colour-blind (jfly.uni-koeln.de/color, 2002).
 BLACK = "#000000"
 ORANGE = "#E69F00"
-SKY = "#56B4E9"
 GREEN = "#009E73"
 YELLOW = "#F0E442"
 BLUE = "#0072B2"
@@ -47,67 +43,25 @@ NAVY = "#1A0F7A"
 PALE_GREY = "#D4D4D4"
 DARK_GREY = "#565656"
 
-
-@dataclass(frozen=True)
-class Look:
-    """How one class is drawn: its words in the legend, and its colour.
-
-    opacity : of the colour over the hatching that lies behind all cells; 0 is hatching alone
-    """
-
-    word: str
-    colour: str
-    opacity: float = 1.0
-
-
-# Classes of motion, in the order of legends. Each differs from all others in the eyes of
-# people with protanopia, deuteranopia and tritanopia too, by lightness where not by hue.
-MOTIONS: dict[str, Look] = {
-    "at_rest": Look("at rest", PALE_GREY),
-    "period_1": Look("synchronous ($T$)", PALE_BLUE),
-    "period_2": Look("$2T$", BLUE),
-    "period_3": Look("$3T$", GREEN),
-    "period_4": Look("$4T$", NAVY),
-    "period_more": Look("$nT$, $n>4$", PURPLE),
-    "quasi_periodic": Look("quasi-periodic", YELLOW),
-    "chaotic": Look("chaotic", VERMILLION),
-    "self_locked": Look("self-locked", DARK_GREY),
-    "diverged": Look("diverged", BLACK),
-    "undecided": Look("undecided", "#FFFFFF", 0.0),
-    "limit": Look("stopped at a limit", BLACK, 0.15),
-    "invalid": Look("invalid system", BLACK, 0.4),
-    "not_computed": Look("not computed", "#FFFFFF"),
-}
-# Classes of stick-slip: the more sticks, the deeper; colours that no motion has.
-STICK_CLASSES: dict[str, Look] = {
-    "at_rest": Look("at rest", PALE_GREY),
-    "non_stick_slip": Look("non-stick-slip", "#FFE3A8"),
-    "unidirectional": Look("unidirectional", ORANGE),
-    "bidirectional": Look("bidirectional", "#6B3000"),
-    "none": Look("no class", "#FFFFFF", 0.0),
-}
-NO_VALUE = Look("no value", "#FFFFFF", 0.0)
-# Attractors, the largest share first. From the ninth on colours were chosen by computer, far
-# from all others in all four kinds of sight; each attractor also has its number.
-ATTRACTORS = (
-    PALE_BLUE, VERMILLION, YELLOW, BLUE, GREEN, PURPLE, NAVY, ORANGE,
-    "#6A320D", "#6AFF8F", "#8F6AFF", "#8FA257", "#571F6A", "#3232C7",
-    "#B4FFC7", "#A25745", "#B47DEC", "#7D0D32", "#DAB457", "#FF7D8F",
-)  # fmt: skip
-OTHERS = "#D0D0D0"
-
 # Colour scales: many points (a single one stays visible on white), sizes, signs.
 DENSITY = ("#8AB4E0", "#3F83C4", "#184C86", "#04142E")
 DENSITY_DOWN = ("#F0AC7C", "#D8661E", "#8F3A08", "#2E1003")
 SIGNS = ("#0A2A52", BLUE, "#F7F7F7", VERMILLION, "#571C00")
 SIZES = "viridis"
-DIFFER = Look("branches differ", "#FBF3B4")
-EMPTY = Look("no points", "#EDEDED")
+
+# The linear stability limit.
 LIMIT = BLACK
 DASHES: Any = (0, (4.0, 1.5))
-HATCH = "#8C8C8C"
-HATCHES = "/////////"
 
+# Labels of the state's axes: in time, and at the points of a section.
+STATE = {
+    "angle": r"angle $\theta$  [rad]",
+    "velocity": r"velocity $\dot\theta$  [rad/s]",
+}
+SECTION = {
+    "angle": r"angle $\theta_n$  [rad]",
+    "velocity": r"velocity $\dot\theta_n$  [rad/s]",
+}
 # Words where a dataset has a formula instead.
 MEANINGS = {
     "eta": "slope of the actuation force",
@@ -115,8 +69,9 @@ MEANINGS = {
     "F0": "initial actuation force",
     "alpha": "relative wedge angle",
     "peak_torque": "brake torque",
+    "return_distance": "return distance",
 }
-# Symbols in mathtext, by the name of a parameter, group or result.
+# Symbols in mathtext, by the name of a parameter, group or result in a dataset.
 SYMBOLS = {
     "eta": r"\eta",
     "f": "f",
@@ -130,18 +85,26 @@ SYMBOLS = {
     "stiffness": "k",
     "drive_speed": r"\Omega",
     "radius": "R",
-    "angle": r"\alpha_w",
+    "brake_angle": r"\alpha_w",
     "wrap_angle": r"\beta",
+    "actuation_arm": "a",
+    "normal_arm": "b",
+    "friction_arm": "d",
     "kinetic": r"\mu_k",
     "static": r"\mu_s",
     "decay": r"\varsigma",
     "steepness": r"\xi",
+    "width": "v_0",
     "initial_force": "F_{a0}",
     "slope": r"\delta",
     "amplitude": "T_e",
     "frequency": "f_e",
     "initial_angle": r"\theta(0)",
     "initial_velocity": r"\dot\theta(0)",
+    "angle": r"\theta",
+    "velocity": r"\dot\theta",
+    "brake_torque": r"RF_\mu",
+    "drive_torque": "T",
     "largest_exponent": r"\lambda_1",
     "second_exponent": r"\lambda_2",
     "peak_torque": r"\max\,|RF_\mu|",
@@ -151,6 +114,11 @@ SYMBOLS = {
 COLUMN = 3.5
 PAGE = 7.2
 
+# Sizes of type [pt].
+LABELS = 7.5
+TICKS = 7.0
+SMALL = 6.5
+
 # Lines and points beyond this number are drawn as pixels inside vector files.
 RASTER_FROM = 20_000
 
@@ -158,12 +126,12 @@ _RC: Any = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # comes with Matplotlib: the same everywhere
     "mathtext.fontset": "dejavusans",
-    "font.size": 7.5,
-    "axes.labelsize": 7.5,
-    "xtick.labelsize": 7.0,
-    "ytick.labelsize": 7.0,
-    "legend.fontsize": 6.5,
-    "figure.titlesize": 7.5,
+    "font.size": LABELS,
+    "axes.labelsize": LABELS,
+    "xtick.labelsize": TICKS,
+    "ytick.labelsize": TICKS,
+    "legend.fontsize": SMALL,
+    "figure.titlesize": LABELS,
     "figure.facecolor": "white",
     "axes.facecolor": "white",
     "axes.linewidth": 0.6,
@@ -190,12 +158,6 @@ _RC: Any = {
     "agg.path.chunksize": 20_000,
     "hatch.linewidth": 0.45,
 }
-
-
-# Size of captions [pt]; height of a line of a legend alone, and space above it [inch].
-_SMALL = 6.0
-_LINE = 0.135
-_ABOVE = 0.06
 
 
 @contextmanager
@@ -260,7 +222,7 @@ def named(name: str, meaning: str, unit: str) -> str:
     Of a long meaning, what stands before its first comma, semicolon or bracket.
     """
     words = re.split(r"[,;]| \(", meaning)[0].strip()
-    if not words or re.search(r"[_/=]", words):
+    if not words or re.search(r"[_/=`]", words):
         words = MEANINGS.get(name, words or name.replace("_", " "))
     symbol = SYMBOLS.get(name)
     return words + (f" ${symbol}$" if symbol else "") + f"  [{unit or '1'}]"
@@ -273,76 +235,18 @@ def short(name: str) -> str:
 
 def round_ticks(axis: Axis, low: float, high: float) -> None:
     """Labelled ticks at round numbers of a logarithmic axis from ``low`` to ``high``."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+    from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     decades = math.log10(high / low)
     steps = (1, 2, 5) if decades < 2.5 else (1,)
     stride = max(1, math.ceil(decades / 6.0)) if decades >= 2.5 else 1
     ticks = [m * 10.0**n for n in range(first, last + 1, stride) for m in steps]
-    ticks = [tick for tick in ticks if low <= tick <= high]
-    if len(ticks) < 2:
-        ticks = [float(f"{value:.2g}") for value in np.geomspace(low, high, 5)[1:-1]]
-    axis.set_major_locator(FixedLocator(ticks))
+    if sum(low <= tick <= high for tick in ticks) < 2:
+        ticks = list(MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(low, high))
+    axis.set_major_locator(FixedLocator([tick for tick in ticks if low <= tick <= high]))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda value, _position: f"${number(value)}$"))
-
-
-def hatching(axes: Axes) -> None:
-    """Hatching over all of the axes, behind everything: seen where cells let it through."""
-    from matplotlib.patches import Rectangle
-
-    axes.add_patch(
-        Rectangle(
-            (0.0, 0.0),
-            1.0,
-            1.0,
-            transform=axes.transAxes,
-            facecolor="white",
-            edgecolor=HATCH,
-            hatch=HATCHES,
-            linewidth=0.0,
-            zorder=0.1,
-        )
-    )
-
-
-def colours(looks: Sequence[Look]) -> Any:
-    """A colour map with one colour for each class, opacity included."""
-    from matplotlib.colors import ListedColormap, to_rgba
-
-    return ListedColormap([to_rgba(look.colour, look.opacity) for look in looks])
-
-
-def swatch(look: Look, share: float | None = None) -> Any:
-    """The entry of a class in a legend, with its share of all points if given."""
-    from matplotlib.patches import Patch
-
-    return Patch(
-        facecolor=blended(look),
-        edgecolor=blended(look, HATCH) if look.opacity < 1.0 else "#808080",
-        hatch=HATCHES if look.opacity < 1.0 else None,
-        linewidth=0.3,
-        label=look.word if share is None else f"{look.word}, {percent(share)}",
-    )
-
-
-def limit_entry() -> Any:
-    """The entry of the linear stability limit in a legend."""
-    from matplotlib.lines import Line2D
-
-    return Line2D(
-        [], [], color=LIMIT, linewidth=1.1, linestyle=DASHES, label="linear stability limit"
-    )
-
-
-def blended(look: Look, behind: str = "white") -> tuple[float, float, float]:
-    """The colour of a class over another one, as it is seen."""
-    from matplotlib.colors import to_rgb
-
-    pairs = zip(to_rgb(look.colour), to_rgb(behind), strict=True)
-    red, green, blue = (look.opacity * one + (1.0 - look.opacity) * other for one, other in pairs)
-    return red, green, blue
 
 
 def ink(colour: Any) -> str:
@@ -361,93 +265,6 @@ def percent(share: float) -> str:
     if 0.995 <= share < 1.0:
         return f"{math.floor(1000.0 * share) / 10.0:.1f} %"
     return f"{100.0 * share:.1f} %" if share < 0.1 else f"{100.0 * share:.0f} %"
-
-
-def words_long(words: str) -> float:
-    """About how long words are [em], formulas included."""
-    seen = re.sub(r"\\[a-zA-Z]+|[\^]", "x", words)
-    return 0.58 * len(re.sub(r"[${}_\\]", "", seen))
-
-
-def legend_columns(words: Sequence[str], width: float) -> int:
-    """How many columns of a legend fit in a width [inch]."""
-    em = _RC["legend.fontsize"] / 72.0
-    room = width / em
-    for columns in range(len(words), 1, -1):
-        longest = [max(map(words_long, words[start::columns])) for start in range(columns)]
-        if sum(longest) + columns * 3.0 <= room:
-            return columns
-    return 1
-
-
-def legend_height(words: Sequence[str], width: float) -> float:
-    """Height of such a legend [inch], with the space above it."""
-    rows = math.ceil(len(words) / legend_columns(words, width)) if words else 0
-    return rows * _LINE + _ABOVE if rows else 0.0
-
-
-def legend_alone(axes: Axes, handles: list[Any], width: float, heading: str = "") -> None:
-    """A legend of a width [inch] in axes of its own, read row by row; its heading at the left."""
-    axes.set_axis_off()
-    if not handles:
-        return
-    columns = legend_columns([str(one.get_label()) for one in handles], width)
-    by_column = [one for start in range(columns) for one in handles[start::columns]]
-    legend = axes.legend(
-        handles=by_column,
-        loc="lower left",
-        bbox_to_anchor=(0.0, 0.0),
-        ncols=columns,
-        borderpad=0.0,
-        labelspacing=_LINE * 72.0 / _RC["legend.fontsize"] - 1.0,
-        handleheight=0.8,
-    )
-    rows = math.ceil(len(handles) / columns)
-    title = axes.annotate(
-        heading,
-        (0.0, 0.0),
-        xytext=(-3.5, 72.0 * _LINE * (rows - 0.5) - 2.2),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        ha="right",
-        va="center",
-        fontsize=_RC["ytick.labelsize"],
-    )
-    # The axes were made for them: they are not to push the other axes about.
-    for artist in (legend, title):
-        artist.set_in_layout(False)
-
-
-def caption(figure: Figure, sentences: Sequence[str]) -> None:
-    """What was computed, in small type above the picture, broken to its width."""
-    lines = caption_lines(sentences, figure.get_figwidth())
-    figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=_SMALL, linespacing=1.35)
-
-
-def caption_height(sentences: Sequence[str], width: float) -> float:
-    """Height of such a caption [inch]."""
-    return 1.45 * _SMALL / 72.0 * len(caption_lines(sentences, width))
-
-
-def caption_lines(sentences: Sequence[str], width: float) -> list[str]:
-    """The sentences in lines for a width [inch]; each begins a line."""
-    room = 72.0 * width / _SMALL - 2.0
-    lines: list[str] = []
-    for sentence in sentences:
-        line = ""
-        for word in _unbroken(sentence):
-            longer = f"{line} {word}".strip()
-            if line and words_long(longer) > room:
-                lines.append(line)
-                longer = word
-            line = longer
-        lines.append(line)
-    return lines
-
-
-def _unbroken(sentence: str) -> list[str]:
-    """The words of a sentence; a formula is one word."""
-    return re.findall(r"(?:\$[^$]*\$|[^\s$])+", sentence)
 
 
 def legend_above(axes: Axes, handles: list[Any], columns: int = 4) -> None:

@@ -1,4 +1,4 @@
-"""What is swept: parameters by SI name, groups, and initial conditions."""
+"""The axes of a sweep: each swept parameter with its values, checked on the system."""
 
 from __future__ import annotations
 
@@ -9,24 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, shown
+from wedgebrake.model.part import shown
+from wedgebrake.model.swept import INITIAL, MOST_VALUES, refuse_doubled, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.sweeps.results import VARIABLES
 
 FloatArray = NDArray[np.float64]
-
-INITIAL = {
-    "initial_angle": ("rad", "angle at the start"),
-    "initial_velocity": ("rad/s", "velocity at the start"),
-}
-_GROUPS = {
-    "eta": "slope of the actuation force, delta R mu_k / c",
-    "f": "forcing frequency over natural frequency, f_e / f_n",
-    "F0": "initial actuation force, F_a0 mu_k R / T_e",
-    "alpha": "tan(wedge angle) / mu_k",
-}
-_MOST_VALUES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,25 +54,8 @@ def make_axes(system: BrakedDriveline, given: dict[str, Any]) -> tuple[Axis, ...
         )
     axes = tuple(_axis(system, name, values) for name, values in given.items())
     for name in given:
-        target = SETTERS[name].target if name in SETTERS else None
-        if target in given:
-            raise InputError(
-                f"{name} and {target}: both swept, but {name} sets {target}. Sweep one of them."
-            )
+        refuse_doubled(name, given)
     return axes
-
-
-def sweepable(system: BrakedDriveline) -> dict[str, tuple[str, str]]:
-    """(unit, meaning) of everything that can be swept on a system, by name."""
-    names: dict[str, tuple[str, str]] = {}
-    for part in PARTS:
-        one: Part = getattr(system, part)
-        for name, field in type(one).model_fields.items():
-            extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
-            if isinstance(getattr(one, name), float):
-                names[name] = (str(extra.get("unit", "1")), str(field.description))
-    groups = {name: ("1", meaning) for name, meaning in _GROUPS.items()}
-    return {**names, **groups, **INITIAL}
 
 
 def _axis(system: BrakedDriveline, name: str, given: ArrayLike) -> Axis:
@@ -118,8 +89,8 @@ def _numbers(name: str, given: ArrayLike) -> FloatArray:
             f"{name} = {shown(given)}: must be a list of values, at least one. {example}; for one"
             f" value use system.replace({name}=...)."
         )
-    if values.size > _MOST_VALUES:
-        raise InputError(f"{name}: has {values.size} values, at most {_MOST_VALUES}.")
+    if values.size > MOST_VALUES:
+        raise InputError(f"{name}: has {values.size} values, at most {MOST_VALUES}.")
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         raise InputError(f"{name}[{bad[0]}] = {values[bad[0]]}: must be a finite number.")

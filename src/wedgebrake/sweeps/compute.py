@@ -13,9 +13,9 @@ from wedgebrake._kernels import batch as kernel
 from wedgebrake._kernels import codes, point
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.swept import INITIAL
 from wedgebrake.solvers.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
-from wedgebrake.sweeps.axes import INITIAL
 from wedgebrake.sweeps.grid import batches
 from wedgebrake.sweeps.parts import Parts, system_at
 from wedgebrake.sweeps.plan import Plan

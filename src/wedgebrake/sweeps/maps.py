@@ -6,8 +6,8 @@ import inspect
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.swept import INITIAL
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.sweeps.axes import INITIAL
 from wedgebrake.sweeps.run import execute, make_plan, sweep
 
 if TYPE_CHECKING:

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.swept import INITIAL
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.solvers.laws import brake_law
-from wedgebrake.sweeps.axes import INITIAL, Axis
+from wedgebrake.sweeps.axes import Axis
 
 FloatArray = NDArray[np.float64]
 # Rows that are remembered for the next chunk.

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
+from types import CodeType
 from typing import Any
 
 import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.measures.protocol import Protocol
+from wedgebrake.model.friction import CustomFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
 from wedgebrake.sweeps.results import VARIABLES, Variable
@@ -95,9 +99,34 @@ class Plan:
             "kind": self.kind,
             "method": self.method,
             "system": self.system.as_dict(),
+            "laws": _laws(self.system),
             "axes": {axis.name: axis.values.tolist() for axis in self.grid.axes},
             "follow": self.grid.follow,
             "initial": list(self.initial),
             "keep_points": self.keep_points,
             "protocol": self.protocol.as_dict(),
         }
+
+
+def _laws(system: BrakedDriveline) -> dict[str, str]:
+    """Fingerprints of the laws that a user wrote: their names would not tell a change."""
+    laws: dict[str, Any] = {}
+    if not system.brake.kind:
+        laws["brake"] = type(system.brake).law
+    if isinstance(system.friction, CustomFriction):
+        laws["friction"] = system.friction.law
+    return {part: _fingerprint(law) for part, law in laws.items()}
+
+
+def _fingerprint(law: Callable[..., Any]) -> str:
+    """What a function does, as a short text that is the same in every process."""
+    function = getattr(law, "py_func", law)
+    code = getattr(function, "__code__", None)
+    told = repr(function) if code is None else repr(_told(code))
+    closed = [repr(cell.cell_contents) for cell in getattr(function, "__closure__", None) or ()]
+    return hashlib.sha256("".join([told, *closed]).encode()).hexdigest()[:16]
+
+
+def _told(code: CodeType) -> tuple[Any, ...]:
+    constants = tuple(_told(one) if isinstance(one, CodeType) else one for one in code.co_consts)
+    return code.co_code, constants, code.co_names

@@ -146,7 +146,7 @@ def make_plan(
             f" {nearest(str(follow), names)}"
         )
     _require(isinstance(keep_points, bool), "keep_points", keep_points, "True or False")
-    plan = Plan(
+    return Plan(
         system=system,
         grid=Grid(axes, next((axis.dim for axis in axes if axis.name == follow), None)),
         protocol=protocol(periods, transient, limit, **limits),
@@ -155,7 +155,6 @@ def make_plan(
         keep_points=keep_points,
         kind=kind,
     )
-    return plan
 
 
 def execute(

@@ -1,0 +1,249 @@
+"""What can be swept, with which values, and the [sweep] table of a study file."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import PlainValidator, WithJsonSchema, create_model
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.part import Part, is_finite, is_number, labels, named, parameter, shown
+from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
+
+MOST_VALUES = 10_000_000  # of one swept parameter
+_MOST_WRONG = 8  # names of [sweep] that are told at once
+_LONGEST = 5_000_000  # periods
+
+
+class Quantity(NamedTuple):
+    """What can be swept: its symbol, its unit, and what it means."""
+
+    symbol: str
+    unit: str
+    meaning: str
+
+
+INITIAL = {
+    "initial_angle": Quantity("theta", "rad", "angle at the start"),
+    "initial_velocity": Quantity("theta'", "rad/s", "velocity at the start"),
+}
+
+
+def sweepable(system: BrakedDriveline) -> dict[str, tuple[str, str]]:
+    """(unit, meaning) of everything that can be swept on a system, by name."""
+    quantities = _quantities(type(getattr(system, part)) for part in PARTS)
+    return {name: (one.unit, one.meaning) for name, one in quantities.items()}
+
+
+def _quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
+    """The numbers of the parts, the groups, and the initial conditions."""
+    found: dict[str, Quantity] = {}
+    for model in models:
+        for name, field in model.model_fields.items():
+            if field.annotation is float:
+                extra = labels(field)
+                symbol, unit = extra.get("symbol", "-"), extra.get("unit", "1")
+                found.setdefault(name, Quantity(symbol, unit, field.description or name))
+    groups = {name: Quantity(name, "1", setter.meaning) for name, setter in SETTERS.items()}
+    return {**found, **groups, **INITIAL}
+
+
+def refuse_doubled(name: str, names: Collection[str], where: str = "") -> None:
+    """Raise ``InputError`` for a group beside the parameter that it sets, among swept names."""
+    target = SETTERS[name].target if name in SETTERS else None
+    if target in names:
+        raise InputError(
+            f"{where}{name} and {where}{target}: both swept, but {name} sets {target}. Sweep one"
+            " of them."
+        )
+
+
+# Of a class, `from` could be no name.
+_SPAN: dict[str, Any] = {
+    "from": (float, parameter(
+        "first value", symbol="-", unit="-", example=-60.0, ge=-1e300, le=1e300,
+    )),
+    "to": (float, parameter(
+        "last value", symbol="-", unit="-", example=12.0, ge=-1e300, le=1e300,
+    )),
+    "points": (int, parameter(
+        "number of values", symbol="-", unit="1", example=400, ge=2, le=MOST_VALUES,
+    )),
+    "scale": (Literal["linear", "log"], parameter(
+        "equal steps ('linear') or equal ratios ('log')", symbol="-", unit="-",
+        example="log", default="linear",
+    )),
+}  # fmt: skip
+Span: type[Part] = create_model("Span", __base__=Part, __doc__="Evenly spaced values.", **_SPAN)
+
+
+def swept_values(given: Any, where: str) -> Part | tuple[float, ...]:
+    """The values of a swept parameter, checked, from a list or a table (from, to, points).
+
+    where : what stands before the name of a wrong value in a message, as "sweep.eta."
+
+    Raises ``InputError``.
+    """
+    if isinstance(given, dict):
+        return _span(given, where)
+    name = where.rstrip(". :")
+    if not isinstance(given, list | tuple):
+        raise InputError(
+            f"{name} = {shown(given)}: must be a list of values, as in [-30, -20, -10], or evenly"
+            " spaced ones, { from = -60, to = 12, points = 400 }."
+        )
+    if not given:
+        raise InputError(f"{name} = []: must be a list of values, at least one.")
+    for place, value in enumerate(given):
+        if not is_number(value) or not is_finite(value):
+            what = "a finite number" if is_number(value) else "a number"
+            raise InputError(f"{name}[{place}] = {shown(value)}: must be {what}.")
+    return tuple(float(value) for value in given)
+
+
+def _span(given: dict[str, Any], where: str) -> Part:
+    try:
+        span = Span(**given)
+    except InputError as error:
+        lines = str(error).split("\n")
+        raise InputError("\n".join(f"{where}{line}" for line in lines)) from None
+    first, last, scale = (dict(span)[name] for name in ("from", "to", "scale"))
+    if first == last:
+        raise InputError(
+            f"{where}from = {first!r} and to = {last!r}: are equal. Change one of them."
+        )
+    if scale == "log" and not (min(first, last) > 0.0 or max(first, last) < 0.0):
+        raise InputError(
+            f"{where}from = {first!r} and to = {last!r}: must both lie above 0, or both below,"
+            " for equal ratios. Take equal steps instead of 'log', or move the end."
+        )
+    return span
+
+
+def _transient(value: Any) -> Any:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if value == "auto" or (whole and 0 <= value < _LONGEST):
+        return value
+    raise ValueError(f"must be a whole number of periods, 0 to {_LONGEST - 1}, or 'auto'.")
+
+
+class Sweep(Part):
+    """What to sweep: the axes and some arguments of ``wb.sweep``, with its defaults.
+
+    axes : (name, values) of each swept parameter, in order; values are a tuple of numbers or
+           a ``Span``: first, last, number and scale
+    """
+
+    table: ClassVar[str] = "sweep"
+
+    axes: tuple[tuple[str, Any], ...] = ()
+    periods: int | None = parameter(
+        "number of the last recorded period (250); with transient = 'auto' how many are"
+        " recorded (50)", symbol="-", unit="1", example=250, default=None, gt=0, le=_LONGEST,
+    )  # fmt: skip
+    transient: Annotated[
+        int | Literal["auto"] | None,
+        PlainValidator(_transient),
+        WithJsonSchema(
+            {"anyOf": [{"type": "integer", "minimum": 0, "maximum": _LONGEST - 1},
+                       {"const": "auto"}]}
+        ),
+    ] = parameter(
+        "number of the first recorded period (200), or 'auto': until each point has settled",
+        symbol="-", unit="1", example=200, default=None,
+    )  # fmt: skip
+    limit: int | None = parameter(
+        "most periods to wait for a point to settle, with transient = 'auto' (20000)",
+        symbol="-", unit="1", example=20_000, default=None, gt=0, le=_LONGEST,
+    )  # fmt: skip
+    follow: str | None = parameter(
+        "swept parameter along which each point starts where its neighbour ended, once up"
+        " and once down", symbol="-", unit="-", example="eta", default=None,
+    )  # fmt: skip
+    keep_points: bool | None = parameter(
+        "whether the Poincare points are part of the result", symbol="-", unit="-",
+        example=True, default=None,
+    )  # fmt: skip
+
+    def parameters(self) -> dict[str, NDArray[np.float64]]:
+        """The swept values by name, (n,) each, in order."""
+        return {name: _expanded(values) for name, values in self.axes}
+
+    def arguments(self) -> dict[str, Any]:
+        """Keyword arguments of ``wb.sweep`` that are set, without the parameters."""
+        given = {name: getattr(self, name) for name in SWEEP_SETTINGS}
+        return {name: value for name, value in given.items() if value is not None}
+
+
+SWEEP_SETTINGS = tuple(name for name in Sweep.model_fields if name != "axes")
+
+
+def _expanded(values: Part | tuple[float, ...]) -> NDArray[np.float64]:
+    if isinstance(values, tuple):
+        return np.array(values)
+    span = dict(values)
+    spread = np.geomspace if span["scale"] == "log" else np.linspace
+    return np.asarray(spread(span["from"], span["to"], span["points"]))
+
+
+def parse_sweep(table: dict[str, Any], system: BrakedDriveline) -> Sweep:
+    """The [sweep] table: settings, and everything else is a swept parameter.
+
+    Raises ``InputError`` that names what is wrong, the first few of several.
+    """
+    settings = {name: table[name] for name in SWEEP_SETTINGS if name in table}
+    allowed = sweepable(system)
+    axes: dict[str, Any] = {}
+    wrong: list[str] = []
+    for name, given in table.items():
+        if name not in settings and len(wrong) < _MOST_WRONG:
+            try:
+                _check_name(name, allowed, system)
+                refuse_doubled(name, table, "sweep.")
+                axes[name] = swept_values(given, f"sweep.{name}.")
+            except InputError as error:
+                wrong.append(str(error))
+    try:
+        sweep = Sweep(**settings, axes=tuple(axes.items()))
+    except InputError as error:
+        wrong.append(str(error))
+    if wrong:
+        raise InputError("\n".join(wrong))
+    if axes and sweep.follow not in (None, *axes):
+        raise InputError(
+            f"sweep.follow = {shown(sweep.follow)}: must be a parameter that is swept."
+            f" {nearest(str(sweep.follow), axes)}"
+        )
+    return sweep
+
+
+def _check_name(name: str, allowed: Collection[str], system: BrakedDriveline) -> None:
+    if name not in allowed:
+        refuse_of_another_kind(name, system, "sweep.")
+        raise InputError(
+            f"sweep.{named(name)}: neither a parameter that can be swept nor a setting."
+            f" {nearest(name, [*allowed, *SWEEP_SETTINGS])}"
+        )
+
+
+def sweep_schema() -> tuple[dict[str, Any], dict[str, Any]]:
+    """The schema of [sweep], with all that can be swept on any brake, and what it refers to."""
+    table = table_schema(Sweep)
+    del table["properties"]["axes"]
+    kinds = [model for kinds in CHOSEN.values() for model in kinds.values()]
+    example = {"from": 0.1, "to": 1.0, "points": 100}
+    for name, one in _quantities([*FIXED.values(), *kinds]).items():
+        table["properties"][name] = {
+            "symbol": one.symbol,
+            "unit": one.unit,
+            "example": example,
+            "description": f"swept: {one.meaning}",
+            "$ref": "#/$defs/swept_values",
+        }
+    listed = {"type": "array", "items": {"type": "number"}, "minItems": 1}
+    return table, {"swept_values": {"oneOf": [Span.model_json_schema(), listed]}}

@@ -1,0 +1,150 @@
+"""What is said above a picture of a sweep: the machine, the method, the protocol."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.system import PARTS
+from wedgebrake.plots import style
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# The SI parameters that each group depends on: a sweep over one of them changes the group.
+_DEPENDS = {
+    **{name: {setter.target, *setter.reads} for name, setter in SETTERS.items()},
+    "loss_factor": {"damping", "stiffness", "inertia"},
+    "kinetic": {"kinetic"},
+    "static_ratio": {"static", "kinetic"},
+    "drive": {"drive_speed", "stiffness", "inertia", "amplitude"},
+}
+_METHODS = {"exact": "exact solution", "smooth": "adaptive solution", "ode14x": "ODE14x scheme"}
+
+
+def about(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
+    """Sentences for the caption: the machine with its groups; method and protocol.
+
+    names : the swept parameters
+    """
+    fixed = [
+        str(name)
+        for name, value in dataset.coords.items()
+        if value.ndim == 0 and value.dtype.kind in "iuf" and name != "period"
+    ]
+    sentences = _numbers(dataset, names, fixed), _how(dataset, {*names, *fixed})
+    return [sentence for sentence in sentences if sentence]
+
+
+def direction(dataset: xr.Dataset, branch: str) -> str:
+    """Words for a branch: which parameter goes where."""
+    followed = _stated(dataset, "protocol").get("follow")
+    if not (followed and branch):
+        return branch
+    words = {"up": "increasing", "down": "decreasing"}
+    return f"{style.short(str(followed))} {words.get(branch, branch)}"
+
+
+def machine(system: Mapping[str, Any]) -> str:
+    """Brake and friction of a system, given as its tables: "Wedge brake, Coulomb friction"."""
+    words = []
+    for part in ("brake", "friction"):
+        table = system.get(part)
+        if isinstance(table, dict) and "kind" in table:
+            # A part of one's own has the name of its class for a kind: MyBrake, my brake.
+            kind = re.sub(r"(?<=.)([A-Z])", r" \1", str(table["kind"])).replace("-", " ").lower()
+            words.append(f"{kind.removesuffix(part).strip()} {part}".strip())
+    return _sentence(", ".join(words)).replace("coulomb", "Coulomb")
+
+
+def method_words(method: str) -> str:
+    """A method in words, or its name."""
+    return _METHODS.get(method, method)
+
+
+def equations(groups: Mapping[str, float | None]) -> str:
+    """Groups with their values, without those that are not defined and a shaft at rest."""
+    return ", ".join(
+        _equation(name, value)
+        for name, value in groups.items()
+        if value is not None and not (name == "drive" and value == 0.0)
+    )
+
+
+def _equation(name: str, value: float, unit: str = "1") -> str:
+    """A value for running text, with its unit."""
+    behind = "" if unit == "1" else f" {unit}"
+    if name in style.SYMBOLS:
+        return f"${style.SYMBOLS[name]} = {style.number(value)}${behind}"
+    return f"{style.short(name)} = ${style.number(value)}${behind}"
+
+
+def _numbers(dataset: xr.Dataset, names: Sequence[str], fixed: Sequence[str]) -> str:
+    """The machine with the groups that no swept parameter changes, and values chosen."""
+    changed = {_parameter(name) for name in (*names, *fixed)}
+    groups = equations(
+        {
+            name: value
+            for name, value in _stated(dataset, "groups").items()
+            if not changed & _DEPENDS.get(name, {name})
+        }
+    )
+    chosen = [
+        _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
+        for name in fixed
+    ]
+    numbers = ", ".join(part for part in (groups, *chosen) if part)
+    return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
+
+
+def _parameter(name: str) -> str:
+    """The SI parameter behind a coordinate: the one that a group sets, or its own name.
+
+    Where a result has that name too, the coordinate begins with the part: "brake_angle".
+    """
+    if name in SETTERS:
+        return SETTERS[name].target
+    part, _, own = name.partition("_")
+    return own if part in PARTS else name
+
+
+def _how(dataset: xr.Dataset, given: set[str]) -> str:
+    """Method and protocol; ``given`` are the parameters swept or chosen."""
+    method, protocol = str(dataset.attrs.get("method", "")), _stated(dataset, "protocol")
+    parts = [method_words(method)] if method else []
+    if protocol.get("periods") is not None:
+        parts.append(f"{protocol['periods']} periods{_left_out(protocol)}")
+    initial = protocol.get("initial")
+    if protocol.get("follow"):
+        parts.append("each point from the end of its neighbour")
+    elif isinstance(initial, list) and not {"initial_angle", "initial_velocity"} & given:
+        parts.append("from (" + ", ".join(f"{value:g}" for value in initial) + ")")
+    return _sentence("; ".join(parts))
+
+
+def _left_out(protocol: Mapping[str, Any]) -> str:
+    """What of the periods is no part of the picture."""
+    transient, most = protocol.get("transient"), protocol.get("limit")
+    if transient is None:
+        return ""
+    if transient != "auto":
+        return f", the first {transient} left out"
+    longest = "" if most is None else f", at most {most}"
+    return f" after a transient as long as needed{longest}"
+
+
+def _sentence(words: str) -> str:
+    """Words with a capital."""
+    return words[:1].upper() + words[1:]
+
+
+def _stated(dataset: xr.Dataset, name: str) -> dict[str, Any]:
+    """An attribute that holds a JSON object; {} if it is missing or something else."""
+    try:
+        found = json.loads(dataset.attrs.get(name, "{}"))
+    except (TypeError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
