@@ -205,7 +205,7 @@ class SmoothedFriction(SmoothFriction):
     kinetic: float = _kinetic()
     static: float = _static()
     decay: float = parameter(
-        "decay of the static peak with speed", symbol="sigma", unit="s/m", example=6.0,
+        "decay of the static peak with speed", symbol="varsigma", unit="s/m", example=6.0,
         default=6.0, ge=0, le=1e9,
     )  # fmt: skip
     steepness: float = parameter(

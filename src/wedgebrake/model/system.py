@@ -145,7 +145,8 @@ class BrakedDriveline(Part):
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """The system as plain tables, as a study file holds them.
 
-        Raises ``InputError`` for a part without a name in study files.
+        A part that has no name in study files is called by its class, without the functions
+        that it holds.
         """
         tables: dict[str, dict[str, Any]] = {}
         for name in PARTS:
