@@ -157,6 +157,13 @@ def test_without_a_spring_the_angle_does_not_matter() -> None:
     assert found.second_exponent == pytest.approx(-1.0, rel=1e-6)
 
 
+def test_without_friction_at_all_nothing_sticks() -> None:
+    system = linear(0.63, 0.0)
+    found = wb.motion(system, 500, transient=0)
+    assert found.largest_exponent == pytest.approx(0.0, abs=1e-9)
+    assert found.second_exponent == pytest.approx(0.0, abs=1e-9)
+
+
 def test_ends_that_are_answers() -> None:
     grown = wb.motion(wb.paper.system(eta=-24.0, damping=1.0, release=False))
     assert (grown.kind, grown.status) == ("diverged", "diverged")
@@ -183,6 +190,71 @@ def test_smooth_friction_two_periods() -> None:
     found = wb.motion(wb.paper.system(eta=-24.0, F0=0.067, friction="smoothed"), 120, transient=80)
     assert (found.kind, found.order) == ("periodic", 2)
     assert math.isnan(found.second_exponent) or found.second_exponent < -10.0
+
+
+def test_smooth_friction_with_slow_forcing() -> None:
+    """Many free vibrations in a period of the torque: sampled as finely as they need."""
+    system = wb.paper.system(eta=0.0, F0=0.09, f=0.02, friction="smoothed")
+    found = wb.motion(system, 12, transient=8)
+    work = wb.energy(wb.simulate(system, periods=12, samples_per_period=4000), start=8 * 3.15)
+    assert found.peak_torque == pytest.approx(work.attrs["largest_peak_torque"], rel=0.01)
+    assert found.friction_power == pytest.approx(work.attrs["mean_friction_power"], rel=0.05)
+
+
+def test_rest_on_a_turning_shaft_is_not_for_ever() -> None:
+    """Sticks of many torque periods: the spring winds up, and slip comes."""
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, damping=0.5, stiffness=100.0, drive_speed=0.05),
+        brake=wb.ConventionalBrake(radius=0.2),
+        friction=wb.CoulombFriction(kinetic=0.2, static=0.3),
+        actuation=wb.Actuation(initial_force=300.0),
+        excitation=wb.HarmonicTorque(amplitude=5.0, frequency=10.0),
+    )
+    assert wb.motion(system).kind != "at rest"
+    assert wb.motion(system, transient=200).kind != "at rest"
+    # Without a torque, and still: steady sliding is a motion that repeats at once.
+    steady = system.replace(amplitude=0.0, static=0.2, frequency=1.0, drive_speed=5.0)
+    found = wb.motion(steady, initial=(-0.12, 0.0))
+    assert found.kind == "synchronous"
+    assert found.return_distance < 1e-9
+
+
+def test_numbers_at_rest_are_those_of_rest() -> None:
+    """A slip that ends in the record counts neither as stick nor as heat."""
+    system = wb.paper.system(eta=0.0, F0=0.5, brake="conventional").replace(amplitude=0.0)
+    for transient in (0, "auto"):
+        found = wb.motion(system, 20, transient=transient, initial=(0.05, 0.0))
+        assert (found.kind, found.stick_class) == ("at rest", "at rest")
+        assert (found.stick_share, found.sticks_forward, found.friction_power) == (1.0, 0.0, 0.0)
+        held = abs(1e4 * wb.simulate(system, periods=20, initial=(0.05, 0.0)).attrs["final_angle"])
+        assert found.peak_torque == pytest.approx(held, rel=1e-9)
+
+
+def test_exponents_that_doubles_can_hardly_hold() -> None:
+    """Overdamped, and a period of the torque of ten minutes: exp(-1300) in each."""
+    system = wb.paper.system(F0=1.0).replace(
+        kinetic=0.0, static=0.0, slope=0.0, damping=50.0, stiffness=100.0, frequency=1.6e-3
+    )
+    found = wb.motion(system, 260, transient=200)
+    root = math.sqrt(25.0**2 - 100.0)
+    assert found.largest_exponent == pytest.approx(-25.0 + root, rel=1e-9)
+    assert found.second_exponent == pytest.approx(-25.0 - root, rel=1e-9)
+
+
+@pytest.mark.parametrize("damping", [10.0, 1e4])
+def test_overdamped_in_no_time(damping) -> None:
+    """A layer of a microsecond at each reversal costs no more than any other slip."""
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1e-6, damping=damping, stiffness=100.0),
+        brake=wb.ConventionalBrake(radius=0.2),
+        friction=wb.CoulombFriction(kinetic=0.3),
+        actuation=wb.Actuation(initial_force=30.0, slope=0.1),
+        excitation=wb.HarmonicTorque(amplitude=500.0, frequency=1.0),
+    )
+    found = wb.motion(system, 6, transient=3)
+    work = wb.energy(wb.simulate(system, periods=6, samples_per_period=10_000), start=3.0).attrs
+    assert found.friction_power == pytest.approx(work["mean_friction_power"], rel=1e-5)
+    assert found.peak_torque == pytest.approx(work["largest_peak_torque"], rel=1e-5)
 
 
 def test_fixed_step_scheme_is_judged_too() -> None:

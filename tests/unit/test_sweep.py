@@ -214,6 +214,8 @@ def test_smooth_sweep_is_that_of_simulate() -> None:
         ({"eta": []}, "must be a list of values"),
         ({"eta": [0.0, float("nan")]}, r"eta\[1\] = nan: must be a finite number"),
         ({"eta": ["a"]}, "eta = \\['a'\\]: must be numbers"),
+        ({"eta": ["1", "2"]}, "must be numbers"),
+        ({"eta": [True, False]}, "must be numbers"),
         ({"eta": [1.0], "slope": [2.0]}, "eta and slope: both swept"),
         ({"alpha": [-1.0, -2.0]}, "alpha: no value can be taken. groups.alpha = -1.0"),
         ({"release": [1.0]}, "release: cannot be swept"),
@@ -240,6 +242,64 @@ def test_too_large_for_memory() -> None:
     axes = {"eta": values, "F0": values, "f": values, "initial_angle": values}
     with pytest.raises(wb.InputError, match=r"GiB of memory.*store='run\.zarr'"):
         wb.sweep(SYSTEM, **axes)
+
+
+def test_parameters_that_are_valid_only_together() -> None:
+    """Alone each of them is refused by the system that is swept."""
+    base = wb.paper.system().replace(kinetic=0.1, static=0.12)
+    axes = {"kinetic": [0.1, 0.2], "static": [0.12, 0.25], "eta": [0.0, 5.0]}
+    found = wb.sweep(base, periods=6, transient=1, **axes)
+    expected = [[1, 1], [1, 1], [6, 6], [1, 1]]
+    assert found["status"].values.reshape(4, 2).tolist() == expected
+    alone = wb.simulate(base.replace(kinetic=0.2, static=0.25, eta=5.0), periods=6, times=())
+    assert found["final_angle"][1, 1, 1] == pytest.approx(alone.attrs["final_angle"], abs=1e-12)
+    still = wb.paper.system().replace(damping=0.0, initial_force=0.0, slope=0.0)
+    for pair in (
+        {"damping": [0.1, 0.2], "eta": [-3.0, 1.0]},
+        {"initial_force": [100.0, 300.0], "F0": [0.03, 0.05]},
+    ):
+        assert (wb.sweep(still, periods=6, transient=1, **pair)["status"] == 1).all()
+
+
+def test_basins_of_one_orbit_are_one() -> None:
+    system = wb.paper.system(eta=-10.0, F0=0.036, brake="conventional")
+    start = {
+        "initial_angle": np.linspace(-0.3, 0.3, 5),
+        "initial_velocity": np.linspace(-30.0, 30.0, 5),
+    }
+    found = wb.basins(system, limit=6000, **start)
+    assert found["attractor_share"].values.tolist() == [1.0]
+    assert found["attractor_order"].values.tolist() == [1]
+    np.testing.assert_array_equal(found["attractor"], np.zeros((5, 5)))
+
+
+def test_basins_of_an_orbit_longer_than_the_record() -> None:
+    start = {"initial_angle": [-0.01, 0.0], "initial_velocity": [0.0, 0.1]}
+    found = wb.basins(SYSTEM, periods=3, **start)
+    assert found["attractor_order"].values.tolist() == [6]
+    assert found.sizes["orbit_point"] == 4
+
+
+def test_basins_tell_attractors_apart_in_any_company() -> None:
+    """Two orbits of the same order; a point that is undecided has no say."""
+    from wedgebrake.sweeps.attractors import label
+
+    system = wb.paper.system(eta=-30.0, f=0.6, F0=0.036)
+    start = {
+        "initial_angle": np.linspace(-0.2, 0.2, 6),
+        "initial_velocity": np.linspace(-20.0, 20.0, 6),
+    }
+    found = wb.basins(system, **start)
+    assert found.sizes["attractor_id"] >= 2
+    assert found["attractor_share"].sum() == pytest.approx(1.0)
+    wild = found.drop_dims("attractor_id").drop_vars("attractor").copy(deep=True)
+    wild["motion"][0, 0], wild["angle"][0, 0, :3] = MotionClass.DIVERGED, [1.0, 100.0, 3000.0]
+    again = label(wild)
+    same = np.ones((6, 6), dtype=bool)
+    same[0, 0] = False
+    np.testing.assert_array_equal(again["attractor"].values[same], found["attractor"].values[same])
+    flipped = wb.basins(system, **{name: values[::-1] for name, values in start.items()})
+    np.testing.assert_allclose(flipped["attractor_share"], found["attractor_share"])
 
 
 def test_maps_ask_for_their_axes() -> None:

@@ -33,10 +33,10 @@ def _derivative(system, state, periods=PERIODS):
         *given, 0, 0.0, *state, periods, 0.0, 10**6, log, np.empty((0, 2))
     )
     plant, laws = point._plant(given)
-    x1, y1, x2, y2, logdet, ranked = tangent.carry(
+    x1, y1, x2, y2, logdet, ranked, scale = tangent.carry(
         plant, laws, log, rows, 1.0, 0.0, 0.0, 1.0, np.empty(0), 0
     )
-    return outcome, np.array([[x1, x2], [y1, y2]]), logdet, ranked
+    return outcome, math.exp(scale) * np.array([[x1, x2], [y1, y2]]), logdet, ranked
 
 
 def _differences(system, state, scale, step):

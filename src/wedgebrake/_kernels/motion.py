@@ -77,6 +77,12 @@ def _merging(points, n, last, weight, size):
 
 
 @compiled
+def _share(length, size, rounding):
+    """A length over the motion's size; of what hardly moves, over its state instead."""
+    return length / (size + rounding / SETTLED) if length > 0.0 else 0.0
+
+
+@compiled
 def order_of(points, weight, size):
     """(n, distance): the motion repeats after n periods, up to ``distance`` of its size.
 
@@ -97,20 +103,20 @@ def order_of(points, weight, size):
         m, apart = _merging(points, n, last, weight, size)
         if m > 0:
             # As near as settled points are: one already.
-            return (m if apart <= SETTLED * size else 0), apart / size
+            return (m if apart <= SETTLED * size else 0), _share(apart, size, rounding)
         if now <= rounding:
-            return n, now / size
+            return n, _share(now, size, rounding)
         # A geometric series of what is still to come.
         before = _farthest_return(points, n, last - 2 * look, last - look, weight)
         if now < before:
             shrink = (now / before) ** (n / look)
             if now * shrink / (1.0 - shrink) <= SETTLED * size:
-                return n, now / size
+                return n, _share(now, size, rounding)
         # Or no drift at all in half of a long window.
         far = n * (last // (2 * n))
         if far > _LONG and _farthest_return(points, far, last - n, last, weight) <= SETTLED * size:
-            return n, now / size
-    return 0, best / size
+            return n, _share(now, size, rounding)
+    return 0, _share(best, size, rounding)
 
 
 @compiled

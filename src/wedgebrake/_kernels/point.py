@@ -48,10 +48,11 @@ from .tangent import carry
     EVENTS,
     FINAL_THETA,
     FINAL_W,
+    SIZE,  # half the range of velocity and weighted angle, added [rad/s]
     SETTLING,  # periods after which the motion stayed at its final orbit
     JUDGED,  # periods that the class was judged on
-) = range(20)
-COLUMNS = 20
+) = range(21)
+COLUMNS = 21
 
 # Growth of the logarithm of a deviation in a period of the orbit that is no rounding.
 _UNSTABLE = 1e-6
@@ -77,12 +78,12 @@ def _advance(problem, state, last, max_events, log, points, tally, deviation, gr
     points    : (periods + 1, 2), by period number
     deviation : (x1, y1, x2, y2), see ``tangent.carry``
 
-    Returns (outcome, state, events, deviation, logdet, ranked).
+    Returns (outcome, state, events, deviation, logdet, ranked, scale).
     """
     plant, laws = _plant(problem)
     x1, y1, x2, y2 = deviation
     period, t, theta, w = state
-    logdet, ranked, total = 0.0, True, 0
+    logdet, ranked, scale, total = 0.0, True, 0.0, 0
     while True:
         outcome, period, t, theta, w, events, rows, _ = run(
             *problem, period, t, theta, w, last, 0.0, max_events - total, log,
@@ -90,11 +91,15 @@ def _advance(problem, state, last, max_events, log, points, tally, deviation, gr
         )  # fmt: skip
         total += events
         count.add(plant, laws, log, rows, tally)
-        x1, y1, x2, y2, part, full = carry(plant, laws, log, rows, x1, y1, x2, y2, growth, first)
+        x1, y1, x2, y2, part, full, more = carry(
+            plant, laws, log, rows, x1, y1, x2, y2, growth, first
+        )
         logdet += part
+        scale += more
         ranked = ranked and full
         if outcome != LOG_FULL:
-            return outcome, (period, t, theta, w), total, (x1, y1, x2, y2), logdet, ranked
+            state = (period, t, theta, w)
+            return outcome, state, total, (x1, y1, x2, y2), logdet, ranked, scale
 
 
 @compiled
@@ -131,22 +136,22 @@ def _monodromy(problem, state, order, max_events, log, points, growth, tally):
     """
     weight = _weight(problem)
     count.clear(tally)
-    outcome, _, _, deviation, logdet, ranked = _advance(
+    outcome, _, _, deviation, logdet, ranked, scale = _advance(
         problem, state, state[0] + order, max_events, log, points, tally,
         (1.0, 0.0, 0.0, weight), growth[:0], state[0],
     )  # fmt: skip
     if outcome != COMPLETED:
         return math.nan, math.nan
-    a, c, b, d = deviation[0], deviation[1], deviation[2] / weight, deviation[3] / weight
+    a, d = deviation[0], deviation[3] / weight
     half = 0.5 * (a + d)
-    determinant = a * d - b * c if not ranked else math.exp(logdet)
     if not ranked:
-        return math.log(abs(a + d)) if a + d != 0.0 else -math.inf, -math.inf
+        return math.log(abs(a + d)) + scale if a + d != 0.0 else -math.inf, -math.inf
+    determinant = math.exp(logdet - 2.0 * scale)
     split = half * half - determinant
     # A double multiplier splits by the root of its rounding.
     if split <= 1e-13 * (half * half + determinant):
         return 0.5 * logdet, 0.5 * logdet
-    first = math.log(abs(half) + math.sqrt(split))
+    first = math.log(abs(half) + math.sqrt(split)) + scale
     return first, logdet - first
 
 
@@ -173,6 +178,14 @@ def settling_of(points, order, last, weight, size):
         if distance(points, k, last - (last - k) % order, weight) > room:
             return k + 1
     return 0
+
+
+@compiled
+def _rests(problem, tally, periods):
+    """Whether a tally is all rest that lasts: on a turning shaft the spring ends it."""
+    lasting = problem[11] == 0.0 or problem[2] == 0.0
+    length = 2.0 * math.pi / problem[4]
+    return lasting and tally[count.REST_TIME] >= periods * length * (1.0 - 1e-12)
 
 
 @compiled
@@ -218,15 +231,18 @@ def _window_verdict(
     size = _size(tally, ruler)
     window = points[begin : end + 1]
     area = logdet / count_ if ranked else -math.inf
-    resting = tally[count.LAST_SLIP] <= end - 1.0
+    lasting = problem[11] == 0.0 or problem[2] == 0.0
+    resting = lasting and tally[count.LAST_SLIP] <= end - 1.0
     class_, order, returned = classify(window, ruler, size, growth[:count_], area, resting)
     mean, error = mean_growth(growth[:count_])
     second = area - mean
-    if class_ == AT_REST:
-        # Every angle that the brake holds is an equilibrium; deviations of speed die at once.
-        return class_, order, returned, 0.0, 0.0, -math.inf
-    if order > 0:
-        first, other = _monodromy(problem, state, order, max_events, log, points, growth, spare)
+    if class_ == AT_REST or order > 0:
+        first, other = _monodromy(
+            problem, state, max(order, 1), max_events, log, points, growth, spare
+        )
+        if class_ == AT_REST or (order == 1 and _rests(problem, spare, 1)):
+            # Every angle that the brake holds is an equilibrium; deviations of speed die at once.
+            return AT_REST, 0, returned, 0.0, 0.0, -math.inf
         if attracts(first, returned, window, ruler, size):
             return class_, order, returned, first / order, 0.0, other / order
         class_, order = UNDECIDED, 0
@@ -245,7 +261,7 @@ def _settle(problem, state, limit, max_events, log, points, growth, tally, spare
     while state[0] < limit:
         begin = state[0]
         count.clear(tally)
-        outcome, state, more, _, logdet, ranked = _advance(
+        outcome, state, more, _, logdet, ranked, _ = _advance(
             problem, state, next_window(begin, limit), max_events - events, log, points, tally,
             _fresh(_weight(problem)), growth, begin,
         )  # fmt: skip
@@ -267,24 +283,26 @@ def _settle(problem, state, limit, max_events, log, points, growth, tally, spare
 
 
 @compiled
-def _report(problem, verdict, tally, orbit, periods, end, answer):
+def _report(problem, verdict, tally, orbit, periods, answer):
     """Class, exponents and what adds up, into the answer.
 
     tally, orbit : of the record and, for a motion that repeats, of one orbit
     """
     length = 2.0 * math.pi / problem[4]
     class_, order, returned, first, error, second = verdict
-    resting = tally[count.LAST_SLIP] <= end - 1.0
-    # One whole orbit, where the record may hold a broken number of them.
-    sums, counted = (orbit, order) if order > 0 else (tally, periods)
+    sums, counted = tally, periods
+    if order > 0 or class_ == AT_REST:
+        # One whole orbit, where the record may hold a broken number of them, or its end.
+        sums, counted = orbit, max(order, 1)
     answer[CLASS], answer[ORDER], answer[RETURN_DISTANCE] = class_, order, returned
-    answer[STICK_CLASS] = _stick_class(sums, resting)
+    answer[STICK_CLASS] = _stick_class(sums, class_ == AT_REST)
     answer[STICKS_FORWARD] = sums[count.STICKS_FORWARD] / counted
     answer[STICKS_BACKWARD] = sums[count.STICKS_BACKWARD] / counted
     answer[STICK_SHARE] = min(1.0, sums[count.REST_TIME] / (counted * length))
     answer[LARGEST_EXPONENT] = first / length
     answer[SECOND_EXPONENT] = second / length
-    answer[EXPONENT_ERROR] = error / length
+    answer[EXPONENT_ERROR] = error / length if error < math.inf else math.nan
+    answer[SIZE] = _size(tally, _ruler(problem))
     answer[PEAK_TORQUE] = sums[count.PEAK]
     answer[FRICTION_POWER] = sums[count.HEAT] / (counted * length)
 
@@ -330,7 +348,7 @@ def judge(
     logdet, ranked = 0.0, True
     if outcome == COMPLETED:
         count.clear(tally)
-        outcome, state, more, _, logdet, ranked = _advance(
+        outcome, state, more, _, logdet, ranked, _ = _advance(
             problem, state, begin + periods, max_events - events, log, points, tally,
             _fresh(_weight(problem)), growth, begin,
         )  # fmt: skip
@@ -352,13 +370,12 @@ def judge(
         verdict = _window_verdict(
             problem, state, begin, max_events, log, points, growth, tally, spare, logdet, ranked
         )
-    elif verdict[1] > 0:
-        # Of the orbit as it is in the end.
-        first, second = _monodromy(
-            problem, state, verdict[1], max_events, log, points, growth, spare
-        )
-        order = verdict[1]
-        verdict = (verdict[0], order, verdict[2], first / order, 0.0, second / order)
-    _report(problem, verdict, tally, spare, periods, state[0], answer)
+    elif verdict[0] == AT_REST or verdict[1] > 0:
+        # Of the orbit, or the rest, as it is in the end.
+        order = max(verdict[1], 1)
+        first, second = _monodromy(problem, state, order, max_events, log, points, growth, spare)
+        if verdict[1] > 0:
+            verdict = (verdict[0], order, verdict[2], first / order, 0.0, second / order)
+    _report(problem, verdict, tally, spare, periods, answer)
     answer[SETTLING] = settling
     return begin, begin + periods + 1

@@ -14,7 +14,7 @@ from .exact import (
     LOG_W,
     REST,
 )
-from .flow import CONFLUENT, G2, KIND, Q, acceleration, entry, jerk, state_at
+from .flow import G2, Q, acceleration, entry, jerk, state_at
 
 # Entries of the tally.
 (
@@ -33,10 +33,12 @@ ENTRIES = 10
 
 # The motion is looked at once in so many radians of its fastest rate, for its extremes.
 _CELL = 1.5
-# A torque that a sample leaves below this share of the peak does not reach it between samples.
-_NEAR_PEAK = 0.7
+# A torque below this share of the peak at both ends of a cell does not reach it between them.
+_NEAR_PEAK = 0.5
 # Below this loss (as a share of one cycle) the work of the slope is no difference of energies.
 _LOSSLESS = 1e-7
+# A slope of the torque below this share of the damping is the rounding of its sum.
+_NO_SLOPE = 1e-14
 # Gauss and Legendre's nodes and weights on (0, 1), exact to order 8.
 _NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)
 _WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
@@ -83,18 +85,29 @@ def _rest(plant, row, tau, tally):
 
 
 @compiled
-def _top(row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, tau, width):
-    """The extreme velocity next to the time ``tau`` of an almost vanishing acceleration."""
-    theta, w = theta0, w0
-    for _ in range(4):
+def _top(row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, low, high, rising):
+    """The extreme velocity between two times after entry, where the acceleration vanishes.
+
+    rising : whether the acceleration is positive at ``low``
+    """
+    theta, w, tau = theta0, w0, 0.5 * (low + high)
+    for _ in range(60):
         t = t0 + tau
         sine, cosine = math.sin(omega * t), math.cos(omega * t)
         theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, tau, sine, cosine)
         a = acceleration(row, w2, f, theta, w, sine)
         j = jerk(row, w2, f, omega, w, a, cosine)
-        if j == 0.0 or abs(a) >= abs(j) * width:
+        if (a > 0.0) == rising:
+            low = tau
+        else:
+            high = tau
+        step = a / j if j != 0.0 else math.inf
+        # What is left of Newton's way to the extreme changes the velocity by a step / 2.
+        if abs(a * step) <= 1e-13 * abs(w) or high - low <= 1e-15 * high:
             break
-        tau -= a / j
+        tau -= step
+        if not low < tau < high:
+            tau = 0.5 * (low + high)
     return theta, w
 
 
@@ -153,12 +166,14 @@ def _slip(plant, offset, row, start, after, tau, tally):
     sin1, cos1 = math.sin(omega * t1), math.cos(omega * t1)
     pull = entry(row, w2, omega, theta0, w0, sin0, cos0)
     slope = row[G2] * inertia - damping
+    if abs(slope) <= _NO_SLOPE * damping:
+        slope = 0.0
     _see(tally, theta0, w0, offset + slope * w0)
     _see(tally, theta1, w1, offset + slope * w1)
 
-    cells = 1 + int(max(omega, math.sqrt(w2), abs(row[G2])) * tau / _CELL)
+    cells = 1 + int(max(omega, math.sqrt(w2)) * tau / _CELL)
     width = tau / cells
-    before = acceleration(row, w2, f, theta0, w0, sin0)
+    before, level = acceleration(row, w2, f, theta0, w0, sin0), abs(offset + slope * w0)
     for cell in range(1, cells + 1):
         theta, w, sine, part = theta1, w1, sin1, tau
         if cell < cells:
@@ -167,18 +182,22 @@ def _slip(plant, offset, row, start, after, tau, tally):
             theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, part, sine, cosine)
             _see(tally, theta, w, offset + slope * w)
         a = acceleration(row, w2, f, theta, w, sine)
-        near = abs(offset + slope * w) > _NEAR_PEAK * tally[PEAK]
+        here = abs(offset + slope * w)
+        near = max(here, level) > _NEAR_PEAK * tally[PEAK]
         if (a < 0.0) != (before < 0.0) and slope != 0.0 and near:
-            theta, w = _top(row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, part, width)
+            theta, w = _top(
+                row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, part - width, part,
+                before > 0.0,
+            )  # fmt: skip
             _see(tally, theta, w, offset + slope * w)
-        before = a
+        before, level = a, here
 
     if offset != 0.0 or slope != 0.0:
         # M v = (offset + slope w)(w - w_rest), and the integral of w is an angle.
         turned = theta1 - theta0
         heat = offset * (turned - w_rest * tau) - slope * w_rest * turned
-        loss = abs(row[G2]) * tau
-        if slope != 0.0 and loss > _LOSSLESS and row[KIND] != CONFLUENT:
+        loss = abs(row[G2]) * tau * (abs(row[G2]) + abs(omega - w2 / omega)) / omega
+        if slope != 0.0 and loss > _LOSSLESS:
             heat += slope * _square_by_energy(
                 row, w2, f, omega, start, after, sin0, cos0, sin1, cos1
             )

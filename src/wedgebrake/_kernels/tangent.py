@@ -27,6 +27,9 @@ from .exact import (
 )
 from .flow import G2, acceleration, impulse
 
+# Logarithm of a growth or decay that doubles hold with room to spare.
+_REACH = 300.0
+
 
 @compiled
 def _jump(plant, laws, before, after, kind):
@@ -66,47 +69,66 @@ def carry(plant, laws, log, rows, x1, y1, x2, y2, growth, first):
     growth : (n,) receives, for each period that ends, the logarithm by which the first
              deviation has grown since the last one (the norm weighs the angle with the
              natural frequency, or with omega without a spring); the deviation is then
-             scaled back. With no room, nothing is scaled: for the monodromy matrix.
+             scaled back.
     first  : period number that growth[0] belongs to
 
-    Returns (x1, y1, x2, y2, logdet, ranked): logdet the logarithm of the area's growth
-    in slip, ranked whether no stick has reduced the rank.
+    Returns (x1, y1, x2, y2, logdet, ranked, scale): logdet the logarithm of the area's growth
+    in slip, ranked whether no stick has reduced the rank, scale the logarithm by which both
+    deviations are to be multiplied: without room for a growth they are scaled together, so
+    that nothing vanishes.
     """
     inertia, _, stiffness, _, omega, _ = plant
-    table = laws[1]
+    table, lower, upper = laws[1], laws[2], laws[3]
+    # A brake that holds nothing at rest is no brake there: nothing jumps.
+    holds = upper > lower
     w2 = stiffness / inertia
     length = 2.0 * math.pi / omega
     weight = math.sqrt(w2) if w2 > 0.0 else omega
-    logdet, ranked = 0.0, True
+    logdet, ranked, scale = 0.0, True, 0.0
     for i in range(rows - 1):
         after = log[i + 1]
         piece = int(log[i, LOG_PIECE])
         if piece == REST:
-            y1 = y2 = 0.0
-            ranked = False
+            if holds:
+                y1 = y2 = 0.0
+                ranked = False
         else:
             tau = (after[LOG_PERIOD] - log[i, LOG_PERIOD]) * length
             tau += after[LOG_TIME] - log[i, LOG_TIME]
             g2 = table[piece, G2]
-            h, rate = impulse(table[piece], w2, tau)
+            # In parts where it shrinks or grows so much that a double would not hold it.
+            parts = 1 + int(abs(g2) * tau / _REACH)
+            h, rate = impulse(table[piece], w2, tau / parts)
             top = rate + g2 * h
-            x1, y1 = top * x1 + h * y1, rate * y1 - w2 * h * x1
-            x2, y2 = top * x2 + h * y2, rate * y2 - w2 * h * x2
+            for _ in range(parts):
+                x1, y1 = top * x1 + h * y1, rate * y1 - w2 * h * x1
+                x2, y2 = top * x2 + h * y2, rate * y2 - w2 * h * x2
+                if parts > 1:
+                    norm = max(math.hypot(weight * x1, y1), math.hypot(weight * x2, y2))
+                    if norm > 0.0:
+                        x1, y1, x2, y2 = x1 / norm, y1 / norm, x2 / norm, y2 / norm
+                        scale += math.log(norm)
             logdet -= g2 * tau
         kind = int(after[LOG_KIND])
-        if kind in (STICK, REVERSAL, SLIP):
+        if holds and kind in (STICK, REVERSAL, SLIP):
             own, mixed = _jump(plant, laws, piece, after, kind)
             y1, y2 = own * y1 + mixed * x1, own * y2 + mixed * x2
             if kind == REVERSAL and own > 0.0:
                 logdet += math.log(own)
             elif kind != SLIP:
                 ranked = False
+        if growth.size == 0 and after[LOG_PERIOD] > log[i, LOG_PERIOD]:
+            norm = max(math.hypot(weight * x1, y1), math.hypot(weight * x2, y2))
+            if norm > 0.0:
+                x1, y1, x2, y2 = x1 / norm, y1 / norm, x2 / norm, y2 / norm
+                scale += math.log(norm)
         index = int(after[LOG_PERIOD]) - first - 1
         if 0 <= index < growth.size and after[LOG_PERIOD] > log[i, LOG_PERIOD]:
             norm = math.hypot(weight * x1, y1)
-            growth[index] = math.log(norm) if norm > 0.0 else -math.inf
+            growth[index] = math.log(norm) + scale if norm > 0.0 else -math.inf
+            scale = 0.0
             if norm > 0.0:
                 x1, y1 = x1 / norm, y1 / norm
             else:
                 x1, y1 = 1.0 / weight, 0.0
-    return x1, y1, x2, y2, logdet, ranked
+    return x1, y1, x2, y2, logdet, ranked, scale

@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 State = tuple[float, float]
 
-# Samples in a period from which peak torque and power of a smooth law are taken.
-_SAMPLES = 100
+# Samples from which size, peak torque and power are taken, at least: in a period of the torque
+# and in one of the free vibration. So many at most; below them there is no torque or power.
+_SAMPLES, _OF_NATURAL, _MOST_SAMPLES = 100, 20, 100_000
 # A second trajectory starts this share of the motion's size away: far above the tolerance
 # of the solver, far below anything that bends.
 _APART = 1e-5
@@ -94,6 +95,8 @@ class _Simulated:
         # What turns an angle into a velocity; without a spring the angle does not matter.
         self.weight = line.natural_frequency or system.excitation.angular_frequency
         self.ruler = line.natural_frequency
+        slow = line.natural_frequency / system.excitation.angular_frequency
+        self.samples = min(_MOST_SAMPLES, max(_SAMPLES, math.ceil(_OF_NATURAL * slow)))
 
     def judged(self) -> tuple[FloatArray, FloatArray]:
         """The answer and the record."""
@@ -104,7 +107,7 @@ class _Simulated:
         begin = self.points.shape[0] - 1
         response = None
         if self.status is Status.COMPLETED:
-            response = self._advance(protocol.recorded, _SAMPLES)
+            response = self._advance(protocol.recorded, self.samples)
         record = self.points[begin:]
         answer = np.full(point.COLUMNS, np.nan)
         answer[point.OUTCOME], answer[point.CLASS] = _ENDS[self.status]
@@ -121,12 +124,14 @@ class _Simulated:
         self._measure(answer, response)
         frequency = self.system.excitation.frequency
         answer[point.CLASS], answer[point.ORDER] = verdict.motion, verdict.order
+        answer[point.SIZE] = self.size
         answer[point.RETURN_DISTANCE] = verdict.returned
         answer[point.LARGEST_EXPONENT] = verdict.mean * frequency
         # Differences of trajectories do not resolve what shrinks so fast.
         resolved = verdict.second > 0.5 * math.log(_RESOLVED)
         answer[point.SECOND_EXPONENT] = verdict.second * frequency if resolved else math.nan
-        answer[point.EXPONENT_ERROR] = verdict.error * frequency
+        known = math.isfinite(verdict.error)
+        answer[point.EXPONENT_ERROR] = verdict.error * frequency if known else math.nan
         answer[point.JUDGED], answer[point.SETTLING] = verdict.judged, verdict.settling
         return answer, record
 
@@ -171,7 +176,7 @@ class _Simulated:
 
     def _measure_size(self) -> None:
         """Half the range of velocity and weighted angle together, over one more period."""
-        response = self._simulate(self.state, 1, samples_per_period=_SAMPLES)
+        response = self._simulate(self.state, 1, samples_per_period=self.samples)
         width = np.ptp(response["velocity"].to_numpy())
         width += self.ruler * np.ptp(response["angle"].to_numpy())
         self.size = float(max(0.5 * width, 1e-300))
@@ -186,9 +191,12 @@ class _Simulated:
         second = float(np.mean(growth[:, 1]))
         end = response.attrs["final_time"]
         last = sticks(response, end - 1.0 / self.system.excitation.frequency)
+        line = self.system.driveline
+        # On a turning shaft the spring ends every rest.
+        lasting = line.drive_speed == 0.0 or line.stiffness == 0.0
         class_, order, returned = motion.classify(
             window, self.ruler, self.size, np.ascontiguousarray(growth[:, 0]),
-            float(mean) + second, last.attrs["share"] >= 1.0 - 1e-9,
+            float(mean) + second, lasting and last.attrs["share"] >= 1.0 - 1e-9,
         )  # fmt: skip
         if order and not point.attracts(order * mean, returned, window, self.ruler, self.size):
             class_, order = codes.UNDECIDED, 0
@@ -213,9 +221,8 @@ class _Simulated:
 
     def _measure(self, answer: FloatArray, response: xr.Dataset) -> None:
         """Sticks, torque and power over the record."""
-        start, periods = 0.0, self.protocol.recorded
-        stuck = sticks(response, start).attrs
-        work = energy(response).attrs
+        periods = self.protocol.recorded
+        stuck = sticks(response, 0.0).attrs
         classes = ("at rest", "non-stick-slip", "unidirectional stick-slip")
         found = stuck["class"]
         number = classes.index(found) if found in classes else codes.BIDIRECTIONAL
@@ -223,8 +230,10 @@ class _Simulated:
         answer[point.STICKS_FORWARD] = stuck["count_forward"] / periods
         answer[point.STICKS_BACKWARD] = stuck["count_backward"] / periods
         answer[point.STICK_SHARE] = stuck["share"]
-        answer[point.PEAK_TORQUE] = work["largest_peak_torque"]
-        answer[point.FRICTION_POWER] = work["mean_friction_power"]
+        if self.samples < _MOST_SAMPLES:
+            work = energy(response).attrs
+            answer[point.PEAK_TORQUE] = work["largest_peak_torque"]
+            answer[point.FRICTION_POWER] = work["mean_friction_power"]
 
 
 _ENDS = {

@@ -32,7 +32,7 @@ class Motion:
                       : Lyapunov exponents [1/s]; the second is -inf where sticks take a
                         dimension away, and nan where differences do not resolve it (smooth)
     exponent_error    : standard error of the largest [1/s]; 0 where a periodic orbit's
-                        multipliers give it exactly
+                        multipliers give it exactly, nan below 16 periods
     sticks_forward, sticks_backward : sticks in a period of the torque, by side of entry
     stick_share       : share of time at rest relative to the brake
     peak_torque       : largest |R F_mu| [N m]
@@ -71,13 +71,17 @@ class Motion:
             text += f": repeats after {self.order} T to {self.return_distance:.1g} of its size"
             if not math.isnan(self.settling):
                 text += f", from period {self.settling:g} on"
-        elif self.kind != "at rest":
+        elif self.kind != "at rest" and math.isfinite(self.return_distance):
             text += (
                 f": in {self.judged} periods it came back no closer than"
                 f" {self.return_distance:.1g} of its size"
             )
+        elif self.kind != "at rest":
+            text += f": {self.judged} periods are too few to tell"
+        if math.isnan(self.largest_exponent):
+            return f"{text}."
         text += f"; largest exponent {self.largest_exponent:.4g}"
-        if self.exponent_error:
+        if self.exponent_error > 0.0:
             text += f" +- {self.exponent_error:.1g}"
         return f"{text} 1/s."
 

@@ -89,11 +89,12 @@ def _system(tables: dict[str, Any]) -> BrakedDriveline | None:
 def law_along(response: xr.Dataset, given: Machine, along: Arcs) -> Law:
     """The torque of the sliding brake along the arcs."""
     drive_speed = given.driveline.drive_speed
-    forward = along.middle_velocity + drive_speed > 0.0
+    middle = along.middle_velocity + drive_speed
+    forward = middle > 0.0
     if given.system is None:
         return _recorded(response, given, forward)
     if given.set_valued:
-        return _piecewise(given.system.characteristic, forward)
+        return _piecewise(given.system.characteristic, middle)
     return _smooth(given.system, forward)
 
 
@@ -108,11 +109,11 @@ def holding(given: Machine, method: str) -> tuple[float, float]:
     return law.holding
 
 
-def _piecewise(law: Characteristic, forward: NDArray[np.bool_]) -> Law:
+def _piecewise(law: Characteristic, middle: FloatArray) -> Law:
     """A characteristic; at and about rest the line of the direction of motion."""
     first = law.first_forward
     # Where a self-locking brake cannot slide, a direction is rounding.
-    forward = (forward & np.isfinite(law.offsets[first])) | ~np.isfinite(law.offsets[first - 1])
+    forward = (middle > 0.0) == np.isfinite(law.offsets[law.piece(middle)])
     direction = forward[:, None]
 
     def torque(v: FloatArray) -> FloatArray:

@@ -60,10 +60,10 @@ class Characteristic:
         for i, v in enumerate(self.breakpoints):
             left = self.offsets[i] + self.slopes[i] * v
             right = self.offsets[i + 1] + self.slopes[i + 1] * v
-            scale = abs(self.offsets[i]) + abs(self.offsets[i + 1]) + 1e-300
+            scale = abs(self.offsets[i]) + abs(self.offsets[i + 1]) + abs(left) + 1e-300
             if v != 0.0:
-                gap = abs(left - right)
-                if math.isfinite(left) and math.isfinite(right) and gap > 1e-9 * scale:
+                both = math.isfinite(left) and math.isfinite(right)
+                if both and abs(left - right) > 1e-9 * scale:
                     raise InputError(
                         f"characteristic: torque jumps from {left:g} to {right:g} N m at"
                         f" {v:g} rad/s: must be continuous except at 0."

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.measures.classes import MotionClass
+from wedgebrake.measures.spectrum import frequencies
 from wedgebrake.sweeps.results import PointStatus
 
 if TYPE_CHECKING:
@@ -17,8 +19,9 @@ FloatArray = NDArray[np.float64]
 
 UNDECIDED, DIVERGED, SELF_LOCKED, NOT_COMPUTED = -1, -2, -3, -4
 
-# Two periodic motions are one attractor if they come within this share of the range of all
-# points: far above what is left of a transient.
+# Two periodic motions are one attractor if they come within this share of their size: far
+# above what is left of a transient. Where the record is shorter than the orbit, they are if
+# exponent and power, which are those of a whole orbit, are equal to this.
 _SAME = 1e-3
 # Two clouds are one attractor if the typical point of each lies as near to the other cloud
 # as it lies to its own, times this.
@@ -46,7 +49,16 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
     numbers[loaded["status"].to_numpy().ravel() == PointStatus.NOT_COMPUTED] = NOT_COMPUTED
     numbers[motion == MotionClass.NONE] = NOT_COMPUTED
 
-    first = _number_all(numbers, motion, order, points)
+    of_system = frequencies(loaded)
+    natural = 2.0 * math.pi * (of_system["natural_frequency"] or of_system["forcing_frequency"])
+    orbitwise = np.stack(
+        [loaded[name].to_numpy().ravel() for name in ("largest_exponent", "friction_power")]
+    )
+    motions = _Motions(
+        motion, order, points * np.array([natural, 1.0]), loaded["size"].to_numpy().ravel(),
+        orbitwise,
+    )  # fmt: skip
+    first = _number_all(numbers, motions)
     # The largest basin first.
     counts = np.array([np.count_nonzero(numbers == i) for i in range(len(first))])
     ranking = np.argsort(-counts, kind="stable")
@@ -91,42 +103,58 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _number_all(
-    numbers: NDArray[np.int32],
-    motion: NDArray[np.int8],
-    order: NDArray[np.int32],
-    points: FloatArray,
-) -> list[int]:
+class _Motions(NamedTuple):
+    """What is compared, for each of n points.
+
+    points    : (n, record, 2) Poincare points, both in rad/s
+    size      : (n,) of the motion [rad/s]
+    orbitwise : (k, n) numbers of a whole orbit
+    """
+
+    motion: NDArray[np.int8]
+    order: NDArray[np.int32]
+    points: FloatArray
+    size: FloatArray
+    orbitwise: FloatArray
+
+    def same_orbit(self, seed: int, others: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Which periodic motions are on the orbit of ``seed``."""
+        order = int(self.order[seed])
+        alike = self.order[others] == order
+        if order <= self.points.shape[1]:
+            orbit = self.points[seed, -order:]
+            gaps = np.abs(self.points[others, -1][:, None, :] - orbit[None]).max(axis=2)
+            return np.asarray(alike & (gaps.min(axis=1) <= _SAME * self.size[seed]))
+        own, found = self.orbitwise[:, [seed]], self.orbitwise[:, others]
+        return np.asarray(alike & (np.abs(found - own) <= _SAME * np.abs(own)).all(axis=0))
+
+    def same_cloud(self, seed: int, others: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Which aperiodic motions cover the ground of ``seed``."""
+        alike = self.motion[others] == self.motion[seed]
+        covers = [_covers(self.points[seed], self.points[i]) for i in others]
+        return np.asarray(alike & np.array(covers))
+
+
+def _number_all(numbers: NDArray[np.int32], motions: _Motions) -> list[int]:
     """Number the settled points in place; the first point of each attractor."""
-    finite = points[np.isfinite(points).all(axis=2)]
-    scale = np.ptp(finite, axis=0) if finite.size else np.ones(2)
-    scaled = points / np.where(scale > 0.0, scale, 1.0)
     first: list[int] = []
-    settled = (MotionClass.SYNCHRONOUS, MotionClass.PERIODIC)
-    clouds = (MotionClass.QUASI_PERIODIC, MotionClass.CHAOTIC)
-    resting = np.flatnonzero(motion == MotionClass.AT_REST)
+    resting = np.flatnonzero(motions.motion == MotionClass.AT_REST)
     if resting.size:
         numbers[resting] = len(first)
         first.append(int(resting[0]))
-    left = np.flatnonzero(np.isin(motion, settled))
-    while left.size:
-        seed = int(left[0])
-        orbit = scaled[seed, -int(order[seed]) :]
-        gaps = np.abs(scaled[left, -1][:, None, :] - orbit[None]).max(axis=2).min(axis=1)
-        same = (gaps <= _SAME) & (order[left] == order[seed])
-        same[0] = True
-        numbers[left[same]] = len(first)
-        first.append(seed)
-        left = left[~same]
-    left = np.flatnonzero(np.isin(motion, clouds))
-    while left.size:
-        seed = int(left[0])
-        same = np.array([_covers(scaled[seed], scaled[i]) for i in left])
-        same &= motion[left] == motion[seed]
-        same[0] = True
-        numbers[left[same]] = len(first)
-        first.append(seed)
-        left = left[~same]
+    kinds = (
+        ((MotionClass.SYNCHRONOUS, MotionClass.PERIODIC), motions.same_orbit),
+        ((MotionClass.QUASI_PERIODIC, MotionClass.CHAOTIC), motions.same_cloud),
+    )
+    for classes, same_as in kinds:
+        left = np.flatnonzero(np.isin(motions.motion, classes))
+        while left.size:
+            seed = int(left[0])
+            same = same_as(seed, left)
+            same[0] = True
+            numbers[left[same]] = len(first)
+            first.append(seed)
+            left = left[~same]
     return first
 
 
@@ -141,8 +169,8 @@ def _covers(one: FloatArray, other: FloatArray) -> bool:
 
 
 def _orbits(points: FloatArray, order: NDArray[np.int32], chosen: list[int]) -> FloatArray:
-    """Poincare points of each attractor: one orbit, or the whole record where there is none."""
-    lengths = [int(order[i]) or points.shape[1] for i in chosen]
+    """Poincare points of each attractor: one orbit, or the record where that is not as long."""
+    lengths = [min(int(order[i]) or points.shape[1], points.shape[1]) for i in chosen]
     orbits = np.full((len(chosen), max(lengths, default=1), 2), np.nan)
     for row, (i, length) in enumerate(zip(chosen, lengths, strict=True)):
         orbits[row, :length] = points[i, -length:]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,9 @@ from wedgebrake.model.part import shown
 from wedgebrake.model.swept import INITIAL, MOST_VALUES, refuse_doubled, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.sweeps.results import VARIABLES
+
+# Values of an axis, and combinations of them, that are tried on a system.
+_FEW, _MOST_TRIED = 200, 2000
 
 FloatArray = NDArray[np.float64]
 
@@ -55,6 +59,7 @@ def make_axes(system: BrakedDriveline, given: dict[str, Any]) -> tuple[Axis, ...
     axes = tuple(_axis(system, name, values) for name, values in given.items())
     for name in given:
         refuse_doubled(name, given)
+    _check_taken(system, axes)
     return axes
 
 
@@ -63,9 +68,7 @@ def _axis(system: BrakedDriveline, name: str, given: ArrayLike) -> Axis:
     if name not in allowed:
         raise InputError(f"{name}: cannot be swept. {nearest(name, allowed)}")
     values = _numbers(name, given)
-    if name not in INITIAL:
-        _check_taken(system, name, values)
-    elif np.max(np.abs(values)) > 1e12:
+    if name in INITIAL and np.max(np.abs(values)) > 1e12:
         raise InputError(f"{name}: must lie in [-1e12, 1e12].")
     unit, meaning = allowed[name]
     return Axis(name, _dim(system, name), values, unit, meaning)
@@ -81,7 +84,10 @@ def _dim(system: BrakedDriveline, name: str) -> str:
 def _numbers(name: str, given: ArrayLike) -> FloatArray:
     example = f"Give a list or an array, for example {name}=np.linspace(0.1, 1.0, 100)"
     try:
-        values = np.array(given, dtype=float)
+        values = np.asarray(given)
+        if values.dtype.kind not in "iuf" and values.size:
+            raise TypeError
+        values = np.array(values, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"{name} = {shown(given)}: must be numbers. {example}.") from None
     if values.ndim != 1 or values.size == 0:
@@ -97,14 +103,42 @@ def _numbers(name: str, given: ArrayLike) -> FloatArray:
     return values
 
 
-def _check_taken(system: BrakedDriveline, name: str, values: FloatArray) -> None:
-    """Refuse an axis that the system takes no value of; single bad points are no error."""
+def _check_taken(system: BrakedDriveline, axes: tuple[Axis, ...]) -> None:
+    """Refuse an axis that the system takes no value of; single bad points are no error.
+
+    A value that does not fit the system alone may fit it with those of other axes.
+    """
+    refused: dict[str, InputError] = {}
+    for axis in axes:
+        if axis.name not in INITIAL:
+            error = _first_error(system, [{axis.name: value} for value in _looked_at(axis)])
+            if error is not None:
+                refused[axis.name] = error
+    if not refused:
+        return
+    swept = [axis for axis in axes if axis.name not in INITIAL]
+    together = itertools.islice(itertools.product(*map(_looked_at, swept)), _MOST_TRIED)
+    names = [axis.name for axis in swept]
+    if _first_error(system, [dict(zip(names, one, strict=True)) for one in together]):
+        name, error = next(iter(refused.items()))
+        raise InputError(f"{name}: no value can be taken. {error}")
+
+
+def _looked_at(axis: Axis) -> list[float]:
+    """Values that stand for an axis: the ends first, then all between, or some of many."""
+    values = axis.values
+    between = values[1:-1][:: max(1, values.size // _FEW)]
+    return [float(one) for one in (values[0], values[-1], *between)]
+
+
+def _first_error(system: BrakedDriveline, trials: list[dict[str, float]]) -> InputError | None:
+    """The first error, if there is no trial that the system takes."""
     first: InputError | None = None
-    for value in (values[0], values[-1], values[values.size // 2], *values):
+    for changes in trials:
         try:
-            system.replace(**{name: float(value)})
+            system.replace(**changes)
         except InputError as error:
             first = error if first is None else first
         else:
-            return
-    raise InputError(f"{name}: no value can be taken. {first}")
+            return None
+    return first

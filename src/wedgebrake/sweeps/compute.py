@@ -40,6 +40,7 @@ _COLUMNS = {
     "second_exponent": point.SECOND_EXPONENT,
     "exponent_error": point.EXPONENT_ERROR,
     "return_distance": point.RETURN_DISTANCE,
+    "size": point.SIZE,
     "transient": point.TRANSIENT,
     "settling": point.SETTLING,
     "peak_torque": point.PEAK_TORQUE,

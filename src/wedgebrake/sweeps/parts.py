@@ -127,4 +127,6 @@ def _reaching(system: BrakedDriveline, axes: tuple[Axis, ...], part: str) -> lis
     for axis in axes:
         if axis.name in SETTERS and SETTERS[axis.name].target in own:
             wanted |= {axis.name, *SETTERS[axis.name].reads}
+    if "kinetic" in wanted:
+        wanted.add("static")  # the one is no valid value without the other
     return [i for i, axis in enumerate(axes) if axis.name in wanted]

@@ -66,6 +66,7 @@ VARIABLES: dict[str, Variable] = {
         Variable("second_exponent", "1/s", "second Lyapunov exponent; -inf: rank lost in a stick"),
         Variable("exponent_error", "1/s", "standard error of the largest exponent"),
         Variable("return_distance", "1", "return after `order` periods over the motion's size"),
+        Variable("size", "rad/s", "half the range of velocity and of w_n times angle, added"),
         Variable("transient", "1", "periods before the record"),
         Variable(
             "settling",

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 # Points in a chunk of a store: about a second of work, and not too many files.
 _CHUNK = 4096
 _SLOW_CHUNK = 256
+_CHUNK_BYTES = 2**26
 _FEWEST, _PARTS = 16, 16
 
 
@@ -75,7 +76,7 @@ def sweep(
         State at t = 0, where it is not swept.
     follow : str
         Name of a swept parameter along which each point starts where its neighbour ended,
-        once up and once down: the result has a dimension ``branch`` ("up", "down").
+        once in the order given ("up") and once back ("down"), along a dimension ``branch``.
     method, rtol, step, max_events, max_steps
         As in ``simulate``.
     keep_points : bool
@@ -270,7 +271,8 @@ def _chunk_size(plan: Plan) -> int:
     """Points in a chunk: an amount of work that may be lost, not too many files."""
     slow = plan.method != "exact" or plan.protocol.automatic
     share = max(_FEWEST, plan.grid.points // _PARTS)
-    return min(_SLOW_CHUNK if slow else _CHUNK, share)
+    record = 16 * (plan.protocol.recorded + 1) if plan.keep_points else 1
+    return max(1, min(_SLOW_CHUNK if slow else _CHUNK, share, _CHUNK_BYTES // record))
 
 
 def _check_memory(layout: Layout) -> None:
