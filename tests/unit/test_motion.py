@@ -263,6 +263,16 @@ def test_fixed_step_scheme_is_judged_too() -> None:
         method="ode14x", step=2e-4,
     )  # fmt: skip
     assert found.kind == "synchronous"
+    assert math.isnan(found.largest_exponent)
+
+
+def test_the_chatter_of_the_fixed_step_is_no_chaos() -> None:
+    found = wb.motion(wb.paper.system(eta=-18.0), 100, transient=60, method="ode14x")
+    assert found.kind != "chaotic"
+
+
+def test_a_run_that_was_stopped_says_so() -> None:
+    assert "event_limit" in wb.motion(wb.paper.system(), max_events=5).verdict
 
 
 @pytest.mark.parametrize(

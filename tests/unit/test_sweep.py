@@ -216,6 +216,7 @@ def test_smooth_sweep_is_that_of_simulate() -> None:
         ({"eta": ["a"]}, "eta = \\['a'\\]: must be numbers"),
         ({"eta": ["1", "2"]}, "must be numbers"),
         ({"eta": [True, False]}, "must be numbers"),
+        ({"eta": np.ma.array([1.0, 2.0], mask=[0, 1])}, "eta: has masked values"),
         ({"eta": [1.0], "slope": [2.0]}, "eta and slope: both swept"),
         ({"alpha": [-1.0, -2.0]}, "alpha: no value can be taken. groups.alpha = -1.0"),
         ({"release": [1.0]}, "release: cannot be swept"),
@@ -271,6 +272,17 @@ def test_basins_of_one_orbit_are_one() -> None:
     assert found["attractor_share"].values.tolist() == [1.0]
     assert found["attractor_order"].values.tolist() == [1]
     np.testing.assert_array_equal(found["attractor"], np.zeros((5, 5)))
+
+
+def test_basins_of_one_chaotic_attractor_are_one() -> None:
+    system = wb.paper.system(eta=-28.0, F0=0.036)
+    start = {
+        "initial_angle": np.linspace(-0.2, 0.2, 12),
+        "initial_velocity": np.linspace(-9.0, 9.0, 12),
+    }
+    found = wb.basins(system, limit=1000, **start)
+    chaotic = found["attractor_motion"] == MotionClass.CHAOTIC
+    assert int(chaotic.sum()) == 1
 
 
 def test_basins_of_an_orbit_longer_than_the_record() -> None:
@@ -349,6 +361,8 @@ def test_an_interrupt_leaves_a_store_to_go_on_with(tmp_path) -> None:
     resumed = wb.sweep(SYSTEM, store=path, resume=True, progress=seen.append, **options)
     assert 12 <= seen[0].resumed < 200
     assert resumed.load().identical(wb.sweep(SYSTEM, **options))
+    with pytest.raises(wb.InputError, match=r"holds another sweep:(.|\n)*axes"):
+        wb.sweep(SYSTEM, store=path, resume=True, progress=False, F0=[0.03, 0.04])
     with pytest.raises(wb.InputError, match=r"axes\.eta"):
         wb.sweep(
             SYSTEM, store=path, resume=True, progress=False, periods=40, transient=30,
@@ -368,6 +382,22 @@ def test_a_store_knows_the_law_that_a_user_wrote(tmp_path) -> None:
     wb.sweep(system(0.01), store=path, resume=True, **options)
     with pytest.raises(wb.InputError, match=r"laws\.friction"):
         wb.sweep(system(0.02), store=path, resume=True, **options)
+
+
+def test_the_identity_of_a_law_is_what_it_does() -> None:
+    """Also what it calls, and the values outside it that it uses."""
+    from wedgebrake.sweeps.plan import _fingerprint
+
+    text = "import math\nMU = {}\ndef helper(v):\n    return {} * math.tanh(v)\n"
+    text += "def law(v):\n    return MU * helper(v)\n"
+
+    def made(mu, factor):
+        here: dict = {}
+        exec(text.format(mu, factor), here)  # noqa: S102 - our own text
+        return _fingerprint(here["law"])
+
+    assert made(0.3, 1.0) == made(0.3, 1.0)
+    assert len({made(0.3, 1.0), made(0.2, 1.0), made(0.3, 2.0)}) == 3
 
 
 def test_a_damaged_chunk_is_said_and_computed_again(tmp_path) -> None:

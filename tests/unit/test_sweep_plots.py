@@ -456,11 +456,26 @@ class TestDiagram:
         assert not data_axes(figure)[0].texts
         assert "linear stability limit" not in words(figure)
 
+    def test_limit_of_stability_lies_where_it_is(self):
+        """The smaller of two dampings has a kink at eta = 0, beside the limit."""
+        for count in (5, 60, 400):
+            etas = np.linspace(-60.0, 12.0, count)
+            dataset = wb.bifurcation(SYSTEM, eta=etas, periods=4, transient=1)
+            _, *panels = data_axes(bifurcation.bifurcation(dataset))
+            limits = [
+                float(line.get_xdata()[0])
+                for line in panels[0].figure.axes[0].lines
+                if line.get_linestyle() != "-" and len(set(line.get_xdata())) == 1
+            ]
+            truth = wb.stability(SYSTEM).forward.hopf_eta
+            assert limits == pytest.approx([truth], abs=1e-9)
+
     def test_exponents(self):
         dataset = diagram(50)
         assert len(data_axes(bifurcation.bifurcation(dataset))) == 3
-        dataset["largest_exponent"][...] = np.linspace(-100.0, 2.0, 50)
+        dataset["largest_exponent"][...] = np.linspace(-5.0, 2.0, 50)
         dataset["largest_exponent"][{"eta": 3}] = -np.inf
+        dataset["largest_exponent"][{"eta": 40}] = -500.0
         dataset["exponent_error"][...] = 0.1
         figure = bifurcation.bifurcation(dataset)
         _, axes, *_ = data_axes(figure)
@@ -468,7 +483,7 @@ class TestDiagram:
         assert any(np.all(np.asarray(line.get_ydata()) == 0.0) for line in axes.lines)
         low, high = axes.get_ylim()
         assert high > 2.0
-        assert -10.0 < low < 0.0  # what matters is about zero
+        assert -6.0 < low < -4.5  # one deep point does not hide the others
         assert len(data_axes(bifurcation.bifurcation(dataset, exponent=False))) == 3
 
     def test_branches(self):
@@ -733,10 +748,10 @@ class TestBasins:
             angle = angles[numbers == place][0]
             assert close(image.at(axes, angle, -25.0), looks.ATTRACTORS[rank])
         assert words(figure) == [
-            "1: $2T$, 30 %", "2: $2T$, 28 %", "3: $2T$, 22 %", "4: $2T$, 20 %",
+            "3: $2T$, 30 %", "2: $2T$, 28 %", "1: $2T$, 22 %", "0: $2T$, 20 %",
             "points of attractors",
         ]  # fmt: skip
-        assert [text.get_text() for text in axes.texts] == ["1", "2", "3", "4"]
+        assert [text.get_text() for text in axes.texts] == ["3", "2", "1", "0"]
 
     def test_only_points_inside_are_marked(self):
         dataset = basins_of(3)
@@ -749,9 +764,11 @@ class TestBasins:
         assert not axes.texts
 
     def test_beyond_twenty_they_are_others(self):
-        figure = basins.basins(basins_of(25, 300))
+        dataset = basins_of(25, 300)
+        ranking = np.argsort(-dataset["attractor_share"].to_numpy(), kind="stable")
+        figure = basins.basins(dataset)
         said = words(figure)
-        assert [word.split(":")[0] for word in said[:20]] == [str(n) for n in range(1, 21)]
+        assert [word.split(":")[0] for word in said[:20]] == [str(n) for n in ranking[:20]]
         assert said[20].startswith("5 others, ")
         assert len(data_axes(figure)[0].texts) == 20
 
@@ -788,7 +805,7 @@ class TestBasins:
             dataset["attractor_motion"][{"attractor_id": 5 - place}] = motion
         said = [word.split(",")[0] for word in words(basins.basins(dataset))]
         assert said[:6] == [
-            "1: at rest", "2: $T$", "3: $2T$", "4: quasi-periodic", "5: chaotic", "6: undecided",
+            "5: at rest", "4: $T$", "3: $2T$", "2: quasi-periodic", "1: chaotic", "0: undecided",
         ]  # fmt: skip
 
 
@@ -803,7 +820,7 @@ class TestFrontDoor:
         assert "Hz" in axes.get_xlabel()
         assert "motion" in words_of_ticks(plot(diagram()))
         assert "chaotic, 50 %" in words(plot(map_of()))
-        assert "1: $2T$" in words(plot(basins_of(3)))[0]
+        assert "2: $2T$" in words(plot(basins_of(3)))[0]
         one = map_of().assign_attrs(kind="sweep")
         assert words(plot(one)) == words(plot(map_of()))
 

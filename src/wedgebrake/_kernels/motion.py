@@ -11,7 +11,7 @@ from .compiling import compiled
 # A motion has settled when all that is left to come is smaller than this share of its size.
 SETTLED = 1e-6
 # Returns below this share of the state are rounding.
-ROUNDING = 1e-12
+ROUNDING = 1e-11
 # Longest period looked for, in periods of the torque, and the fewest returns of it to be seen.
 LONGEST = 512
 _RETURNS = 4

@@ -67,6 +67,8 @@ class Motion:
         text = f"{self.word}, {self.stick_class}" if self.settled else self.word
         if self.kind in ("diverged", "self-locked"):
             return f"{text}."
+        if self.status != "completed":
+            return f"{text}: the run was stopped ({self.status})."
         if self.order:
             text += f": repeats after {self.order} T to {self.return_distance:.1g} of its size"
             if not math.isnan(self.settling):
@@ -127,7 +129,8 @@ def motion(
         State at t = 0.
     method, rtol, step, max_events, max_steps
         As in ``simulate``. Exponents come from the exact derivative of the flow with
-        "exact", and from neighbouring trajectories otherwise.
+        "exact", and from neighbouring trajectories with "smooth". The fixed step of
+        "ode14x" chatters, so that it has none, and nothing aperiodic is told apart.
 
     Returns
     -------

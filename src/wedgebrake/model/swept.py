@@ -48,7 +48,9 @@ def _quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
             if field.annotation is float:
                 extra = labels(field)
                 symbol, unit = extra.get("symbol", "-"), extra.get("unit", "1")
-                found.setdefault(name, Quantity(symbol, unit, field.description or name))
+                # Without its symbol, which stands beside it.
+                words = [one for one in (field.description or name).split() if one != symbol]
+                found.setdefault(name, Quantity(symbol, unit, " ".join(words)))
     groups = {name: Quantity(name, "1", setter.meaning) for name, setter in SETTERS.items()}
     return {**found, **groups, **INITIAL}
 

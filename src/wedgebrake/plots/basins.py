@@ -101,10 +101,8 @@ def _codes(dataset: xr.Dataset) -> tuple[xr.DataArray, list[looks.Look]]:
     ranking, given = _ranking(dataset), dataset["attractor"]
     most = len(looks.ATTRACTORS)
     table = [
-        looks.Look(f"{number}: {_motion(dataset, int(place))}", colour)
-        for number, (place, colour) in enumerate(
-            zip(ranking[:most], looks.ATTRACTORS, strict=False), start=1
-        )
+        looks.Look(f"{place}: {_motion(dataset, int(place))}", colour)
+        for place, colour in zip(ranking[:most], looks.ATTRACTORS, strict=False)
     ]
     rank = np.empty(ranking.size, dtype=np.int64)
     rank[ranking] = np.minimum(np.arange(ranking.size), most)
@@ -153,10 +151,10 @@ def _mark(axes: Axes, dataset: xr.Dataset, x: Axis, y: Axis) -> None:
             )
     scale = _points_per_share(axes)
     shares = [np.stack([_share(across, x), _share(up, y)], axis=1) * scale for across, up in orbits]
-    for number, (orbit, where) in enumerate(zip(orbits, _label(shares), strict=True), start=1):
+    for place, orbit, where in zip(ranking, orbits, _label(shares), strict=True):
         if where is not None:
             point, shift = where
-            _number(axes, number, (orbit[0][point], orbit[1][point]), shift)
+            _number(axes, int(place), (orbit[0][point], orbit[1][point]), shift)
 
 
 def _visible(dataset: xr.Dataset, x: Axis, y: Axis, place: int) -> tuple[np.ndarray, np.ndarray]:

@@ -22,6 +22,9 @@ _SHADE = "Shade: share of the points of a parameter, logarithmic."
 _MARGINS, _BETWEEN = 0.85, 0.75
 _EXPONENT = 0.95
 
+# Share of the exponents that may lie below the axis.
+_DEEP = 0.03
+
 
 def bifurcation(
     dataset: xr.Dataset,
@@ -35,8 +38,7 @@ def bifurcation(
     dataset  : as ``wb.bifurcation`` or ``wb.sweep`` gives it for one parameter
     quantity : "velocity" [rad/s] or "angle" [rad] of the points
     exponent : whether to draw the largest Lyapunov exponent [1/s], with its standard error;
-               None: where the dataset has one. Below zero the axis goes four times as far as
-               above: how fast stable motions settle is not its subject
+               None: where the dataset has one. The deepest few of a hundred may lie outside
     width    : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     The shade says how many of the points of a parameter lie in one place, on a logarithmic
@@ -122,9 +124,8 @@ def _draw_exponent(axes: Axes, record: Record) -> None:
         return
     for branch, values, error in zip(record.branches, record.exponent, record.error, strict=True):
         _draw_values(axes, record.x.values, values, error, branch.colour)
-    # Deep below zero, of motions that forget their start in a stick, says little.
-    top = float(np.max(finite))
-    low = max(float(np.min(finite)), -4.0 * top if top > 0.0 else -np.inf)
+    # The few deepest, of motions that forget their start in a stick, say little.
+    top, low = float(np.max(finite)), float(np.quantile(finite, _DEEP))
     axes.set_ylim(*style.margins(min(low, 0.0), max(top, 0.0), 0.0, share=0.1))
     style.few_ticks(axes, y=3)
 

@@ -8,11 +8,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.part import shown
+from wedgebrake.plots import style
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+# Widths of a figure [inch] that its type can live with.
+_NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
     "wb.simulate(...), wb.poincare(...), wb.spectrum(...), wb.bifurcation(...),"
     " wb.regime_map(...), wb.basins(...), or wb.sweep(...) over one or two parameters"
@@ -50,7 +54,19 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
             raise InputError(
                 f"{name}: no option of the picture {picture.__name__!r}. {nearest(name, allowed)}"
             )
-    return picture(*arguments, **options)
+    width = options.get("width", style.PAGE)
+    plain = isinstance(width, int | float) and not isinstance(width, bool)
+    if not plain or not _NARROW <= width <= _WIDE:
+        raise InputError(
+            f"width = {shown(width)}: must be a number of inches, {_NARROW:g} to {_WIDE:g}."
+        )
+    try:
+        return picture(*arguments, **options)
+    except KeyError as error:
+        raise InputError(
+            f"dataset: lacks {error}, which the picture needs. Give the result of {_RESULTS}, with"
+            " all its variables."
+        ) from None
 
 
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:

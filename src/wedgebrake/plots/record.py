@@ -149,9 +149,26 @@ def _crossings(x: Axis, damping: np.ndarray) -> list[tuple[float, bool]]:
     known = np.isfinite(damping)
     places, values = x.places(x.values)[known], damping[known]
     stable = values > 0.0
-    found = []
-    for i in np.flatnonzero(stable[1:] != stable[:-1]):
-        share = values[i] / (values[i] - values[i + 1])
-        place = float(places[i] + share * (places[i + 1] - places[i]))
-        found.append((x.at(place), bool(stable[i + 1])))
-    return found
+    return [
+        (x.at(_zero(places, values, int(i))), bool(stable[i + 1]))
+        for i in np.flatnonzero(stable[1:] != stable[:-1])
+    ]
+
+
+def _zero(places: np.ndarray, values: np.ndarray, i: int) -> float:
+    """Where the smaller of two dampings passes zero between the points i and i + 1.
+
+    Each is nearly straight, and the smaller has a kink where they cross: it is zero where the
+    later of both lines is, each drawn through the two points on its side.
+    """
+    rising = values[i + 1] > values[i]
+    zeros = []
+    for first, last in ((i - 1, i), (i + 1, i + 2)):
+        if first >= 0 and last < values.size and values[first] != values[last]:
+            share = values[first] / (values[first] - values[last])
+            zeros.append(float(places[first] + share * (places[last] - places[first])))
+    inside = [zero for zero in zeros if places[i] <= zero <= places[i + 1]]
+    if inside:
+        return max(inside) if rising else min(inside)
+    share = values[i] / (values[i] - values[i + 1])
+    return float(places[i] + share * (places[i + 1] - places[i]))

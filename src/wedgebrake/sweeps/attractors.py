@@ -23,9 +23,11 @@ UNDECIDED, DIVERGED, SELF_LOCKED, NOT_COMPUTED = -1, -2, -3, -4
 # above what is left of a transient. Where the record is shorter than the orbit, they are if
 # exponent and power, which are those of a whole orbit, are equal to this.
 _SAME = 1e-3
-# Two clouds are one attractor if the typical point of each lies as near to the other cloud
-# as it lies to its own, times this.
+# A motion belongs to an aperiodic attractor if its typical point lies as near to those known
+# of it as to the next of its own, times this.
 _CLOUD = 4.0
+# Motions of an attractor whose points are its ground.
+_MEMBERS = 20
 
 
 def label(dataset: xr.Dataset) -> xr.Dataset:
@@ -131,8 +133,17 @@ class _Motions(NamedTuple):
     def same_cloud(self, seed: int, others: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Which aperiodic motions cover the ground of ``seed``."""
         alike = self.motion[others] == self.motion[seed]
-        covers = [_covers(self.points[seed], self.points[i]) for i in others]
-        return np.asarray(alike & np.array(covers))
+        same = others == seed
+        ground = self.points[seed]
+        # The more of an attractor is known, the more of its motions are recognised.
+        while True:
+            left = np.flatnonzero(alike & ~same)
+            found = [k for k in left if _covers(ground, self.points[others[k]])]
+            if not found:
+                return np.asarray(same)
+            same[found] = True
+            members = others[same][:_MEMBERS]
+            ground = np.concatenate([self.points[i] for i in members])
 
 
 def _number_all(numbers: NDArray[np.int32], motions: _Motions) -> list[int]:
@@ -158,14 +169,13 @@ def _number_all(numbers: NDArray[np.int32], motions: _Motions) -> list[int]:
     return first
 
 
-def _covers(one: FloatArray, other: FloatArray) -> bool:
-    """Whether two clouds of Poincare points cover the same ground."""
-    own = np.abs(one[:, None] - one[None]).max(axis=2)
+def _covers(ground: FloatArray, other: FloatArray) -> bool:
+    """Whether the Poincare points of a motion lie on the ground of others."""
+    own = np.abs(other[:, None] - other[None]).max(axis=2)
     np.fill_diagonal(own, np.inf)
     spacing = float(np.median(own.min(axis=1)))
-    across = np.abs(one[:, None] - other[None]).max(axis=2)
-    gap = max(np.median(across.min(axis=0)), np.median(across.min(axis=1)))
-    return bool(gap <= _CLOUD * spacing)
+    across = np.abs(other[:, None] - ground[None]).max(axis=2).min(axis=1)
+    return bool(np.median(across) <= _CLOUD * spacing)
 
 
 def _orbits(points: FloatArray, order: NDArray[np.int32], chosen: list[int]) -> FloatArray:

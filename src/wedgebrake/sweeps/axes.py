@@ -83,6 +83,8 @@ def _dim(system: BrakedDriveline, name: str) -> str:
 
 def _numbers(name: str, given: ArrayLike) -> FloatArray:
     example = f"Give a list or an array, for example {name}=np.linspace(0.1, 1.0, 100)"
+    if np.ma.is_masked(given):
+        raise InputError(f"{name}: has masked values. Leave them out: {name}.compressed().")
     try:
         values = np.asarray(given)
         if values.dtype.kind not in "iuf" and values.size:

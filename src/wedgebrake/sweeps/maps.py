@@ -98,7 +98,8 @@ def basins(system: BrakedDriveline, **options: Any) -> xr.Dataset:
     xarray.Dataset
         As ``sweep``, with ``attractor``, the number of the attractor of each point (-1
         undecided, -2 diverged, -3 self-locked, -4 not computed), and over ``attractor_id``
-        its motion, order, share of the points, and Poincare points.
+        its motion, order, share of the points, and Poincare points. A store holds the points
+        alone: the attractors are told apart when it is complete, in the returned dataset.
 
     Raises ``InputError`` as ``sweep``, and without both initial conditions.
     """

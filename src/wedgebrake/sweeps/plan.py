@@ -112,7 +112,7 @@ def _laws(system: BrakedDriveline) -> dict[str, str]:
     """Fingerprints of the laws that a user wrote: their names would not tell a change."""
     laws: dict[str, Any] = {}
     if not system.brake.kind:
-        laws["brake"] = type(system.brake).law
+        laws["brake"], laws["shape"] = type(system.brake).law, type(system.brake).shape
     if isinstance(system.friction, CustomFriction):
         laws["friction"] = system.friction.law
     return {part: _fingerprint(law) for part, law in laws.items()}
@@ -120,13 +120,39 @@ def _laws(system: BrakedDriveline) -> dict[str, str]:
 
 def _fingerprint(law: Callable[..., Any]) -> str:
     """What a function does, as a short text that is the same in every process."""
-    function = getattr(law, "py_func", law)
+    return hashlib.sha256(repr(_told(law, [])).encode()).hexdigest()[:16]
+
+
+def _told(value: Any, known: list[Any]) -> Any:
+    """A value in words; of a function its code, and the values that it uses."""
+    function = getattr(value, "py_func", value)
     code = getattr(function, "__code__", None)
-    told = repr(function) if code is None else repr(_told(code))
-    closed = [repr(cell.cell_contents) for cell in getattr(function, "__closure__", None) or ()]
-    return hashlib.sha256("".join([told, *closed]).encode()).hexdigest()[:16]
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if code is None:
+        # Of an object, what it is; its address would differ from process to process.
+        plain = value is None or isinstance(value, int | float | complex | str | bytes | tuple)
+        return repr(value) if plain else getattr(value, "__name__", type(value).__name__)
+    if function in known:
+        return function.__qualname__
+    names = [name for one in _codes(code) for name in one.co_names]
+    scope = {name: function.__globals__[name] for name in names if name in function.__globals__}
+    closed = [cell.cell_contents for cell in function.__closure__ or ()]
+    used = [*sorted(scope.items()), *enumerate(closed), ("defaults", function.__defaults__)]
+    return (
+        [
+            (one.co_code, [_constant(c) for c in one.co_consts], one.co_names)
+            for one in _codes(code)
+        ],
+        [(name, _told(one, [*known, function])) for name, one in used],
+    )
 
 
-def _told(code: CodeType) -> tuple[Any, ...]:
-    constants = tuple(_told(one) if isinstance(one, CodeType) else one for one in code.co_consts)
-    return code.co_code, constants, code.co_names
+def _codes(code: CodeType) -> list[CodeType]:
+    """A code and those inside it."""
+    inner = [one for one in code.co_consts if isinstance(one, CodeType)]
+    return [code, *(deeper for one in inner for deeper in _codes(one))]
+
+
+def _constant(value: Any) -> str:
+    return value.co_name if isinstance(value, CodeType) else repr(value)

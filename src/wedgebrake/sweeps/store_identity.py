@@ -41,12 +41,12 @@ def verify(target: Path, layout: Layout, record: dict[str, Any]) -> Layout:
         raise _damaged(target, IDENTITY, f"it is not of the format {_FORMAT!r}")
     has: Any = stored.get("layout")
     try:
-        if has["chunks"] != record["layout"]["chunks"]:
-            layout = dataclasses.replace(layout, chunks=has["chunks"])
         lines = differences(stored["identity"], record["identity"]) or differences(
             {name: has[name] for name in ("dims", "variables")},
             {name: record["layout"][name] for name in ("dims", "variables")},
         )
+        if not lines and has["chunks"] != record["layout"]["chunks"]:
+            layout = dataclasses.replace(layout, chunks=has["chunks"])
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(target, IDENTITY, f"{type(error).__name__}: {error}") from None
     if lines:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from typing import Any
 
+from wedgebrake.errors import InputError
 from wedgebrake.sweeps.compute import Chunk, compute
 from wedgebrake.sweeps.parts import Parts
 from wedgebrake.sweeps.plan import Plan
@@ -36,25 +37,26 @@ def by_threads(
     parts = Parts(plan.system, plan.grid.axes)
     hand: deque[tuple[ChunkIndex, Chunk, list[Future[None]]]] = deque()
     waiting = iter(wanted)
-    with ThreadPoolExecutor(threads, thread_name_prefix="wedgebrake") as pool:
-        try:
-            while True:
-                while len(hand) < _IN_HAND:
-                    index = next(waiting, None)
-                    if index is None:
-                        break
-                    chunk = Chunk(plan, parts, layout.slices(index))
-                    hand.append((index, chunk, [pool.submit(work) for work in chunk.work]))
-                if not hand:
-                    return
-                index, chunk, futures = hand.popleft()
-                wait(futures, return_when=FIRST_EXCEPTION)
-                for future in futures:
-                    future.result()
-                yield index, chunk.results()
-        finally:
-            # Also where the caller has had enough, or Ctrl-C was pressed.
-            pool.shutdown(wait=True, cancel_futures=True)
+    pool = ThreadPoolExecutor(threads, thread_name_prefix="wedgebrake")
+    try:
+        while True:
+            while len(hand) < _IN_HAND:
+                index = next(waiting, None)
+                if index is None:
+                    break
+                chunk = Chunk(plan, parts, layout.slices(index))
+                hand.append((index, chunk, [pool.submit(work) for work in chunk.work]))
+            if not hand:
+                return
+            index, chunk, futures = hand.popleft()
+            wait(futures, return_when=FIRST_EXCEPTION)
+            for future in futures:
+                future.result()
+            yield index, chunk.results()
+    finally:
+        # Also where the caller has had enough, or Ctrl-C was pressed: what runs is left to
+        # itself, it may take long.
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def by_cluster(
@@ -68,7 +70,14 @@ def by_cluster(
 
     waiting = iter(wanted)
     running: dict[Any, ChunkIndex] = {}
-    [shared] = client.scatter([plan], broadcast=True)
+    try:
+        [shared] = client.scatter([plan], broadcast=True)
+        hands = max(1, sum(client.nthreads().values()))
+    except (TypeError, RuntimeError, OSError) as error:
+        raise InputError(
+            f"client: the sweep cannot be sent to its workers ({str(error).splitlines()[0]}). Use a"
+            " client that is open, and define brakes and laws of your own in a module."
+        ) from None
 
     def submit() -> Any:
         index = next(waiting, None)
@@ -79,7 +88,7 @@ def by_cluster(
         return future
 
     # As many as there are hands, so that results do not wait on workers that may die.
-    first = [submit() for _ in range(max(1, sum(client.nthreads().values())))]
+    first = [submit() for _ in range(hands)]
     finished = as_completed([one for one in first if one is not None])
     try:
         for future in finished:
