@@ -115,7 +115,7 @@ def die(path: str, step: int) -> None:
         count()
         return found
 
-    Path.open, Path.replace = opened, replaced  # type: ignore[method-assign]
+    Path.open, Path.replace = opened, replaced  # type: ignore[method-assign] - to die between them
     run(path)
 
 
@@ -131,9 +131,9 @@ def hold(path: str) -> None:
 
 
 def main() -> None:
-    import filelock  # noqa: F401
-    import google_crc32c  # noqa: F401
-    import zarr  # noqa: F401
+    import filelock  # noqa: F401 - loaded before the forks
+    import google_crc32c  # noqa: F401 - the same
+    import zarr  # noqa: F401 - the same
 
     while line := sys.stdin.readline():
         what, path = line.rstrip("\n").split(" ", 1)

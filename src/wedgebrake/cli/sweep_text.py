@@ -144,7 +144,8 @@ def _condensed(rows: list[_Row], most: int) -> list[tuple[float, float, str]]:
     while len(kept) > most:
         shortest = min(count for _, _, count, _ in rows if count > shortest)
         kept = []
-        for short, group in groupby(rows, lambda row: row[2] <= shortest):  # noqa: B023
+        # The lambda is called before the loop goes on, with the number it was made for.
+        for short, group in groupby(rows, lambda row: row[2] <= shortest):  # noqa: B023 - see above
             together = list(group)
             kept += [_joined(together)] if short else together
     return [(low, high, _mixed(words)) for low, high, _, words in kept]
