@@ -83,5 +83,3 @@ def _signature():
 
 
 run = compiled_for(_signature())(_run)
-
-__all__ = ["COLUMNS", "run"]

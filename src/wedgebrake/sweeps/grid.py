@@ -28,14 +28,9 @@ class Grid:
         return sizes if self.follow is None else {BRANCH: len(BRANCHES), **sizes}
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """The same, without names."""
-        return tuple(self.sizes.values())
-
-    @property
     def points(self) -> int:
         """How many points there are."""
-        return math.prod(self.shape)
+        return math.prod(self.sizes.values())
 
     def chunk_shape(self, target: int) -> dict[str, int]:
         """Chunks of at most about ``target`` points; a followed line is never cut."""
