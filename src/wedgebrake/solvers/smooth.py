@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
-from wedgebrake._kernels import codes, dop853, flow
+from wedgebrake._kernels import along, codes, dop853, flow
 from wedgebrake._kernels import smooth as kernel
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import SmoothFriction
@@ -182,7 +182,7 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
         times=times,
         angle=angle,
         velocity=velocity,
-        brake_torque=_brake_torque(system, given, speed),
+        brake_torque=_brake_torque(given, speed),
         sticking=within(times, sticks),
         period=log[marks, kernel.LOG_PERIOD].astype(np.int64),
         period_angle=log[marks, kernel.LOG_THETA],
@@ -219,15 +219,10 @@ def _run(
         rows *= 4
 
 
-def _brake_torque(system: BrakedDriveline, given: Problem, speed: FloatArray) -> FloatArray:
+def _brake_torque(given: Problem, speed: FloatArray) -> FloatArray:
     """R F_mu at sliding velocities [rad/s]."""
-    friction, friction_shape, brake, brake_shape = given.laws
-    radius, *_ = given.numbers
     torque = np.empty(speed.size)
-    for i, v in enumerate(speed):
-        force = system.actuation.force(v)
-        gain = brake(friction(radius * v, friction_shape), brake_shape) if force else 0.0
-        torque[i] = radius * force * gain
+    along.torques(*given.laws, *given.numbers, np.ascontiguousarray(speed), torque)
     return torque
 
 
