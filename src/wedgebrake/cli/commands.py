@@ -303,6 +303,65 @@ def sweep(
         raise failures[0]
 
 
+@app.command(
+    short_help="What of Chen and Xi (2014) can be reproduced?",
+    epilog="Examples: wedgebrake paper fig8 fig9 --out figures; wedgebrake paper claims;"
+    " wedgebrake paper all --out paper",
+)
+def paper(
+    targets: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[TARGET]...",
+            help="fig8 or another figure, claims, or all; several for several. None lists them.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Where the files go, by default the folder paper; it is made if need be.",
+        ),
+    ] = None,
+    method: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="How the runs are made: smooth (smoothed friction, adaptive), exact (Coulomb"
+            " friction) or ode14x (smoothed friction, the paper's fixed step; slow).",
+        ),
+    ] = "smooth",
+    threads: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="How many threads compute; default one per processor."),
+    ] = None,
+    kind: Annotated[
+        str,
+        typer.Option("--format", metavar="KIND", help="Of the figures' files: png, svg or pdf."),
+    ] = "png",
+    as_json: AsJson = False,
+) -> None:
+    """The figures and statements of the source paper, computed again and judged.
+
+    Without a target, lists the figures. A figure is drawn into the folder, as fig8.png. claims
+    tests each statement of the paper and prints the verdicts. all draws every figure, tests the
+    statements and writes report.html, one page that needs no connection, and claims.json.
+
+    A verdict follows from numbers: reproduced, reproduced with a stated correction,
+    contradicted, or undecidable from the text. Whatever they are, the exit status is 0. Files
+    are whole or not there; Ctrl-C ends at once (exit status 1) and leaves the complete ones.
+    """
+    from wedgebrake.cli import paper as work
+    from wedgebrake.cli.report import to_json
+
+    if not targets:
+        typer.echo(to_json(work.listing_report()) if as_json else work.listing())
+        return
+    order = work.ordered(targets, out, method, threads, kind)
+    outcome = work.carry_out(order)
+    typer.echo(to_json(work.report(order, outcome)) if as_json else work.text(outcome))
+
+
 @app.command(short_help="What can stand in a study file?")
 def schema() -> None:
     """The JSON schema of study files: every table and parameter, with unit and range.

@@ -15,6 +15,10 @@ from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import CoulombFriction, Friction, SmoothedFriction
 from wedgebrake.model.system import BrakedDriveline
 
+KINETIC, RADIUS, INITIAL_FORCE = 0.30, 0.2, 300.0
+INERTIA, STIFFNESS = 1.0, 1e4
+"""mu_k, R [m], F_a0 [N], J [kg m^2] and k [N m/rad], of the paper's sections 3 and 4."""
+
 
 def system(
     eta: float = -24.0,
@@ -39,23 +43,22 @@ def system(
 
     Raises ``InputError`` for any other word or a value out of range.
     """
-    kinetic, radius, initial_force = 0.30, 0.2, 300.0
     frictions: dict[str, Friction] = {
-        "coulomb": CoulombFriction(kinetic=kinetic, static=static),
-        "smoothed": SmoothedFriction(kinetic=kinetic, static=static),
+        "coulomb": CoulombFriction(kinetic=KINETIC, static=static),
+        "smoothed": SmoothedFriction(kinetic=KINETIC, static=static),
     }
     brakes: dict[str, Brake] = {
-        "wedge": WedgeBrake(angle=0.34, radius=radius),
-        "conventional": ConventionalBrake(radius=radius),
+        "wedge": WedgeBrake(angle=0.34, radius=RADIUS),
+        "conventional": ConventionalBrake(radius=RADIUS),
     }
     for name, value, allowed in (("brake", brake, brakes), ("friction", friction, frictions)):
         if value not in allowed:
             raise InputError(f"{name} = {value!r}: not known. {nearest(str(value), allowed)}")
     base = BrakedDriveline(
-        driveline=Driveline(inertia=1.0, damping=damping, stiffness=1e4),
+        driveline=Driveline(inertia=INERTIA, damping=damping, stiffness=STIFFNESS),
         brake=brakes[brake],
         friction=frictions[friction],
-        actuation=Actuation(initial_force=initial_force, release=release),
+        actuation=Actuation(initial_force=INITIAL_FORCE, release=release),
         excitation=HarmonicTorque(amplitude=500.0, frequency=10.0),
     )
     chosen = {"eta": eta, "f": f, "F0": F0}

@@ -1,0 +1,152 @@
+"""Statements of the paper, how each is tested, and what comes of it.
+
+A statement is tested in parts, each a plain yes or no with the numbers found. It is tested
+twice: as printed (the paper's own parameters, ``AS_PRINTED``) and as corrected. No verdict
+is written down anywhere; it follows from the parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import Any
+
+from wedgebrake.paper.assumptions import AS_PRINTED
+from wedgebrake.paper.laboratory import Laboratory
+
+
+class Verdict(Enum):
+    """What comes of a statement."""
+
+    REPRODUCED = "reproduced"
+    CORRECTED = "reproduced with a stated correction"
+    CONTRADICTED = "contradicted"
+    UNDECIDABLE = "undecidable from the text"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One thing that a statement says.
+
+    says  : in our words
+    holds : whether it does; None where the text does not say enough to tell
+    found : the numbers, in words
+    """
+
+    says: str
+    holds: bool | None
+    found: str
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One statement of the paper.
+
+    name       : as "B3"; figure: as "11a"; says: in our words
+    test       : how it is tested; tolerance: what counts as agreement
+    check      : from a laboratory and the values below, the parts
+    printed    : what the figure's caption or the text prints, where a correction changes it
+    correction : the values that are used instead; {} for none
+    why        : that correction in words, for the reader
+    apart      : whether each assumption is taken back alone, to see if it is needed; the
+                 diagrams leave that to the identification
+    """
+
+    name: str
+    figure: str
+    says: str
+    test: str
+    tolerance: str
+    check: Callable[[Laboratory, dict[str, Any]], list[Part]]
+    printed: dict[str, Any] = field(default_factory=dict)
+    correction: dict[str, Any] = field(default_factory=dict)
+    why: str = ""
+    apart: bool = True
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What came of a statement.
+
+    parts   : with the corrected parameters, or as printed where that already holds
+    printed : the same with the paper's own parameters
+    needed  : the corrections without which it does not hold, in words; "" for none
+    """
+
+    statement: Statement
+    verdict: Verdict
+    parts: tuple[Part, ...]
+    printed: tuple[Part, ...]
+    needed: str = ""
+
+    @property
+    def score(self) -> tuple[int, int]:
+        """(parts that hold, parts that can be told)."""
+        told = [part.holds for part in self.parts if part.holds is not None]
+        return sum(map(bool, told)), len(told)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return {
+            "id": self.statement.name,
+            "figure": self.statement.figure,
+            "says": self.statement.says,
+            "test": self.statement.test,
+            "tolerance": self.statement.tolerance,
+            "verdict": self.verdict.value,
+            "correction": self.needed,
+            "parts": [vars(part) for part in self.parts],
+            "as_printed": [vars(part) for part in self.printed],
+        }
+
+
+def judge(parts: Sequence[Part]) -> bool | None:
+    """Whether all parts hold; None where none is false and one cannot be told."""
+    answers = [part.holds for part in parts]
+    if False in answers:
+        return False
+    return None if None in answers or not answers else True
+
+
+def examine(statement: Statement, laboratory: Laboratory) -> Finding:
+    """Test a statement as printed and, where that does not hold, as corrected.
+
+    Corrected are the laboratory's assumptions and the values of the statement itself.
+    """
+    printed_lab = laboratory.like(assumptions=AS_PRINTED)
+    printed = tuple(statement.check(printed_lab, statement.printed))
+    if judge(printed):
+        return Finding(statement, Verdict.REPRODUCED, printed, printed)
+    parts = tuple(statement.check(laboratory, {**statement.printed, **statement.correction}))
+    holds = judge(parts)
+    verdicts = {
+        True: Verdict.CORRECTED,
+        False: Verdict.CONTRADICTED,
+        None: Verdict.UNDECIDABLE,
+    }
+    needed = _needed(statement, laboratory) if holds else ""
+    return Finding(statement, verdicts[holds], parts, printed, needed)
+
+
+def _needed(statement: Statement, laboratory: Laboratory) -> str:
+    """What must be changed from the printed page, in words."""
+    corrected = {**statement.printed, **statement.correction}
+    names = laboratory.assumptions.differing(AS_PRINTED)
+    if statement.apart:
+        names = [name for name in names if not _holds_without(statement, laboratory, name)]
+    words = [laboratory.assumptions.words(names)] if names else []
+    if statement.correction and not judge(statement.check(laboratory, statement.printed)):
+        words.append(statement.why)
+    if not words:  # each can be missed, but not all of them
+        words.append(laboratory.assumptions.words() if not corrected else statement.why)
+    return "; ".join(words)
+
+
+def _holds_without(statement: Statement, laboratory: Laboratory, name: str) -> bool:
+    """Whether a statement still holds with one assumption as printed."""
+    kept = replace(laboratory.assumptions, **{name: getattr(AS_PRINTED, name)})
+    parts = statement.check(
+        laboratory.like(assumptions=kept), {**statement.printed, **statement.correction}
+    )
+    return bool(judge(parts))

@@ -1,0 +1,225 @@
+"""Bifurcation diagrams as the paper draws them: dots, and the limits that it states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.paper.diagrams import COLUMNS, PLANS, Diagram, Plan, diagram
+from wedgebrake.paper.figures import layout, words
+from wedgebrake.paper.laboratory import DURATION, METHOD_WORDS, Laboratory
+from wedgebrake.plots import looks, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+_HEIGHT = 1.75
+# Size of a dot [pt].
+_DOT = 1.0
+# Speed [rad/s] up to which the scale of a resonance's companion is linear.
+_LINEAR = 1.0
+# Width of a digit of the limits' numbers [inch], with some space.
+_DIGIT = 0.062
+
+
+@dataclass(frozen=True)
+class Panels:
+    """A figure of bifurcation diagrams, a column a plan.
+
+    plans     : names among the paper's diagrams
+    resonance : whether one column towers above the others, so that a second scale is needed
+    """
+
+    plans: tuple[str, ...]
+    resonance: bool = False
+
+
+OVER_SLOPE = Panels(("8a", "8b"))
+OVER_FORCE = Panels(("11a", "11b"))
+OVER_FREQUENCY = Panels(("14a", "14b"), resonance=True)
+OVER_ANGLE = Panels(("17",))
+
+
+def draw(panels: Panels, number: int, laboratory: Laboratory) -> Figure:
+    """The figure: a row for the laboratory's method and one for the exact solution.
+
+    With a resonance the first row has a linear axis, the others are logarithmic beyond 1 rad/s.
+    """
+    plans = [PLANS[name] for name in panels.plans]
+    laboratories = words.compared(laboratory)
+    grid = [
+        [diagram(one, plan.base, plan.name, list(plan.values(COLUMNS))) for plan in plans]
+        for one in laboratories
+    ]
+    rows = [(line, one, panels.resonance) for line, one in zip(grid, laboratories, strict=True)]
+    if panels.resonance:
+        rows.insert(0, (grid[0], laboratory, False))
+    figure, axes = layout.sheet(
+        _title(number, plans, grid, laboratories),
+        [_HEIGHT] * len(rows),
+        [1.0] * len(plans),
+        left=0.74,
+        top=0.34,
+        between=0.12,
+    )
+    limits = [_limits([row[column] for row in grid]) for column in range(len(plans))]
+    for line, (diagrams, one, stretched) in zip(axes, rows, strict=True):
+        label = METHOD_WORDS[one.method].replace(", ", "\n")
+        label += stretched * f"\nlogarithmic beyond {_LINEAR:g}"
+        layout.row_label(line[0], label, away=26.0)
+        for column, (panel, shown) in enumerate(zip(line, diagrams, strict=True)):
+            panel.set_ylim(*limits[column])
+            if stretched:
+                layout.stretch(panel, limits[column], _LINEAR)
+            _dots(panel, shown, plans[column].limits)
+            if line is not axes[-1]:
+                layout.bare(panel)
+    for column, plan in enumerate(plans):
+        top, bottom = axes[0][column], axes[-1][column]
+        layout.head(
+            top,
+            f"{_letter(column, plans)}{style.SECTION['velocity']}, {plan.base.brake} brake",
+            raised=17.0,
+        )
+        _numbers(top, plan.limits)
+        bottom.set_xlabel(style.named(plan.name, "", "1"), labelpad=1.5)
+    return figure
+
+
+def _letter(column: int, plans: Sequence[Plan]) -> str:
+    """The letter of a column, if there are several."""
+    return f"({'ab'[column]}) " if len(plans) > 1 else ""
+
+
+def _title(
+    number: int,
+    plans: Sequence[Plan],
+    grid: Sequence[Sequence[Diagram]],
+    laboratories: Sequence[Laboratory],
+) -> list[str]:
+    """What is shown, how it was computed, and by which protocol."""
+    name = plans[0].name
+    brakes = ", ".join(
+        f"{_letter(column, plans)}{words.brake(plan.base).lower()}"
+        for column, plan in enumerate(plans)
+    )
+    every = [column for line in grid for one in line for column in one.columns]
+    short = "" if all(column.completed for column in every) else " Grey: the run did not last."
+    methods = "; ".join(METHOD_WORDS[one.method] for one in laboratories)
+    groups = words.groups(plans[0].base, words.others(name))
+    return [
+        f"Figure {number}. {brakes.capitalize()}: {groups}{words.printed(number, plans[0].base)}.",
+        words.assumptions(laboratories[0].assumptions),
+        (
+            f"Rows: {methods}. {DURATION:g} s from rest, {grid[0][0].values.size} values of"
+            f" ${style.SYMBOLS[name]}$."
+        ),
+        f"Points: velocity at {words.SECTION}. Dashed: limits stated by the paper.{short}",
+    ]
+
+
+def _limits(diagrams: Sequence[Diagram]) -> tuple[float, float]:
+    """The one velocity axis of diagrams [rad/s]."""
+    found = [column.velocity for one in diagrams for column in one.columns if column.completed]
+    if not found:
+        return -1.0, 1.0
+    every = np.concatenate(found)
+    return style.margins(float(every.min()), float(every.max()), 0.0, share=0.04)
+
+
+def _dots(axes: Axes, shown: Diagram, limits: Sequence[float]) -> None:
+    """All points of a diagram, in one go."""
+    low, high = float(shown.values[0]), float(shown.values[-1])
+    axes.set_xlim(*style.margins(low, high, 0.0, share=0.01))
+    lasted = np.array([column.completed for column in shown.columns])
+    _shade(axes, shown.values, ~lasted, looks.EMPTY.colour)
+    if shown.name == "alpha":
+        _shade_locking(axes)
+    for limit in limits:
+        axes.axvline(limit, color=style.LIMIT, linewidth=0.6, linestyle=style.DASHES, zorder=2)
+    layout.ticks(axes, 6, 6)
+    if not lasted.any():
+        ends = sorted({column.status.replace("_", " ") for column in shown.columns})
+        axes.text(
+            *(0.5, 0.5, f"no run lasted {DURATION:g} s: {', '.join(ends)}"),
+            transform=axes.transAxes,
+            ha="center",
+            bbox={"facecolor": looks.EMPTY.colour, "edgecolor": "none"},
+        )
+        axes.set_yticks([])
+    places = np.repeat(shown.values, [column.velocity.size for column in shown.columns])
+    axes.plot(
+        places,
+        np.concatenate([column.velocity for column in shown.columns]),
+        linestyle="none",
+        marker="o",
+        markersize=_DOT,
+        markeredgewidth=0.0,
+        color=style.MOTION,
+        rasterized=True,
+        zorder=3,
+    )
+
+
+def _shade_locking(axes: Axes) -> None:
+    """A band over the wedges that lock themselves, tan(alpha_w) <= mu_k."""
+    axes.axvspan(axes.get_xlim()[0], 1.0, **_band(style.PALE_GREY))
+    axes.annotate(
+        "self-locking",
+        (1.0, 0.03),
+        xytext=(-1.5, 0.0),
+        xycoords=("data", "axes fraction"),
+        textcoords="offset points",
+        rotation=90,
+        ha="right",
+        va="bottom",
+        fontsize=style.SMALL,
+    )
+
+
+def _shade(axes: Axes, values: FloatArray, where: NDArray[np.bool_], colour: str) -> None:
+    """Bands about some values, behind the points."""
+    low, high = axes.get_xlim()
+    edges = np.concatenate(([low], 0.5 * (values[1:] + values[:-1]), [high]))
+    axes.fill_between(
+        edges,
+        0.0,
+        np.append(where, False).astype(float),
+        step="post",
+        transform=axes.get_xaxis_transform(),
+        **_band(colour),
+    )
+
+
+def _band(colour: str) -> dict[str, Any]:
+    return {"facecolor": colour, "edgecolor": "none", "linewidth": 0.0, "zorder": 0.5}
+
+
+def _numbers(axes: Axes, limits: Sequence[float]) -> None:
+    """The limits in figures above their lines, at two heights where they would touch."""
+    low, high = axes.get_xlim()
+    inch = layout.inches(axes)[0] / (high - low)
+    end, level = -math.inf, 0
+    for limit in limits:
+        number = style.number(limit)
+        half = 0.5 * _DIGIT * len(number)
+        level = 1 - level if limit * inch - half < end else 0
+        end = limit * inch + half
+        axes.annotate(
+            f"${number}$",
+            (limit, 1.0),
+            xytext=(0.0, 1.5 + 7.0 * level),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            fontsize=6.0,
+        )

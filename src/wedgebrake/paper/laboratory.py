@@ -1,0 +1,201 @@
+"""The paper's experiment: 25 s from rest, the last 5 s taken as the steady motion.
+
+Every run is done once and kept; many at a time are shared by the threads of the machine
+(the kernels do not hold Python's lock).
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Hashable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
+from wedgebrake.solvers.solve import simulate
+from wedgebrake.sweeps.workers import processors
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+_Result = TypeVar("_Result")
+
+DURATION, STEADY = 25.0, 20.0
+"""The run and the beginning of its steady part [s] (section 4)."""
+SAMPLE = 1e-3
+"""Time between samples [s]: ten of the paper's steps, far above any frequency it shows."""
+STEP = 1e-4
+"""The paper's fixed step [s]."""
+RTOL = 1e-8
+
+FRICTION = {"smooth": "smoothed", "exact": "coulomb", "ode14x": "smoothed"}
+"""Method: the friction law it is used with. The paper's is ode14x with smoothed friction."""
+METHOD_WORDS = {
+    "smooth": f"smoothed friction, adaptive (rtol {RTOL:g})",
+    "exact": "Coulomb friction, exact",
+    "ode14x": f"smoothed friction, ODE14x ({STEP:g} s)",
+}
+
+
+@dataclass(frozen=True)
+class Steady:
+    """What is left of a run after 20 s.
+
+    status         : how the run ended, as ``simulate`` says it
+    end            : time of the end [s]
+    angle, velocity: (n,) states at t = 20 s + n/f_e, up to 25 s [rad], [rad/s]; empty where
+                     the run ended early
+    """
+
+    status: str
+    end: float
+    angle: FloatArray
+    velocity: FloatArray
+
+    @property
+    def completed(self) -> bool:
+        """The run reached 25 s."""
+        return self.status == "completed"
+
+
+def section_times(frequency: float) -> FloatArray:
+    """Times of the paper's section, 20 s + n/f_e up to 25 s [s] (section 4.1)."""
+    count = math.floor((DURATION - STEADY) * frequency * (1.0 + 1e-12))
+    times: FloatArray = STEADY + np.arange(count + 1) / frequency
+    return np.minimum(times, DURATION)
+
+
+def run(system: BrakedDriveline, method: str, times: FloatArray, rtol: float = RTOL) -> xr.Dataset:
+    """The paper's run of a system, seen at the given times."""
+    return simulate(system, DURATION, method=method, times=times, rtol=rtol, step=STEP)
+
+
+class Laboratory:
+    """Runs of cases under one set of assumptions, by one method.
+
+    method      : "smooth", "exact" or "ode14x"
+    assumptions : what the paper leaves unsaid
+    coarse      : diagrams have few columns, and their limits are not refined
+    rtol        : relative tolerance of "smooth"
+    threads     : runs at a time; default one per processor
+    watch       : called after each run with nothing, from any thread
+
+    Use as a context, or ``close`` it. Raises ``InputError`` for an unknown method.
+    """
+
+    def __init__(
+        self,
+        method: str = "smooth",
+        assumptions: Assumptions = CORRECTED,
+        *,
+        coarse: bool = False,
+        rtol: float = RTOL,
+        threads: int | None = None,
+        watch: Callable[[], None] = lambda: None,
+    ) -> None:
+        if method not in FRICTION:
+            raise InputError(f"method = {method!r}: not known. {nearest(str(method), FRICTION)}")
+        self.method, self.assumptions, self.coarse = method, assumptions, coarse
+        self.rtol = rtol
+        self.threads = threads or processors()
+        self._shared = _Shared(self.threads, watch)
+
+    def like(
+        self,
+        *,
+        method: str | None = None,
+        assumptions: Assumptions | None = None,
+        coarse: bool | None = None,
+        rtol: float | None = None,
+    ) -> Laboratory:
+        """Another method, assumptions or accuracy, with the same threads and the same store."""
+        other = Laboratory.__new__(Laboratory)
+        other.method = method or self.method
+        other.assumptions = assumptions or self.assumptions
+        other.coarse = self.coarse if coarse is None else coarse
+        other.rtol = rtol or self.rtol
+        other.threads = self.threads
+        other._shared = self._shared
+        return other
+
+    def __enter__(self) -> Laboratory:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let the threads go; runs not yet begun are dropped."""
+        self._shared.close()
+
+    def system(self, case: Case) -> BrakedDriveline:
+        """The machine of a case."""
+        return self.assumptions.system(case, FRICTION[self.method])
+
+    def steady(self, case: Case) -> Steady:
+        """The last 5 s of a case."""
+        return self.steadies([case])[0]
+
+    def steadies(self, cases: Iterable[Case]) -> list[Steady]:
+        """The last 5 s of many cases, in their order."""
+        return self._each("steady", cases, self._steady)
+
+    def response(self, case: Case) -> xr.Dataset:
+        """All 25 s of a case, every millisecond."""
+        return self.responses([case])[0]
+
+    def responses(self, cases: Iterable[Case]) -> list[xr.Dataset]:
+        """All 25 s of many cases."""
+        return self._each("response", cases, self._response)
+
+    def _each(
+        self, kind: str, cases: Iterable[Case], work: Callable[[Case], _Result]
+    ) -> list[_Result]:
+        key = (kind, self.method, self.assumptions, self.rtol)
+        return self._shared.results([(*key, case) for case in cases], lambda one: work(one[-1]))
+
+    def _steady(self, case: Case) -> Steady:
+        system = self.system(case)
+        response = run(system, self.method, section_times(system.excitation.frequency), self.rtol)
+        status, end = str(response.attrs["status"]), float(response.attrs["final_time"])
+        if status != "completed":
+            return Steady(status, end, np.empty(0), np.empty(0))
+        return Steady(status, end, response["angle"].to_numpy(), response["velocity"].to_numpy())
+
+    def _response(self, case: Case) -> xr.Dataset:
+        times = np.linspace(0.0, DURATION, round(DURATION / SAMPLE) + 1)
+        return run(self.system(case), self.method, times, self.rtol)
+
+
+class _Shared:
+    """Threads, and what has been computed: laboratories alike share them."""
+
+    def __init__(self, threads: int, watch: Callable[[], None]) -> None:
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="wedgebrake-paper")
+        self._watch = watch
+        self._lock = threading.Lock()
+        self._done: dict[Hashable, Future[Any]] = {}
+
+    def results(self, keys: list[Any], work: Callable[[Any], Any]) -> list[Any]:
+        with self._lock:
+            for key in keys:
+                if key not in self._done:
+                    self._done[key] = self._pool.submit(self._watched, work, key)
+            futures = [self._done[key] for key in keys]
+        return [future.result() for future in futures]
+
+    def _watched(self, work: Callable[[Any], Any], key: Any) -> Any:
+        result = work(key)
+        self._watch()
+        return result
+
+    def close(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)

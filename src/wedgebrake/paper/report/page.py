@@ -1,0 +1,121 @@
+"""The report as one HTML page: no script, nothing fetched, images inside."""
+
+from __future__ import annotations
+
+import base64
+import re
+import struct
+from collections.abc import Sequence
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from wedgebrake.paper.assumptions import AS_PRINTED
+from wedgebrake.paper.claims import Finding, Verdict
+from wedgebrake.paper.laboratory import DURATION, STEADY
+from wedgebrake.paper.report.content import Report, chapters, compared, counts, score
+from wedgebrake.plots import style
+
+TITLE = "Chen and Xi (2014), recomputed"
+# Colour and short name, for styles; colours never stand alone.
+_LOOKS = {
+    Verdict.REPRODUCED: (style.GREEN, "reproduced"),
+    Verdict.CORRECTED: (style.BLUE, "corrected"),
+    Verdict.CONTRADICTED: (style.VERMILLION, "contradicted"),
+    Verdict.UNDECIDABLE: (style.PALE_GREY, "undecidable"),
+}
+_MEANINGS = {
+    Verdict.REPRODUCED: "every part holds with the printed values",
+    Verdict.CORRECTED: "every part holds once the values named beside it are corrected",
+    Verdict.CONTRADICTED: "at least one part does not hold, as printed or corrected",
+    Verdict.UNDECIDABLE: "no part fails, but for one of them the text does not say enough",
+}
+# Pixels of the page for an inch in print.
+_PIXELS = 124.0
+# A minus before a number, but not a hyphen, as in 2-3 and 1e-3.
+_MINUS = re.compile(r"(?<![\w.)])-(?=\d)")
+# A symbol with an index, as in F_a0 and μ_s, but not a name_of_many_words.
+_INDEX = re.compile(r"(?<!\w)([^\W\d_])_([^\W_]{1,3})(?!\w)")
+
+
+def page(report: Report) -> str:
+    """The whole page."""
+    environment = Environment(
+        loader=PackageLoader("wedgebrake.paper.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"symbols": symbols, "source": _source, "size": _size}
+    environment.filters |= {"digits": _digits, "duration": _duration, "score": score}
+    figures, rest = chapters(report)
+    return environment.get_template("report.html.jinja").render(
+        title=TITLE,
+        lead=lead(report.findings),
+        report=report,
+        chapters=figures,
+        rest=rest,
+        counts=counts(report.findings),
+        Verdict=Verdict,
+        looks=_LOOKS,
+        ink={verdict: style.ink(colour) for verdict, (colour, _) in _LOOKS.items()},
+        meanings=_MEANINGS,
+        outcome=outcome,
+        compared=compared,
+        as_printed=AS_PRINTED.words(),
+        duration=DURATION,
+        steady=STEADY,
+    )
+
+
+def lead(findings: Sequence[Finding]) -> str:
+    """What came of the audit, in a sentence."""
+    found = counts(findings)
+    printed, corrected, against, unclear = (found[verdict] for verdict in _LOOKS)
+    return (
+        f"Of {len(findings)} statements of the paper that can be tested, {printed + corrected}"
+        f" hold: {printed} as printed, {corrected} once a stated value is corrected. The paper's"
+        f" own equations contradict {against}; its text does not say enough to judge {unclear}."
+    )
+
+
+def outcome(finding: Finding) -> str:
+    """What came of a statement, in a sentence or two."""
+    if finding.verdict is Verdict.REPRODUCED:
+        return "Holds as printed; nothing was changed."
+    printed = f"As printed, {score(finding.printed)} parts hold."
+    if finding.verdict is Verdict.CORRECTED:
+        return f"{printed} Correction needed: {finding.needed}."
+    return f"{printed} Corrected, {score(finding.parts)}."
+
+
+def symbols(text: object) -> Markup:
+    """A text for the page, with the indices of its symbols set low and minus signs as such."""
+    safe = _MINUS.sub("\N{MINUS SIGN}", str(escape(text)))
+    return Markup(_INDEX.sub(r"\1<sub>\2</sub>", safe))  # noqa: S704 - escaped above
+
+
+def _source(png: bytes) -> str:
+    """A picture as the address of itself."""
+    return "data:image/png;base64," + base64.b64encode(png).decode()
+
+
+def _size(png: bytes, inches: float) -> tuple[int, int]:
+    """Width and height on the page [pixels], for a width in print [inch]."""
+    width, height = struct.unpack(">II", png[16:24])
+    shown = round(inches * _PIXELS)
+    return shown, round(shown * height / width)
+
+
+def _duration(seconds: float) -> str:
+    """A time with its unit."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= size:
+            return f"{_digits(seconds / size)} {unit}"
+    return "under 1 µs"
+
+
+def _digits(value: float) -> str:
+    """A measured number: two digits, three from 10 to 100."""
+    return f"{float(f'{value:.2g}'):g}" if value < 10.0 or value >= 100.0 else f"{value:.3g}"

@@ -1,0 +1,170 @@
+"""The audit of Chen and Xi (2014): verdicts follow from the physics, and from nothing else."""
+
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.paper.assumptions import AS_PRINTED, CORRECTED, Assumptions
+from wedgebrake.paper.claims import Part, Statement, Verdict, examine, judge
+from wedgebrake.paper.identification import identify
+from wedgebrake.paper.laboratory import Laboratory
+from wedgebrake.paper.smoothing import compare
+from wedgebrake.paper.statements import STATEMENTS
+
+BY_NAME = {statement.name: statement for statement in STATEMENTS}
+
+
+@pytest.fixture(scope="module")
+def exact():
+    with Laboratory("exact") as laboratory:
+        yield laboratory
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    with Laboratory("smooth") as laboratory:
+        yield laboratory
+
+
+def test_every_statement_of_the_paper_is_there_once():
+    names = [statement.name for statement in STATEMENTS]
+    wanted = [f"S{n}" for n in range(1, 10)] + [f"M{n}" for n in range(1, 5)]
+    wanted += [f"B{n}" for n in range(1, 8)] + [f"R{n}" for n in range(1, 8)] + ["K1"]
+    assert names == wanted
+    for statement in STATEMENTS:
+        assert statement.says
+        assert statement.test
+        assert statement.tolerance
+
+
+def check(name, laboratory, assumptions):
+    statement = BY_NAME[name]
+    corrected = {**statement.printed, **statement.correction}
+    return judge(statement.check(laboratory.like(assumptions=assumptions), corrected))
+
+
+@pytest.mark.parametrize("name", ["S1", "S2", "S3", "S4", "S5", "S6"])
+def test_linear_statements_hold_as_printed(name, exact):
+    assert examine(BY_NAME[name], exact).verdict is Verdict.REPRODUCED
+
+
+@pytest.mark.parametrize("name", ["S7", "S8", "M2", "B1", "B2", "B3", "B4", "R2"])
+def test_what_needs_a_correction_says_which(name, exact):
+    found = examine(BY_NAME[name], exact)
+    assert found.verdict is Verdict.CORRECTED
+    assert found.needed
+    assert judge(found.printed) is False
+
+
+@pytest.mark.parametrize("name", ["B1", "B2", "B3", "B4"])
+@pytest.mark.parametrize(
+    "changed",
+    [
+        Assumptions(damping=1.0),
+        Assumptions(damping=0.3),
+        Assumptions(release=False),
+        Assumptions(slope_on="interface"),
+        AS_PRINTED,
+    ],
+)
+def test_other_physics_flips_the_verdicts_on_the_diagrams(name, changed, exact):
+    assert check(name, exact, CORRECTED) is True
+    assert check(name, exact, changed) is False
+
+
+def test_a_static_peak_flips_the_verdicts_on_the_wedge(exact):
+    for name in ("S7", "M2", "B1", "B3"):
+        assert check(name, exact, CORRECTED) is True
+        assert check(name, exact, Assumptions(static=0.33)) is False
+
+
+def test_rest_for_good_beyond_the_width_of_the_holding_interval():
+    """F_0 = mu_s (alpha^2 - 1)/alpha, from the two ends of the interval at rest.
+
+    Just beyond it the slips only tend to nothing, with the square of their number.
+    """
+    system = wb.paper.system(eta=0.0)
+    bound = 0.3 * (1.18**2 - 1.0) / 1.18
+    for share, word in ((1.05, "at rest"), (0.97, "bidirectional stick-slip")):
+        run = wb.simulate(system.replace(F0=share * bound), periods=250, times=())
+        assert wb.sticks(run, 20.0).attrs["class"] == word
+
+
+def test_the_smoothed_diagrams_reproduce(smooth):
+    """By the paper's own law, in few columns; the whole audit is in the slow tests."""
+    coarse = smooth.like(coarse=True)
+    for name in ("B2", "B4"):
+        assert check(name, coarse, CORRECTED) is True
+
+
+def made_up(answer):
+    """A statement that holds where ``answer`` says so."""
+    return Statement(
+        "X1", "1", "says", "test", "tolerance",
+        lambda lab, values: [Part("a", answer(lab.assumptions, values), "found")],
+        {"value": 1}, {"value": 2}, "value = 2, not 1",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("answer", "verdict", "needed"),
+    [
+        (lambda a, v: True, Verdict.REPRODUCED, ""),
+        (lambda a, v: False, Verdict.CONTRADICTED, ""),
+        (lambda a, v: None, Verdict.UNDECIDABLE, ""),
+        (lambda a, v: a.release, Verdict.CORRECTED, "released at a negative force"),
+        (lambda a, v: v["value"] == 2, Verdict.CORRECTED, "value = 2, not 1"),
+        (
+            lambda a, v: v["value"] == 2 and a.static < 0.32,
+            Verdict.CORRECTED,
+            "μ_s = 0.3; value = 2, not 1",
+        ),
+    ],
+)
+def test_verdicts_follow_from_the_parts(answer, verdict, needed, exact):
+    found = examine(made_up(answer), exact)
+    assert found.verdict is verdict
+    assert found.needed == needed
+
+
+def test_a_false_part_outweighs_one_that_cannot_be_told():
+    yes, no, open_ = (Part("a", holds, "") for holds in (True, False, None))
+    assert judge([yes, yes]) is True
+    assert judge([yes, open_]) is None
+    assert judge([open_, no, yes]) is False
+
+
+def test_a_finding_as_plain_values(exact):
+    plain = examine(BY_NAME["S2"], exact).as_dict()
+    assert plain["id"] == "S2"
+    assert plain["verdict"] == "reproduced"
+    assert plain["parts"][0]["holds"] is True
+
+
+def test_identification_prefers_the_corrected_assumptions(exact):
+    candidates = [CORRECTED, Assumptions(damping=0.3), Assumptions(static=0.33)]
+    found = identify(exact, candidates)
+    assert found.rows[0].assumptions == CORRECTED
+    assert found.rows[0].held > found.rows[1].held
+    assert len(found.table()) == 3
+    assert found.open_questions
+
+
+@pytest.mark.slow
+def test_the_whole_audit_by_the_paper_s_own_law(smooth):
+    """B1 to B4 within the resolution of a printed diagram, the linear ones as printed."""
+    found = {statement.name: examine(statement, smooth) for statement in STATEMENTS}
+    for name in ("S1", "S2", "S3", "S4", "S5", "S6"):
+        assert found[name].verdict is Verdict.REPRODUCED
+    for name in ("S7", "B1", "B2", "B3", "B4"):
+        assert found[name].verdict is Verdict.CORRECTED
+    assert found["K1"].verdict is Verdict.CONTRADICTED
+
+
+@pytest.mark.slow
+def test_smoothing_converges_to_the_exact_solution(smooth):
+    found = compare(smooth)
+    assert (found.errors[:, :-1] > found.errors[:, 1:]).all()
+    for _, row, truth in found.limits:
+        assert (abs(row[:-1] - truth) > abs(row[1:] - truth)).all()
+        assert abs(row[-1] - truth) < 5e-4
+    assert (found.creep[:-1] > found.creep[1:]).all()

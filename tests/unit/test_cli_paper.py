@@ -1,0 +1,383 @@
+"""``wedgebrake paper``: listing, figures, verdicts, the report, files, Ctrl-C, and wrong input."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.cli.main import main
+from wedgebrake.cli.paper import ordered
+from wedgebrake.errors import InputError
+from wedgebrake.paper.claims import Part, Statement, Verdict
+from wedgebrake.paper.figures import FIGURES
+
+PROGRAM = Path(sys.executable).parent / "wedgebrake"
+# Figures that need no run, drawn in a moment.
+QUICK = ["fig2", "fig3"]
+STARTS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF"}
+
+
+@pytest.fixture
+def run(monkeypatch, capsys, tmp_path):
+    """The command line in this process, in an empty folder: (status, output, messages)."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str | Path) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["wedgebrake", "paper", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        return (stop.value.code or 0, *capsys.readouterr())
+
+    return call
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Two statements instead of all, tested without a run."""
+
+    def yes(*_):
+        return [Part("one", True, "1"), Part("two", True, "2")]
+
+    def no(*_):
+        return [Part("one", True, "1"), Part("two", False, "3")]
+
+    words = {"test": "by looking", "tolerance": "none"}
+    statements = (
+        Statement("S1", "2", "It holds.", check=yes, **words),
+        Statement("K1", "–", "It does not. " * 30, check=no, **words),
+    )
+    monkeypatch.setattr("wedgebrake.paper.statements.STATEMENTS", statements)
+
+
+def strict_json(text: str):
+    """The one object in a text, without the nan and infinities that JSON does not have."""
+
+    def refuse(constant: str):
+        raise AssertionError(constant)
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def unwrapped(text: str) -> str:
+    return re.sub(r"\s+", " ", text)
+
+
+def names(folder: str | Path = ".") -> list[str]:
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+class TestHelp:
+    def test_is_complete(self, run):
+        status, text, message = run("--help")
+        assert (status, message) == (0, "")
+        assert text.startswith("Usage: wedgebrake paper")
+        for word in (
+            "[TARGET]...", "fig8", "claims", "all", "--out FOLDER", "--method NAME", "smooth",
+            "exact", "ode14x", "--threads N", "--format KIND", "png, svg or pdf", "--json",
+            "report.html", "claims.json", "contradicted", "undecidable", "exit status is 0",
+            "Ctrl-C", "exit status 1", "Examples:",
+        ):  # fmt: skip
+            assert word in unwrapped(text), word
+        options = text.partition("Options:")[2].partition("Examples:")[0]
+        for line in re.findall(r"^  (-.*(?:\n {6,}.*)*)", options, re.MULTILINE):
+            assert len(unwrapped(line).split()) >= 4, line
+        assert max(map(len, text.splitlines())) <= 80
+        assert run("-h") == (0, text, "")
+
+
+class TestListing:
+    def test_without_a_target(self, run):
+        status, text, message = run()
+        assert (status, message) == (0, "")
+        for name, figure in FIGURES.items():
+            assert re.search(rf"^  {name} ", text, re.MULTILINE)
+            assert figure.caption in unwrapped(text)
+        for word in ("claims", "all"):
+            assert re.search(rf"^  {word} ", text, re.MULTILINE)
+        assert max(map(len, text.splitlines())) <= 100
+        assert names() == []
+
+    def test_as_json(self, run):
+        status, text, message = run("--json")
+        assert (status, message) == (0, "")
+        answer = strict_json(text)
+        assert set(answer) == {"wedgebrake", "figures", "others"}
+        assert list(answer["figures"]) == list(FIGURES)
+        assert answer["figures"]["fig8"]["number"] == "8"
+        assert set(answer["others"]) == {"claims", "all"}
+
+    def test_computes_nothing(self, tmp_path):
+        """And is there soon: nothing that draws is loaded."""
+        code = (
+            "import sys\nfrom wedgebrake.cli.main import main\n"
+            "sys.argv = ['wedgebrake', 'paper']\n"
+            "try:\n    main()\nexcept SystemExit as stop:\n    assert not stop.code\n"
+            "assert not {'matplotlib', 'jinja2'} & set(sys.modules)\n"
+        )
+        subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=60)
+
+
+class TestFigures:
+    def test_go_to_a_folder_of_their_own(self, run):
+        status, text, message = run(*QUICK, QUICK[0])
+        assert status == 0
+        assert names() == ["paper"]
+        assert names("paper") == ["fig2.png", "fig3.png"]
+        assert text == "".join(
+            f"Figure: {Path('paper', name).resolve()}\n" for name in names("paper")
+        )
+        assert "Traceback" not in message
+        for name in names("paper"):
+            assert Path("paper", name).read_bytes().startswith(STARTS["png"])
+
+    @pytest.mark.parametrize("kind", STARTS)
+    def test_of_each_format(self, kind, run):
+        status, _, _ = run("fig2", "--out", "f", "--format", kind)
+        assert status == 0
+        assert names("f") == [f"fig2.{kind}"]
+        assert Path("f", f"fig2.{kind}").read_bytes().startswith(STARTS[kind])
+
+    @pytest.mark.parametrize("method", ["exact", "smooth"])
+    def test_with_each_method(self, method, run, monkeypatch):
+        """The laboratory has the method and the threads that were asked for."""
+        seen = {}
+        from wedgebrake.paper import laboratory
+
+        class Spy(laboratory.Laboratory):
+            def __init__(self, method, **more):
+                seen.update(method=method, threads=more["threads"])
+                super().__init__(method, **more)
+
+        monkeypatch.setattr("wedgebrake.cli.paper.Laboratory", Spy)
+        assert run("fig5", "--method", method, "--threads", "1", "--out", "f")[0] == 0
+        assert seen == {"method": method, "threads": 1}
+        assert names("f") == ["fig5.png"]
+
+    def test_as_json(self, run):
+        status, text, _ = run("fig2", "--json", "--out", "f")
+        assert status == 0
+        assert text.count("\n") == 1
+        answer = strict_json(text)
+        assert answer["files"] == [str(Path("f/fig2.png").resolve())]
+        assert (answer["report"], answer["findings"], answer["counts"]) == (None, None, None)
+        assert answer["wedgebrake"] == wb.__version__
+        assert answer["method"] == "smooth"
+
+    def test_replace_earlier_ones_and_leave_others(self, run):
+        Path("f").mkdir()
+        Path("f/fig2.png").write_text("earlier")
+        Path("f/mine.txt").write_text("mine")
+        assert run("fig2", "--out", "f")[0] == 0
+        assert names("f") == ["fig2.png", "mine.txt"]
+        assert Path("f/fig2.png").read_bytes().startswith(STARTS["png"])
+
+
+@pytest.mark.usefixtures("few")
+class TestClaims:
+    def test_are_told_in_a_line_each(self, run, monkeypatch):
+        monkeypatch.setenv("COLUMNS", "110")
+        status, text, _ = run("claims")
+        assert status == 0
+        first, second, blank, total = text.splitlines()
+        assert re.fullmatch(r"S1 +Fig\. 2 +reproduced +2 of 2 +It holds\.", first)
+        assert re.fullmatch(r"K1 +contradicted +1 of 2 +It does not\. .*\.\.\.", second)
+        assert 100 < len(second) <= 110
+        assert blank == ""
+        assert total == (
+            "2 statements: 1 reproduced, 0 reproduced with a stated correction, 1 contradicted,"
+            " 0 undecidable from the text."
+        )
+        assert names() == []
+
+    def test_as_json(self, run):
+        status, text, _ = run("claims", "--json")
+        assert status == 0
+        answer = strict_json(text)
+        assert [one["id"] for one in answer["findings"]] == ["S1", "K1"]
+        assert answer["findings"][1]["parts"][1] == {"says": "two", "holds": False, "found": "3"}
+        assert answer["counts"][Verdict.CONTRADICTED.value] == 1
+        assert answer["files"] == []
+
+    def test_with_a_folder_are_kept(self, run):
+        status, text, _ = run("claims", "--out", "f")
+        assert status == 0
+        assert f"Data: {Path('f/claims.json').resolve()}" in text
+        kept = strict_json(Path("f/claims.json").read_text())
+        assert len(kept["findings"]) == 2
+        assert kept["corrected"].startswith("c = 0.1 ")
+        assert kept["as_printed"].startswith("c = 1 ")
+
+
+@pytest.mark.usefixtures("few", "short")
+class TestAll:
+    @pytest.fixture
+    def short(self, monkeypatch):
+        """Two figures and two statements, with comparisons that take no time."""
+        from wedgebrake.paper.report import gather
+
+        chosen = {name: FIGURES[name] for name in QUICK}
+        for module in ("wedgebrake.cli.paper", "wedgebrake.paper.report.gather"):
+            monkeypatch.setattr(f"{module}.FIGURES", chosen)
+
+        def figure():
+            from wedgebrake.plots import style
+
+            made = style.new_figure()
+            made.add_subplot()
+            return made
+
+        class Found:
+            open_questions = (("Why?", "Nobody knows.", False),)
+            paragraphs = ("They agree.",)
+
+            def table(self):
+                return [{"Case": "a", "Distance": "1"}]
+
+            def draw(self):
+                return figure()
+
+        monkeypatch.setattr(gather, "identify", lambda _: Found())
+        monkeypatch.setattr(gather, "compare", lambda _: Found())
+
+    def test_writes_everything(self, run):
+        status, text, message = run("all", "--out", "r")
+        assert status == 0
+        assert names("r") == ["claims.json", "fig2.png", "fig3.png", "report.html"]
+        assert f"Report: {Path('r/report.html').resolve()}" in text
+        assert "2 statements: 1 reproduced" in text
+        assert "2 figures and claims.json" in text
+        assert "Traceback" not in message
+        page = Path("r/report.html").read_text()
+        words = Words(page).text
+        for word in ("It holds.", "It does not.", "Nobody knows.", "They agree.", "15.1 s",
+                     "wedgebrake paper all --method smooth --out r", wb.__version__):  # fmt: skip
+            assert word in words, word
+        assert page.count("data:image/png;base64,") == 4
+
+    def test_as_json(self, run):
+        status, text, _ = run("all", "--json", "--format", "svg", "--method", "exact")
+        assert status == 0
+        answer = strict_json(text)
+        assert answer["report"] == str(Path("paper/report.html").resolve())
+        assert {Path(name).name for name in answer["files"]} == set(names("paper"))
+        assert "fig2.svg" in names("paper")
+        page = Path("paper/report.html").read_text()
+        assert "data:image/png;base64," in page  # whatever the format of the files
+        assert "Coulomb friction, exact" in page
+
+    def test_keeps_what_was_complete(self, run, monkeypatch):
+        """The second figure fails, by a defect: the first one stays, nothing else is there."""
+        from wedgebrake.paper.report import pictures
+
+        draw = pictures.draw
+
+        def fail(name, laboratory):
+            if name == QUICK[1]:
+                raise ZeroDivisionError("by zero")
+            return draw(name, laboratory)
+
+        monkeypatch.setattr(pictures, "draw", fail)
+        status, text, message = run("all", "--out", "r")
+        assert (status, text) == (1, "")
+        assert "internal error: ZeroDivisionError" in message
+        assert names("r") == ["fig2.png"]
+
+    def test_a_full_disk(self, run, monkeypatch):
+        def fill(path, content):
+            with path.open("wb") as file:
+                file.write(content[:10])
+            raise OSError(28, "No space left on device")
+
+        monkeypatch.setattr(Path, "write_bytes", fill)
+        Path("r").mkdir()
+        Path("r/fig2.png").write_text("earlier")
+        status, text, message = run("all", "--out", "r")
+        assert (status, text) == (1, "")
+        assert "fig2.png: cannot be written (No space left on device)." in message
+        assert names("r") == ["fig2.png"]
+        assert Path("r/fig2.png").read_text() == "earlier"
+
+
+class Words(HTMLParser):
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.text = ""
+        self.feed(page)
+
+    def handle_data(self, data):
+        self.text += data
+
+
+class TestInterrupt:
+    def test_ends_at_once(self, tmp_path):
+        """While figures are drawn: what is complete stays, and no half of anything."""
+        process = subprocess.Popen(
+            [PROGRAM, "paper", "fig2", "fig9", "fig12", "--method", "ode14x", "--out", "f"],
+            cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        deadline = time.monotonic() + 120.0
+        while not (tmp_path / "f" / "fig2.png").exists():
+            assert process.poll() is None, process.communicate()
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        begin = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        text, message = process.communicate(timeout=60)
+        assert time.monotonic() - begin < 2.0
+        assert (process.returncode, text) == (1, "")
+        assert "Traceback" not in message
+        assert message.splitlines()[-2] == "interrupted"
+        assert message.splitlines()[-1] in ("f keeps 1 file, complete.", "Nothing was written.")
+        assert names(tmp_path / "f") == ["fig2.png"]
+
+
+WRONG = {
+    "figure": (["fig88"], ["fig88: not known. Did you mean 'fig8'"]),
+    "figure in capitals": (["FIG8"], ["FIG8: not known. Did you mean 'fig8'?"]),
+    "number": (["eight"], ["eight: not known. Allowed: all, claims, fig1"]),
+    "one of several": (["fig2", "figure"], ["figure: not known"]),
+    "method": (["fig2", "--method", "exakt"], ["--method exakt: not known", "'exact'"]),
+    "format": (["fig2", "--format", "jpg"], ["--format jpg: not known", "png"]),
+    "no threads": (["fig2", "--threads", "0"], ["--threads 0: must be a whole number, 1 to 1024"]),
+    "threads in words": (["fig2", "--threads", "two"], ["--threads", "integer"]),
+    "no parent": (["fig2", "--out", "no/f"], ["--out no/f", "folder no does not exist. Create it"]),
+    "a file's name": (["fig2", "--out", "fig2.png"], ["--out fig2.png: names a file", "--format"]),
+    "a file": (["fig2", "--out", "taken"], ["--out taken: cannot be written to (File exists)"]),
+}
+
+
+class TestWrongInput:
+    @pytest.mark.parametrize("case", WRONG)
+    def test_is_told(self, case, run):
+        Path("taken").write_text("mine")
+        arguments, words = WRONG[case]
+        status, text, message = run(*arguments)
+        assert (status, text) == (2, "")
+        for word in words:
+            assert word in unwrapped(message), message
+        assert "Traceback" not in message
+        assert names() == ["taken"]
+        assert Path("taken").read_text() == "mine"
+
+    def test_of_an_order(self):
+        for wrong in ({"method": "x"}, {"kind": "x"}, {"threads": 1025}, {"targets": ["x"]}):
+            given = {"targets": [], "out": None, "method": "smooth", "threads": 1, "kind": "png"}
+            with pytest.raises(InputError):
+                ordered(**(given | wrong))
+
+    def test_a_folder_made_for_nothing_is_gone(self, run, monkeypatch):
+        def fail(*_):
+            raise ZeroDivisionError
+
+        monkeypatch.setattr("wedgebrake.paper.report.pictures.draw", fail)
+        assert run("fig2", "--out", "f")[0] == 1
+        assert names() == []

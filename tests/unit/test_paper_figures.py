@@ -1,0 +1,215 @@
+"""The paper's figures: each is drawn, says how, shows what was computed, and can be read."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from wedgebrake.errors import InputError
+from wedgebrake.paper.assumptions import AS_PRINTED
+from wedgebrake.paper.diagrams import PLANS, diagram
+from wedgebrake.paper.figures import FIGURES, draw
+from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory
+from wedgebrake.plots import style
+
+MU, TAN = 0.30, math.tan(0.34)  # of the paper's brake
+RUN = [name for name, one in FIGURES.items() if one.kind in ("responses", "diagram")]
+
+
+@pytest.fixture(scope="module")
+def exact():
+    with Laboratory("exact") as laboratory:
+        yield laboratory
+
+
+@pytest.fixture(scope="module")
+def printed():
+    with Laboratory("exact", AS_PRINTED) as laboratory:
+        yield laboratory
+
+
+def words(figure: Figure) -> str:
+    """All words in a figure, in one line."""
+    texts = [figure.get_suptitle(), *(t.get_text() for a in figure.axes for t in a.texts)]
+    return " ".join(" ".join(texts).split())
+
+
+def points(axes, marker: str) -> np.ndarray:
+    """(n, 2) places of a marker."""
+    found = [line.get_xydata() for line in axes.lines if line.get_marker() == marker]
+    return np.concatenate(found)
+
+
+def check_legible(figure: Figure) -> None:
+    """No words outside the figure, no tick labels that touch; drawn without a warning."""
+    with style.use():
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        renderer = canvas.get_renderer()
+        inside = figure.bbox.padded(1.0)
+        for axes in figure.axes:
+            if not axes.axison:
+                continue
+            box = axes.get_tightbbox(renderer)
+            assert inside.x0 <= box.x0 <= box.x1 <= inside.x1, axes.get_xlabel()
+            assert inside.y0 <= box.y0 <= box.y1 <= inside.y1, axes.get_xlabel()
+            for axis in (axes.xaxis, axes.yaxis):
+                labels = [t.label1 for t in axis.get_major_ticks() if t.label1.get_visible()]
+                boxes = [one.get_window_extent(renderer) for one in labels if one.get_text()]
+                for one, other in itertools.pairwise(boxes):
+                    assert not one.overlaps(other), [label.get_text() for label in labels]
+        title = figure._suptitle.get_window_extent(renderer)
+        assert inside.x1 >= title.x1
+        assert title.y0 >= max(axes.get_position().y1 for axes in figure.axes) * figure.bbox.y1
+
+
+def test_all_figures_in_order():
+    assert list(FIGURES) == [f"fig{number}" for number in range(1, 20)]
+    for number, (name, one) in enumerate(FIGURES.items(), start=1):
+        assert (one.name, one.number) == (name, number)
+        assert one.caption.endswith(".")
+        assert one.kind in {"schematic", "linear", "law", "responses", "diagram"}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_figure_is_drawn_legible_and_says_what_it_is(name, exact):
+    figure = draw(name, exact)
+    check_legible(figure)
+    title = figure.get_suptitle()
+    assert title.startswith(f"Figure {FIGURES[name].number}.")
+    if FIGURES[name].kind in ("responses", "diagram") or name == "fig5":
+        assert METHOD_WORDS["exact"] in title
+        assert "25 s from rest" in " ".join(title.split())
+        assert r"$\mu_s$ = 0.3," in title
+
+
+@pytest.mark.parametrize("name", RUN)
+def test_as_printed_nothing_raises_and_divergence_is_said(name, printed):
+    figure = draw(name, printed)
+    if name in ("fig9", "fig11"):
+        check_legible(figure)
+    said = words(figure)
+    if name in ("fig6", "fig7"):
+        assert "diverged" not in said
+    elif name == "fig11":
+        assert "no run lasted 25 s: diverged" in said
+    elif FIGURES[name].kind == "responses":
+        assert "diverged at" in said
+    else:
+        assert "did not last" in said
+
+
+def test_smooth_friction_with_the_exact_solution_beside_it():
+    with Laboratory("smooth") as laboratory:
+        figure = draw("fig9", laboratory)
+    check_legible(figure)
+    title = " ".join(figure.get_suptitle().split())
+    assert f"Blue: {METHOD_WORDS['smooth']}. Orange: {METHOD_WORDS['exact']}." in title
+    first = figure.axes[1]
+    colours = {line.get_color() for line in first.lines}
+    assert {style.MOTION, style.ORANGE} <= colours
+    # At eta = -6 both are the same non-stick-slip motion.
+    blue, orange = (
+        next(line.get_ydata() for line in first.lines if line.get_color() == colour)
+        for colour in (style.MOTION, style.ORANGE)
+    )
+    assert np.max(np.abs(blue - orange)) < 0.05 * np.ptp(blue)
+
+
+def test_critical_slopes(exact):
+    left, right = draw("fig2", exact).axes
+    marks = [line.get_xdata()[0] for line in left.lines[:4]]
+    assert marks == pytest.approx([MU * (1.0 - 1.18), -MU * (1.0 + 1.18), -1.0, -1.0])
+    curves = {line.get_label(): line for line in right.lines}
+    for kinetic in (0.2, 0.3, 0.4):
+        angles, critical = curves[rf"$\mu_k = {kinetic:g}$"].get_data()
+        assert critical == pytest.approx(kinetic - np.tan(angles))
+
+
+def test_bifurcation_points_of_the_eigenvalues(exact):
+    figure = draw("fig3", exact)
+    widths = {+1: [0.009, 0.063, 0.729, 1.0], -1: [0.609, 0.663, 1.329, 1.0]}
+    for axes, side in zip(figure.axes[:2], widths, strict=True):
+        hopf = points(axes, "D")
+        assert np.sort(hopf[:, 0]) == pytest.approx(np.sort(-np.array(widths[side])))
+        assert np.all(hopf[:, 1] == 0.0)
+        nodes = [d * (-1.0 + turn) for d in widths[side] for turn in (200.0, -200.0)]
+        assert np.sort(points(axes, "o")[:, 0]) == pytest.approx(np.sort(nodes))
+        for line in axes.lines:
+            if line.get_label().startswith("wedge"):
+                # Where it oscillates the real part is a straight line in the slope.
+                eta, sigma = line.get_data()
+                middle = np.abs(eta) < 1.0
+                assert np.ptp(np.diff(sigma[middle]) / np.diff(eta[middle])) < 1e-6
+
+
+def test_ratios_of_the_friction_forces(exact):
+    figure = draw("fig4", exact)
+    assert "5.58" in words(figure)
+    assert "-0.46" in words(figure)
+    speed, ratio = figure.axes[1].lines[2].get_data()
+    assert ratio[speed > 0.1] == pytest.approx(MU / (TAN - MU))
+    assert ratio[speed < -0.1] == pytest.approx(-MU / (TAN + MU))
+
+
+@pytest.mark.parametrize(
+    ("name", "plan", "column", "limits"),
+    [
+        ("fig8", "8a", 0, [-30, -18]),
+        ("fig8", "8b", 1, [-24]),
+        ("fig11", "11a", 0, [0.019, 0.028, 0.034, 0.058, 0.072]),
+        ("fig11", "11b", 1, [0.044]),
+        ("fig14", "14a", 0, [0.56, 1.57]),
+        ("fig14", "14b", 1, [0.69, 1.57]),
+        ("fig17", "17", 0, [1.41]),
+    ],
+)
+def test_diagrams_show_all_points_and_the_stated_limits(name, plan, column, limits, exact):
+    axes = draw(name, exact).axes[column]
+    chosen = PLANS[plan]
+    shown = diagram(exact, chosen.base, chosen.name, list(chosen.values(200)))
+    wanted = [
+        (value, velocity)
+        for value, one in zip(shown.values, shown.columns, strict=True)
+        for velocity in one.velocity
+    ]
+    assert np.array_equal(points(axes, "o"), np.array(wanted))
+    dashed = [line.get_xdata()[0] for line in axes.lines if line.get_linestyle() == "--"]
+    assert dashed == limits
+    low, high = axes.get_ylim()
+    assert low < min(v for _, v in wanted)
+    assert high > max(v for _, v in wanted)
+
+
+def test_resonance_has_a_second_scale(exact):
+    figure = draw("fig14", exact)
+    assert [axes.get_yscale() for axes in figure.axes] == ["linear"] * 2 + ["symlog"] * 2
+
+
+def test_poincare_maps_are_those_of_the_laboratory(exact):
+    figure = draw("fig10", exact)
+    steady = exact.steady(PLANS["8b"].base.at(eta=-6.0))
+    shown = points(figure.axes[2], "o")
+    assert np.array_equal(shown, np.column_stack((steady.angle, steady.velocity)))
+    # The section at 20 s + n/f_e lies in the portrait's 5 s.
+    angle, velocity = figure.axes[0].lines[1].get_data()
+    assert np.ptp(angle) > np.ptp(shown[:, 0])
+    assert velocity.min() <= shown[:, 1].min() <= shown[:, 1].max() <= velocity.max()
+
+
+def test_unknown_figures_are_refused(exact):
+    with pytest.raises(InputError, match=r"name = 'fig20': .*Did you mean"):
+        draw("fig20", exact)
+
+
+def test_matplotlib_is_imported_only_to_draw():
+    code = "import sys, wedgebrake.paper.figures; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -1,0 +1,275 @@
+"""What is read from the paper's pictures, on data whose answer is known."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import wedgebrake as wb
+from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
+from wedgebrake.paper.diagrams import HERTZ, PLANS, Diagram, Segment, diagram, fit
+from wedgebrake.paper.laboratory import Laboratory, Steady, section_times
+from wedgebrake.paper.sight import DOUBLE, FILLED, MULTIPLE, NOTHING, SYNCHRONOUS, look
+from wedgebrake.paper.traits import (
+    STICK_SPEED,
+    asymmetry,
+    distortion,
+    edges,
+    ellipse_error,
+    lines,
+    rests,
+)
+
+AXIS = 10.0
+
+
+def torus(count=51, low=1.0, high=9.0):
+    phase = 2.0 * np.pi * 0.6180339887 * np.arange(count)
+    return 0.5 * (low + high) + 0.5 * (high - low) * np.sin(phase)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "word", "groups"),
+    [
+        (np.full(51, 4.2), SYNCHRONOUS, 1),
+        (4.2 + 0.04 * np.sin(np.arange(51)), SYNCHRONOUS, 1),
+        (np.tile([1.0, 8.0], 26), DOUBLE, 2),
+        (np.tile([1.0, 4.0, 8.0], 17), MULTIPLE, 3),
+        (np.tile(np.linspace(1.0, 9.0, 8), 7), MULTIPLE, 8),
+        (torus(), FILLED, None),
+        (np.random.default_rng(1).uniform(1.0, 9.0, 51), FILLED, None),
+        (torus(low=4.0, high=5.0), MULTIPLE, None),  # too small to tell filled from dots
+        (np.empty(0), NOTHING, 0),
+    ],
+)
+def test_what_a_column_looks_like(velocity, word, groups):
+    seen = look(velocity, AXIS)
+    assert seen.word == word
+    if groups is not None:
+        assert seen.groups == groups
+
+
+def test_a_larger_dot_hides_more():
+    near = np.tile([4.0, 4.15], 26)
+    assert look(near, AXIS, 0.01).word == DOUBLE
+    assert look(near, AXIS, 0.02).word == SYNCHRONOUS
+
+
+class Painted:
+    """A laboratory that shows what a rule says, without physics."""
+
+    coarse = False
+
+    def __init__(self, rule):
+        self.rule, self.asked = rule, []
+
+    def steadies(self, cases):
+        return [self.steady(case) for case in cases]
+
+    def steady(self, case):
+        self.asked.append(case.eta)
+        return Steady("completed", 25.0, np.zeros(51), self.rule(case.eta))
+
+
+def three(eta):
+    """2T below -31.4, a torus to -17.3, synchronous above."""
+    if eta < -31.4:
+        return np.tile([1.0, 9.0], 26)[:51]
+    return torus(low=2.0, high=8.0) if eta < -17.3 else np.full(51, 5.0)
+
+
+SEGMENTS = [Segment((DOUBLE,)), Segment((FILLED, MULTIPLE)), Segment((SYNCHRONOUS,))]
+
+
+def test_limits_are_found_and_refined():
+    laboratory = Painted(three)
+    shown = diagram(laboratory, Case(), "eta", np.linspace(-120.0, 12.0, 45))
+    found = fit(laboratory, shown, SEGMENTS, 0.01)
+    np.testing.assert_allclose(found.limits, [-31.4, -17.3], atol=0.01)
+    assert np.all(np.diff(found.brackets, axis=1) <= 0.01)
+    np.testing.assert_array_equal(found.agreement, 1.0)
+
+
+def test_some_columns_of_another_word_do_not_move_a_limit():
+    """Five of forty-five columns show something else, as windows in chaos do."""
+
+    def rule(eta):
+        return np.full(51, 5.0) if round(eta) in (-105, -90, -75, -60, -24) else three(eta)
+
+    laboratory = Painted(rule)
+    shown = diagram(laboratory, Case(), "eta", np.linspace(-120.0, 12.0, 45))
+    found = fit(laboratory, shown, SEGMENTS, 0.01)
+    np.testing.assert_allclose(found.limits, [-31.4, -17.3], atol=0.01)
+    assert found.agreement[0] < 1.0
+    assert found.agreement[2] == 1.0
+
+
+def test_a_diagram_of_something_else_agrees_with_nothing():
+    laboratory = Painted(lambda eta: np.full(51, 5.0))
+    shown = diagram(laboratory, Case(), "eta", np.linspace(-120.0, 12.0, 45))
+    found = fit(laboratory, shown, SEGMENTS, 0.01)
+    assert found.agreement[0] == found.agreement[1] == 0.0
+
+
+def test_a_diagram_without_any_run_that_lasts():
+    empty = Steady("diverged", 0.1, np.empty(0), np.empty(0))
+    shown = Diagram(Case(), "eta", np.array([0.0, 1.0]), (empty, empty))
+    assert shown.axis == 0.0
+    assert [sight.word for sight in shown.sights()] == [NOTHING, NOTHING]
+
+
+def test_frequencies_of_the_paper_are_whole_periods_in_20_s():
+    values = PLANS["14a"].values(50)
+    periods = 20.0 * values / HERTZ
+    np.testing.assert_allclose(periods, np.round(periods), atol=1e-9)
+    assert HERTZ == pytest.approx(2.0 * np.pi / 100.0)
+
+
+def test_section_times_are_those_of_the_paper():
+    times = section_times(10.0)
+    assert times[0] == 20.0
+    assert times[-1] == 25.0
+    assert times.size == 51
+    np.testing.assert_allclose(np.diff(times), 0.1)
+
+
+def response(velocity, frequency=10.0, natural=16.0):
+    """A response with a given velocity over 25 s."""
+    times = np.arange(25001) * 1e-3
+    system = {
+        "excitation": {"frequency": frequency},
+        "driveline": {"inertia": 1.0, "stiffness": (2.0 * np.pi * natural) ** 2},
+    }
+    return xr.Dataset(
+        {"velocity": ("time", velocity(times), {"units": "rad/s"})},
+        coords={"time": times},
+        attrs={"system": json.dumps(system), "status": "completed"},
+    )
+
+
+def test_a_sine_is_smooth_symmetric_and_does_not_stick():
+    sine = response(lambda t: 3.0 * np.sin(20.0 * np.pi * t))
+    assert rests(sine).word == "non-stick-slip"
+    assert distortion(sine) < 0.01
+    assert asymmetry(sine) < 1e-6
+    up = edges(sine, 1)
+    # From asin(0.1) to asin(0.9) of a sine of 10 Hz.
+    expected = (np.arcsin(0.9) - np.arcsin(0.1)) / (20.0 * np.pi)
+    assert up.rise == pytest.approx(expected, rel=0.03)
+    assert up.fall == pytest.approx(expected, rel=0.03)
+
+
+def clipped(times, forward, backward):
+    """A sine of 10 Hz that rests for a share of the period after each lobe."""
+    phase = (10.0 * times) % 1.0
+    first, second = 0.5 - forward, 0.5 - backward
+    wave = np.zeros_like(times)
+    up, down = phase < first, (phase >= 0.5) & (phase < 0.5 + second)
+    wave[up] = 5.0 * np.sin(np.pi * phase[up] / first)
+    wave[down] = -5.0 * np.sin(np.pi * (phase[down] - 0.5) / second)
+    return wave
+
+
+@pytest.mark.parametrize(
+    ("forward", "backward", "word"),
+    [
+        (0.2, 0.0, "unidirectional stick-slip"),
+        (0.0, 0.2, "unidirectional stick-slip"),
+        (0.2, 0.1, "bidirectional stick-slip"),
+        (0.0, 0.0, "non-stick-slip"),
+    ],
+)
+def test_rests_are_measured_with_the_side_they_follow(forward, backward, word):
+    found = rests(response(lambda t: clipped(t, forward, backward)))
+    assert found.word == word
+    # Either side of a rest the sine is within the threshold for a moment.
+    slack = 2.5 * STICK_SPEED / (5.0 * 2.0 * np.pi)
+    assert found.shares[0] == pytest.approx(forward, abs=slack)
+    assert found.shares[1] == pytest.approx(backward, abs=slack)
+
+
+def test_a_creep_below_the_threshold_is_rest():
+    found = rests(response(lambda t: 0.9 * STICK_SPEED * np.sin(20.0 * np.pi * t)))
+    assert found.word == "at rest"
+    assert found.shares[2] == 1.0
+
+
+def test_a_bent_crossing_is_seen():
+    def bent(times):
+        wave = np.sin(20.0 * np.pi * times)
+        return np.where(wave > 0.0, 3.0 * wave, wave)
+
+    assert distortion(response(bent)) > 0.3
+    assert asymmetry(response(bent)) == pytest.approx(2.0 / 3.0, abs=1e-3)
+
+
+def test_lines_of_a_spectrum():
+    def three_lines(times):
+        w = 2.0 * np.pi * times
+        return np.sin(10.0 * w) + 0.5 * np.sin(16.0 * w) + 0.1 * np.sin(30.0 * w)
+
+    data = response(three_lines)
+    beside = lines(data)
+    assert beside.beside == pytest.approx(0.5, rel=0.02)
+    assert beside.where == pytest.approx(16.0, abs=0.05)
+    assert beside.share == pytest.approx(0.26 / 1.26, rel=0.02)
+    assert beside.seen == 2
+    natural = lines(data, natural=True)
+    assert natural.where == pytest.approx(30.0, abs=0.05)
+    assert natural.seen == 1
+
+
+def test_the_distance_from_an_ellipse():
+    phase = 2.0 * np.pi * 0.6180339887 * np.arange(51)
+    x, y = 0.3 + 0.1 * np.cos(phase), 5.0 + 4.0 * np.sin(phase + 0.4)
+    assert ellipse_error(x, y) < 1e-10
+    bent = y + 0.8 * np.cos(2.0 * phase)
+    assert 0.02 < ellipse_error(x, bent) < 0.3
+    assert ellipse_error(np.tile(x[:4], 12), np.tile(y[:4], 12)) == np.inf
+    assert ellipse_error(np.full(51, 1.0), np.full(51, 2.0)) == np.inf
+
+
+def test_rest_by_the_picture_is_rest_by_the_exact_solution():
+    """(-24, 0.067) sticks on the way up; shares from the events of the exact solver."""
+    with Laboratory("exact") as laboratory:
+        data = laboratory.response(Case(F0=0.067))
+    found, truth = rests(data), wb.sticks(data, 20.0).attrs
+    assert found.word == truth["class"] == "unidirectional stick-slip"
+    assert truth["share"] <= found.shares[2] <= truth["share"] + 0.05
+
+
+def test_limits_seen_are_limits_of_the_motion():
+    """The end of 2T over F_0, from dots and from the class with exponents."""
+    plan = PLANS["11a"]
+    with Laboratory("exact") as laboratory:
+        shown = diagram(laboratory, plan.base, "F0", np.linspace(0.06, 0.12, 31))
+        found = fit(laboratory, shown, [Segment((DOUBLE,)), Segment((SYNCHRONOUS,))], 1e-5, 0.005)
+    limit = float(found.limits[0])
+    system = CORRECTED.system(plan.base, "coulomb")
+    # Dots merge a little before the orbits do.
+    assert wb.motion(system.replace(F0=limit - 0.0005)).order == 2
+    assert wb.motion(system.replace(F0=limit + 0.001)).order == 1
+
+
+def test_a_laboratory_runs_each_case_once_and_shares_what_it_knows():
+    seen = []
+    with Laboratory("exact", watch=lambda: seen.append(1)) as laboratory:
+        cases = [Case(eta=-6.0), Case(eta=-24.0), Case(eta=-6.0)]
+        first = laboratory.steadies(cases)
+        again = laboratory.like(method="exact").steady(cases[0])
+        assert first[0] is first[2] is again
+        assert len(seen) == 2
+        laboratory.like(assumptions=CORRECTED).steady(cases[1])
+        assert len(seen) == 2
+
+
+def test_an_unknown_method_is_refused():
+    with pytest.raises(wb.InputError, match=r"method = 'euler': not known. Allowed: "):
+        Laboratory("euler")
+
+
+def test_slope_on_the_interface_speed_is_a_fifth():
+    shaft = CORRECTED.system(Case(eta=-24.0), "coulomb")
+    interface = Assumptions(slope_on="interface").system(Case(eta=-24.0), "coulomb")
+    assert interface.actuation.slope == pytest.approx(0.2 * shaft.actuation.slope, rel=1e-14)
