@@ -61,6 +61,16 @@ class Assumptions:
             release=self.release,
         )
 
+    def relevant(self, case: Case) -> Assumptions:
+        """The same choices for a case, with those that change nothing there as corrected.
+
+        A force that does not fall cannot become negative, and without a slope its speed does
+        not matter.
+        """
+        release = self.release or case.eta >= 0.0
+        slope_on = "shaft" if case.eta == 0.0 else self.slope_on
+        return replace(self, release=release, slope_on=slope_on)
+
     def words(self, names: Iterable[str] = ("damping", "static", "release", "slope_on")) -> str:
         """The choices, or those named, in a line."""
         said = {

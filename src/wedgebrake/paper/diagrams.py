@@ -50,12 +50,14 @@ class Plan:
     resolution: float
 
     def values(self, count: int) -> FloatArray:
-        """About ``count`` equally spaced values, where the paper's section exists.
+        """About ``count`` equally spaced values, half as many of f, where the section exists.
 
         Frequencies are multiples of 0.05 Hz, for which 20 s are whole periods: elsewhere the
         section t = 20 s + n/f_e has another phase at each frequency. Of wedges that lock
         themselves there are the paper's columns alone: the wall of the smoothed law is slow.
         """
+        if self.name == "f":  # which cost more periods each
+            count = count // 2
         wanted = np.linspace(self.low, self.high, count)
         if self.name == "alpha":
             wanted = np.concatenate((self.columns(), np.linspace(1.0, self.high, count)))

@@ -30,7 +30,7 @@ _Result = TypeVar("_Result")
 
 DURATION, STEADY = 25.0, 20.0
 """The run and the beginning of its steady part [s] (section 4)."""
-SAMPLE = 1e-3
+SAMPLE, COARSE_SAMPLE = 1e-3, 2.5e-3
 """Time between samples [s]: ten of the paper's steps, far above any frequency it shows."""
 STEP = 1e-4
 """The paper's fixed step [s]."""
@@ -83,7 +83,7 @@ class Laboratory:
 
     method      : "smooth", "exact" or "ode14x"
     assumptions : what the paper leaves unsaid
-    coarse      : diagrams have few columns, and their limits are not refined
+    coarse      : few columns in diagrams, whose limits are not refined, and few samples
     rtol        : relative tolerance of "smooth"
     threads     : runs at a time; default one per processor
     watch       : called after each run with nothing, from any thread
@@ -149,7 +149,7 @@ class Laboratory:
         return self._each("steady", cases, self._steady)
 
     def response(self, case: Case) -> xr.Dataset:
-        """All 25 s of a case, every millisecond."""
+        """All 25 s of a case, every ``SAMPLE``."""
         return self.responses([case])[0]
 
     def responses(self, cases: Iterable[Case]) -> list[xr.Dataset]:
@@ -159,8 +159,9 @@ class Laboratory:
     def _each(
         self, kind: str, cases: Iterable[Case], work: Callable[[Case], _Result]
     ) -> list[_Result]:
-        key = (kind, self.method, self.assumptions, self.rtol)
-        return self._shared.results([(*key, case) for case in cases], lambda one: work(one[-1]))
+        about = (kind, self.method, self.rtol, self.coarse)
+        keys = [(*about, self.assumptions.relevant(case), case) for case in cases]
+        return self._shared.results(keys, lambda key: work(key[-1]))
 
     def _steady(self, case: Case) -> Steady:
         system = self.system(case)
@@ -171,7 +172,8 @@ class Laboratory:
         return Steady(status, end, response["angle"].to_numpy(), response["velocity"].to_numpy())
 
     def _response(self, case: Case) -> xr.Dataset:
-        times = np.linspace(0.0, DURATION, round(DURATION / SAMPLE) + 1)
+        sample = COARSE_SAMPLE if self.coarse else SAMPLE
+        times = np.linspace(0.0, DURATION, round(DURATION / sample) + 1)
         return run(self.system(case), self.method, times, self.rtol)
 
 

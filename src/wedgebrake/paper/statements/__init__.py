@@ -7,6 +7,8 @@ bifurcations : B1 to B7, the diagrams
 responses    : R1 to R7, responses beside the diagrams
 """
 
+from concurrent.futures import ThreadPoolExecutor
+
 from wedgebrake.paper.claims import Finding, Statement, examine
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.statements import bifurcations, laws, linear, motions, responses
@@ -23,4 +25,6 @@ STATEMENTS: tuple[Statement, ...] = (
 
 def audit(laboratory: Laboratory) -> tuple[Finding, ...]:
     """What comes of every statement, by the laboratory's method and assumptions."""
-    return tuple(examine(statement, laboratory) for statement in STATEMENTS)
+    # The laboratory's own threads share the runs; these prepare and look.
+    with ThreadPoolExecutor(laboratory.threads) as pool:
+        return tuple(pool.map(lambda statement: examine(statement, laboratory), STATEMENTS))
