@@ -4,13 +4,14 @@
 # make bench  speed, as ratios to peers in the same run
 # make lint   the house rules alone
 # make slow   the studies of minutes
+# make paper  the audit of the source paper, with the copy in docs
 
 PYTHON ?= python3.11
 VENV := .venv
 BIN := $(VENV)/bin
 OUT := out
 
-.PHONY: demo test bench lint slow clean
+.PHONY: demo test bench lint slow paper clean
 
 $(VENV)/.demo: pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer, or say make PYTHON=python3"; exit 2; }
@@ -46,6 +47,13 @@ slow: $(VENV)/.bench
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/run.py
 	$(BIN)/python benchmarks/sweeps.py
+	$(BIN)/python benchmarks/paper.py
+
+paper: $(VENV)/.demo
+	@mkdir -p $(OUT)
+	$(BIN)/wedgebrake paper all --out $(OUT)/paper
+	cp $(OUT)/paper/report.html docs/paper.html
+	cp $(OUT)/paper/fig11.png docs/paper.png
 
 clean:
 	rm -rf $(VENV) $(OUT) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -1,5 +1,7 @@
 """The audit of Chen and Xi (2014): verdicts follow from the physics, and from nothing else."""
 
+import json
+
 import pytest
 
 import wedgebrake as wb
@@ -108,11 +110,12 @@ def made_up(answer):
 @pytest.mark.parametrize(
     ("answer", "verdict", "needed"),
     [
-        (lambda a, v: True, Verdict.REPRODUCED, ""),
-        (lambda a, v: False, Verdict.CONTRADICTED, ""),
-        (lambda a, v: None, Verdict.UNDECIDABLE, ""),
-        (lambda a, v: a.release, Verdict.CORRECTED, "released at a negative force"),
-        (lambda a, v: v["value"] == 2, Verdict.CORRECTED, "value = 2, not 1"),
+        (lambda *_: True, Verdict.REPRODUCED, ""),
+        (lambda *_: False, Verdict.CONTRADICTED, ""),
+        (lambda *_: None, Verdict.UNDECIDABLE, ""),
+        (lambda a, _: a.damping < 0.5, Verdict.CORRECTED, "c = 0.1 N m s/rad"),
+        (lambda a, _: a.release, Verdict.CORRECTED, "released at a negative force"),
+        (lambda _, v: v["value"] == 2, Verdict.CORRECTED, "value = 2, not 1"),
         (
             lambda a, v: v["value"] == 2 and a.static < 0.32,
             Verdict.CORRECTED,
@@ -124,6 +127,16 @@ def test_verdicts_follow_from_the_parts(answer, verdict, needed, exact):
     found = examine(made_up(answer), exact)
     assert found.verdict is verdict
     assert found.needed == needed
+
+
+def test_of_changes_that_each_suffice_one_is_named(exact):
+    """Either a lower damping or the other value: the value is taken back first."""
+    one = made_up(lambda a, v: a.damping < 0.5 or v["value"] == 2)
+    assert examine(one, exact).needed == "c = 0.1 N m s/rad"
+
+
+def test_a_finding_is_plain_for_json(exact):
+    json.dumps(examine(BY_NAME["B4"], exact).as_dict())
 
 
 def test_a_false_part_outweighs_one_that_cannot_be_told():
@@ -147,6 +160,7 @@ def test_identification_prefers_the_corrected_assumptions(exact):
     assert found.rows[0].held > found.rows[1].held
     assert len(found.table()) == 3
     assert found.open_questions
+    assert len(found.paragraphs) == 2
 
 
 @pytest.mark.slow

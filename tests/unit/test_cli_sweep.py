@@ -445,7 +445,7 @@ class TestFiles:
         name = "r.nc" if option == "--out" else "r.png"
         Path(name).write_text("earlier")
         monkeypatch.setattr(xr.Dataset, "to_netcdf", fill)
-        monkeypatch.setattr("wedgebrake.plots.save._write", refuse_to_write)
+        monkeypatch.setattr("wedgebrake.plots.save.write", refuse_to_write)
         status, text, message = run("sweep", PAPER, *ETA, option, name)
         assert status == 1
         assert "Along eta" in text
@@ -455,7 +455,7 @@ class TestFiles:
         assert Path(name).read_text() == "earlier"
 
 
-def refuse_to_write(target: Path, _: memoryview) -> None:
+def refuse_to_write(target: Path, _: bytes) -> None:
     raise wb.OutputError(f"path = {str(target)!r}: cannot be written (No space left on device).")
 
 

@@ -10,7 +10,7 @@ import wedgebrake as wb
 from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
 from wedgebrake.paper.diagrams import HERTZ, PLANS, Diagram, Segment, diagram, fit
 from wedgebrake.paper.laboratory import Laboratory, Steady, section_times
-from wedgebrake.paper.sight import DOUBLE, FILLED, MULTIPLE, NOTHING, SYNCHRONOUS, look
+from wedgebrake.paper.sight import DOUBLE, EYE, FILLED, MULTIPLE, NOTHING, SYNCHRONOUS, look
 from wedgebrake.paper.traits import (
     STICK_SPEED,
     asymmetry,
@@ -59,7 +59,7 @@ def test_a_larger_dot_hides_more():
 class Painted:
     """A laboratory that shows what a rule says, without physics."""
 
-    coarse = False
+    coarse, eye = False, EYE
 
     def __init__(self, rule):
         self.rule, self.asked = rule, []
@@ -106,7 +106,7 @@ def test_some_columns_of_another_word_do_not_move_a_limit():
 
 
 def test_a_diagram_of_something_else_agrees_with_nothing():
-    laboratory = Painted(lambda eta: np.full(51, 5.0))
+    laboratory = Painted(lambda _: np.full(51, 5.0))
     shown = diagram(laboratory, Case(), "eta", np.linspace(-120.0, 12.0, 45))
     found = fit(laboratory, shown, SEGMENTS, 0.01)
     assert found.agreement[0] == found.agreement[1] == 0.0
@@ -220,6 +220,14 @@ def test_lines_of_a_spectrum():
     assert natural.seen == 1
 
 
+def test_ripples_of_a_hump_are_one_line():
+    def beating(times):
+        w = 2.0 * np.pi * times
+        return np.sin(10.0 * w) + 0.2 * sum(np.sin((15.0 + 0.2 * k) * w + k * k) for k in range(8))
+
+    assert lines(response(beating)).seen == 1
+
+
 def test_the_distance_from_an_ellipse():
     phase = 2.0 * np.pi * 0.6180339887 * np.arange(51)
     x, y = 0.3 + 0.1 * np.cos(phase), 5.0 + 4.0 * np.sin(phase + 0.4)
@@ -242,9 +250,9 @@ def test_rest_by_the_picture_is_rest_by_the_exact_solution():
 def test_limits_seen_are_limits_of_the_motion():
     """The end of 2T over F_0, from dots and from the class with exponents."""
     plan = PLANS["11a"]
-    with Laboratory("exact") as laboratory:
+    with Laboratory("exact", eye=EYE._replace(dot=0.005)) as laboratory:
         shown = diagram(laboratory, plan.base, "F0", np.linspace(0.06, 0.12, 31))
-        found = fit(laboratory, shown, [Segment((DOUBLE,)), Segment((SYNCHRONOUS,))], 1e-5, 0.005)
+        found = fit(laboratory, shown, [Segment((DOUBLE,)), Segment((SYNCHRONOUS,))], 1e-5)
     limit = float(found.limits[0])
     system = CORRECTED.system(plan.base, "coulomb")
     # Dots merge a little before the orbits do.

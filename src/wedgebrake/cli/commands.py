@@ -312,8 +312,9 @@ def paper(
     targets: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[TARGET]...",
-            help="fig8 or another figure, claims, or all; several for several. None lists them.",
+            metavar="TARGET",
+            help="fig1 to fig19, claims, or all; several may be given. Without one, what there is"
+            " is listed.",
         ),
     ] = None,
     out: Annotated[
@@ -345,14 +346,18 @@ def paper(
 
     Without a target, lists the figures. A figure is drawn into the folder, as fig8.png. claims
     tests each statement of the paper and prints the verdicts. all draws every figure, tests the
-    statements and writes report.html, one page that needs no connection, and claims.json.
+    statements and writes report.html, one page that needs no connection, and claims.json; it takes
+    one to two minutes. Figures are 183 mm wide, two columns of a journal.
 
     A verdict follows from numbers: reproduced, reproduced with a stated correction,
     contradicted, or undecidable from the text. Whatever they are, the exit status is 0. Files
     are whole or not there; Ctrl-C ends at once (exit status 1) and leaves the complete ones.
     """
-    from wedgebrake.cli import paper as work
     from wedgebrake.cli.report import to_json
+    from wedgebrake.cli.waiting import announce_compilation
+
+    with announce_compilation("about half a minute"):
+        from wedgebrake.cli import paper as work
 
     if not targets:
         typer.echo(to_json(work.listing_report()) if as_json else work.listing())

@@ -20,12 +20,13 @@ from typing import Any
 from wedgebrake._version import __version__
 from wedgebrake.cli.report import to_json, versions
 from wedgebrake.cli.waiting import Interrupted, announce_compilation, interruptible
-from wedgebrake.errors import InputError, OutputError, nearest
+from wedgebrake.errors import InputError, nearest
 from wedgebrake.paper.assumptions import AS_PRINTED, CORRECTED
 from wedgebrake.paper.claims import Finding
 from wedgebrake.paper.figures import FIGURES
 from wedgebrake.paper.laboratory import FRICTION, METHOD_WORDS, Laboratory
 from wedgebrake.paper.report.content import Made, counts, score
+from wedgebrake.plots.save import write
 from wedgebrake.sweeps.progress import Bar, Progress
 
 ALL, CLAIMS = "all", "claims"
@@ -36,8 +37,9 @@ OTHERS = {
 KINDS = ("png", "svg", "pdf")
 FOLDER, REPORT, DATA = Path("paper"), "report.html", "claims.json"
 _MOST_THREADS = 1024
-# Columns of the list; and of a verdict's line, where no terminal says how many.
-_WIDTH, _LINE = 100, 120
+# Columns of the list at most, of a verdict's lines where no terminal says how many, of both at
+# least; and of the space before a verdict's further lines.
+_WIDTH, _LINE, _LEAST, _INDENT = 100, 120, 60, 4
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def ordered(
 
     Raises ``InputError`` for a target, method, format or number of threads that is not allowed.
     """
-    targets = tuple(dict.fromkeys(targets))
+    targets = tuple(dict.fromkeys(target.lower() for target in targets))
     for option, word, allowed in (
         *(("", target, [*FIGURES, *OTHERS]) for target in targets),
         ("--method ", method, list(FRICTION)),
@@ -215,7 +217,7 @@ class _Watch:
         """Write what is complete, and show what is new."""
         while self._folder is not None and not self._files.empty():
             name, content = self._files.get()
-            _write(self._folder / name, content)
+            write(self._folder / name, content)
             self.written.append(self._folder / name)
         moment = _Moment(self._parts, self.total, 0, 0.0, self._runs)
         if moment != self._shown:
@@ -277,25 +279,9 @@ def _folder(path: Path | None) -> Iterator[None]:
                 path.rmdir()
 
 
-def _write(path: Path, content: bytes) -> None:
-    """A file, whole or not at all.
-
-    Raises ``OutputError`` where it cannot be written.
-    """
-    beside = path.with_name(f".{path.name}.{secrets.token_hex(6)}.part")
-    try:
-        beside.write_bytes(content)
-        beside.replace(path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror or error}).") from None
-    finally:
-        with contextlib.suppress(OSError):
-            beside.unlink(missing_ok=True)
-
-
 def _what_is_kept(written: Sequence[Path]) -> str:
     if not written:
-        return "Nothing was written."
+        return "Nothing new was written."
     files = f"{len(written)} files" if len(written) > 1 else "1 file"
     return f"{written[0].parent} keeps {files}, complete."
 
@@ -313,7 +299,11 @@ def listing() -> str:
 
 def _listed(name: str, words: str, width: int) -> str:
     return textwrap.fill(
-        f"{name:{width}}{words}", _WIDTH, initial_indent="  ", subsequent_indent=" " * (width + 2)
+        f"{name:{width}}{words}",
+        max(min(shutil.get_terminal_size((_WIDTH, 1)).columns, _WIDTH), _LEAST),
+        initial_indent="  ",
+        subsequent_indent=" " * (width + 2),
+        break_on_hyphens=False,
     )
 
 
@@ -347,14 +337,19 @@ def _line(finding: Finding) -> str:
     one = finding.statement
     figure = f"Fig. {one.figure}" if one.figure[:1].isdigit() else ""
     held = score(finding.parts).partition(",")[0]
-    start = f"{one.name:<4}{figure:<10}{finding.verdict.value:<37}{held:<10}"
-    room = max(shutil.get_terminal_size((_LINE, 1)).columns, _WIDTH) - len(start)
-    return start + textwrap.shorten(one.says, room, placeholder=" ...")
+    start = f"{one.name:<{_INDENT}}{figure:<10}{finding.verdict.value:<37}{held:<10}"
+    needed = f" Correction: {finding.needed}." if finding.needed else ""
+    return textwrap.fill(
+        start + one.says + needed,
+        max(shutil.get_terminal_size((_LINE, 1)).columns, _LEAST),
+        subsequent_indent=" " * _INDENT,
+        break_on_hyphens=False,
+    )
 
 
 def _summary(findings: Sequence[Finding]) -> str:
     found = ", ".join(f"{number} {one.value}" for one, number in counts(findings).items())
-    return f"{len(findings)} statements: {found}."
+    return f"{len(findings)} statements: {found}.\nEach number found: --json, or paper all."
 
 
 def report(order: Order, outcome: Outcome) -> dict[str, Any]:

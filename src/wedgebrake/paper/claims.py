@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any
 
-from wedgebrake.paper.assumptions import AS_PRINTED
+from wedgebrake.paper.assumptions import AS_PRINTED, Assumptions
 from wedgebrake.paper.laboratory import Laboratory
 
 
@@ -37,6 +37,11 @@ class Part:
     says: str
     holds: bool | None
     found: str
+
+    def __post_init__(self) -> None:
+        """NumPy's booleans are none for ``is`` and for JSON."""
+        if self.holds is not None:
+            object.__setattr__(self, "holds", bool(self.holds))
 
 
 @dataclass(frozen=True)
@@ -130,23 +135,30 @@ def examine(statement: Statement, laboratory: Laboratory) -> Finding:
 
 
 def _needed(statement: Statement, laboratory: Laboratory) -> str:
-    """What must be changed from the printed page, in words."""
-    corrected = {**statement.printed, **statement.correction}
-    names = laboratory.assumptions.differing(AS_PRINTED)
+    """A smallest set of changes to the printed page with which a statement holds, in words.
+
+    Each change is taken back in turn, for good where the statement holds without it.
+    """
+    chosen, values = laboratory.assumptions, statement.printed
+    if statement.correction:
+        values = {**statement.printed, **statement.correction}
+    if statement.correction and _holds(statement, laboratory, chosen, statement.printed):
+        values = statement.printed
+    names = chosen.differing(AS_PRINTED)
     if statement.apart:
-        names = [name for name in names if not _holds_without(statement, laboratory, name)]
-    words = [laboratory.assumptions.words(names)] if names else []
-    if statement.correction and not judge(statement.check(laboratory, statement.printed)):
+        for name in tuple(names):
+            without = replace(chosen, **{name: getattr(AS_PRINTED, name)})
+            if _holds(statement, laboratory, without, values):
+                chosen = without
+                names.remove(name)
+    words = [chosen.words(names)] if names else []
+    if values is not statement.printed:
         words.append(statement.why)
-    if not words:  # each can be missed, but not all of them
-        words.append(laboratory.assumptions.words() if not corrected else statement.why)
     return "; ".join(words)
 
 
-def _holds_without(statement: Statement, laboratory: Laboratory, name: str) -> bool:
-    """Whether a statement still holds with one assumption as printed."""
-    kept = replace(laboratory.assumptions, **{name: getattr(AS_PRINTED, name)})
-    parts = statement.check(
-        laboratory.like(assumptions=kept), {**statement.printed, **statement.correction}
-    )
-    return bool(judge(parts))
+def _holds(
+    statement: Statement, laboratory: Laboratory, chosen: Assumptions, values: dict[str, Any]
+) -> bool:
+    """Whether a statement holds under other assumptions and values."""
+    return bool(judge(statement.check(laboratory.like(assumptions=chosen), values)))

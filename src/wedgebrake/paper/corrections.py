@@ -37,62 +37,73 @@ CORRECTIONS = (
         "Section 4, damping",
         "c = 1 N m s/rad (section 3), no other value.",
         "c = 0.1 N m s/rad, so that δ = η/0.6 N s/rad.",
-        "The identification below: no statement of figures 8 to 13 on a bifurcation diagram holds"
-        " with any other of five values. Every η that is printed is then a slope of a multiple of"
-        " 10 N s/rad.",
+        "The identification: of five values the only one with which statements on bifurcation"
+        " diagrams hold.",
     ),
     Correction(
         "Eq. (3), negative force",
         "F_a = F_a0 + δ|θ'|, without a bound.",
         "F_a = max(0, F_a0 + δ|θ'|): a wedge cannot pull.",
-        "Without it the motion diverges wherever the paper shows a steady one at η < 0.",
+        "The identification; without it motions at strongly negative η or small F_0 diverge.",
     ),
     Correction(
         "Eq. (14), static peak",
         "μ_s = 0.33.",
         "μ_s = μ_k = 0.30 in the smoothed law.",
-        "Figure 4's values, eqs. (17) and (18), figure 6b's bidirectional stick-slip, and the"
-        " limits of figure 11.",
+        "Figure 4's values, eqs. (17) and (18), statement M2 and the identification.",
     ),
     Correction(
         "Figure 4",
         "α = 1.03.",
         "α = 1.18, a wedge angle of 0.34 rad.",
-        "1/(α − 1) = 5.58 and 1/(α + 1) = 0.459; with 1.03 the ratio would be 33.",
+        "1/(α − 1) = 5.58 and 1/(α + 1) = 0.459; with 1.03 they would be 33 and 0.49.",
     ),
     Correction(
         "Figures 6a and 7a",
         "F_0 = 0.12.",
-        "F_0 = 0.036; any value up to about 0.04 gives what is described.",
-        "At 0.12 the wedge sticks for most of the time, whatever c and μ_s.",
+        "F_0 = 0.036; see the open questions for the range that fits.",
+        "At 0.12 the wedge sticks for most of the time (statement M1, as printed).",
     ),
     Correction(
         "Figures 14 to 16",
         "F_0 = 0.024 in the captions.",
         "F_0 = 0.036, as in figures 8 to 10.",
-        "Both upper limits (1.57), the conventional brake's lower one (0.69) and its clean"
-        " spectrum at f = 2.07 need it.",
+        "Statements B5, B6 and R6; see the open questions.",
     ),
     Correction(
         "Figures 14 to 16, frequencies",
         "f = 0.31, 0.56 or 0.57, 0.63, 0.69, 1.26, 1.57, 2.07.",
         "Torques of 5, 9, 10, 11, 20, 25 and 33 Hz.",
-        "All agree with whole hertz to their digits, and 0.56 and 0.57 are the same 9 Hz, cut and"
-        " rounded. At whole hertz 20 s are whole periods: only so has x_2(nT) one sign on each side"
-        " of f = 1.",
+        "They are whole hertz over f_n, to the printed digits; 0.56 and 0.57 are the same 9 Hz, cut"
+        " and rounded. At whole hertz 20 s are whole periods: only so has x_2(nT) one sign on each"
+        " side of f = 1.",
     ),
     Correction(
         "Figure 17",
         "A limit at α = 1.41, where figure 11 has multi-periodic motion at 1.18.",
-        "The limit lies between the columns 1.03 and 1.41, near 1.04.",
-        "The printed values of α are tangents of tenths of a radian over μ_k, but for 1.18 and"
-        " 1.21: these columns were computed, and 1.41 is the first one that is not synchronous.",
+        "1.41 is the first column beyond the limit.",
+        "But for 1.18 and 1.21 the printed values of α are tangents of tenths of a radian over μ_k,"
+        " the last (8.60) to 0.3 %: columns 0.1 rad apart (statement B7).",
+    ),
+    Correction(
+        "Section 4.3",
+        "η = −24 induces the typical 2T-periodic motion of figure 8.",
+        "Section 4.2 has multi-periodic motion there.",
+        "The paper contradicts itself; at η = −24 the smoothed law shows two groups of points, of"
+        " which each consists of several.",
     ),
     Correction(
         "Section 4.4",
         "The wedge's friction force is 12 times that of the conventional brake.",
         "18.6 times forwards and 1.5 times backwards; 12 is the wedge's forward over its backward"
         " force.",
-        "g(±μ_k) of both brakes.",
+        "g(±μ_k) of both brakes (statement K1).",
+    ),
+    Correction(
+        "Section 5",
+        "At η = −24 the wedge is synchronous for F_0 > 0.044, and for f > 0.3 or f > 1.57.",
+        "F_0 > 0.072; f < 0.56 or f > 1.57.",
+        "Section 4 says so: 0.044 is the conventional brake's limit there, and 0.3 the lowest"
+        " frequency.",
     ),
 )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from wedgebrake.paper.assumptions import CONVENTIONAL, Case
 from wedgebrake.paper.laboratory import Laboratory, Steady
 from wedgebrake.paper.parameters import INERTIA, KINETIC, STIFFNESS
-from wedgebrake.paper.sight import DOT, Sight, look
+from wedgebrake.paper.sight import EYE, Sight, look
 
 FloatArray = NDArray[np.float64]
 
@@ -29,6 +29,8 @@ HERTZ = 2.0 * math.pi / math.sqrt(STIFFNESS / INERTIA)
 ANGLE_COLUMN = 0.1
 FREQUENCIES = tuple(HERTZ * hertz for hertz in (5, 10, 16, 20, 33))
 """f of figures 15 and 16, printed as 0.31, 0.63, 1.0, 1.26 and 2.07."""
+STICKING = tuple(FREQUENCIES[i] for i in (0, 1, 3))
+"""Those of them at which figure 15 is said to show sticks."""
 _READING = 0.025
 
 
@@ -60,7 +62,7 @@ class Plan:
             count = count // 2
         wanted = np.linspace(self.low, self.high, count)
         if self.name == "alpha":
-            wanted = np.concatenate((self.columns(), np.linspace(1.0, self.high, count)))
+            wanted = np.concatenate((self.columns()[:2], np.linspace(1.0, self.high, count)))
         return np.unique([self.lattice(value) for value in wanted])
 
     def lattice(self, value: float) -> float:
@@ -128,7 +130,7 @@ class Diagram:
         found = [column.velocity for column in self.columns if column.velocity.size]
         return float(np.ptp(np.concatenate(found))) if found else 0.0
 
-    def sights(self, dot: float = DOT) -> list[Sight]:
+    def sights(self, dot: float = EYE.dot) -> list[Sight]:
         """What is seen at each value."""
         return [look(column.velocity, self.axis, dot) for column in self.columns]
 
@@ -172,7 +174,6 @@ def fit(
     shown: Diagram,
     segments: Sequence[Segment],
     resolution: float,
-    dot: float = DOT,
     lattice: Callable[[float], float] = float,
 ) -> Fit:
     """Where the segments begin and end: the limits with the fewest columns that contradict.
@@ -184,7 +185,7 @@ def fit(
     segments   : from small to large values
     lattice    : the value to take for a wanted one, where only some are possible
     """
-    seen = [sight.word for sight in shown.sights(dot)]
+    seen = [sight.word for sight in shown.sights(laboratory.eye.dot)]
     starts = _starts(seen, segments)
     ends = [*starts[1:], len(seen)]
     agreement = [
@@ -194,9 +195,7 @@ def fit(
     brackets = []
     for start, (left, right) in zip(starts[1:], pairwise(segments), strict=True):
         low, high = shown.values[max(start - 1, 0)], shown.values[min(start, len(seen) - 1)]
-        brackets.append(
-            _bisected(laboratory, shown, left, right, (low, high), resolution, dot, lattice)
-        )
+        brackets.append(_bisected(laboratory, shown, left, right, (low, high), resolution, lattice))
     pairs = np.array(brackets, dtype=float).reshape(-1, 2)
     return Fit(pairs.mean(axis=1), pairs, np.array(agreement))
 
@@ -245,7 +244,6 @@ def _bisected(
     right: Segment,
     bracket: tuple[float, float],
     resolution: float,
-    dot: float,
     lattice: Callable[[float], float],
 ) -> tuple[float, float]:
     """The bracket of a limit, halved while it is wider than the resolution."""
@@ -255,8 +253,10 @@ def _bisected(
         if not low < middle < high:
             break
         steady = laboratory.steady(shown.base.at(**{shown.name: middle}))
-        word = look(steady.velocity, shown.axis, dot).word
-        if word in right.words and word not in left.words:
+        word = look(steady.velocity, shown.axis, laboratory.eye.dot).word
+        if (word in left.words) == (word in right.words):
+            break  # no witness for either side
+        if word in right.words:
             high = middle
         else:
             low = middle

@@ -13,11 +13,11 @@ import numpy as np
 from wedgebrake.measures.sticking import NON_STICK_SLIP
 from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
 from wedgebrake.paper.claims import Statement, judge
-from wedgebrake.paper.diagrams import HERTZ
+from wedgebrake.paper.diagrams import HERTZ, PLANS, PRINTED_F0
 from wedgebrake.paper.laboratory import Laboratory
-from wedgebrake.paper.sight import DOUBLE, look
+from wedgebrake.paper.sight import DOUBLE, EYE, SYNCHRONOUS, Eye, look
 from wedgebrake.paper.statements import STATEMENTS
-from wedgebrake.paper.traits import SEEN_LINE, lines, rests
+from wedgebrake.paper.traits import lines, rests
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,14 +46,12 @@ class Row(NamedTuple):
 
     scores : of each statement, whether it holds
     held, told : statements that hold, of those that can be told
-    parts  : share of all their parts that hold
     """
 
     assumptions: Assumptions
     scores: dict[str, bool | None]
     held: int
     told: int
-    parts: float
 
 
 class Question(NamedTuple):
@@ -66,10 +64,11 @@ class Question(NamedTuple):
 
 @dataclass(frozen=True)
 class Identification:
-    """The combinations, best first, and the open questions."""
+    """The combinations, best first, the open questions, and what hangs on the reader's eye."""
 
     rows: tuple[Row, ...]
     open_questions: tuple[Question, ...]
+    paragraphs: tuple[str, ...]
 
     def table(self) -> list[dict[str, str]]:
         """The combinations in words."""
@@ -80,7 +79,6 @@ class Identification:
                 "release": "on" if row.assumptions.release else "off",
                 "slope on": "|θ'|" if row.assumptions.slope_on == "shaft" else "|v_r|",
                 "statements": f"{row.held} of {row.told}",
-                "parts": f"{100.0 * row.parts:.0f} %",
             }
             for row in self.rows
         ]
@@ -101,8 +99,10 @@ def identify(
     # The runs are shared by the laboratory's own threads; these prepare and look.
     with ThreadPoolExecutor(laboratory.threads) as pool:
         rows = list(pool.map(lambda one: _row(coarse.like(assumptions=one), chosen), candidates))
-    rows.sort(key=lambda row: (-row.held, -row.parts))
-    return Identification(tuple(rows), _questions(coarse))
+    rows.sort(key=lambda row: -row.held)
+    return Identification(
+        tuple(rows), _questions(coarse), (_on_rows(rows), _on_the_eye(coarse, chosen))
+    )
 
 
 def _row(laboratory: Laboratory, chosen: Sequence[Statement]) -> Row:
@@ -112,9 +112,51 @@ def _row(laboratory: Laboratory, chosen: Sequence[Statement]) -> Row:
     }
     scores = {name: judge(parts) for name, parts in found.items()}
     told = [score for score in scores.values() if score is not None]
-    each = [part.holds for parts in found.values() for part in parts if part.holds is not None]
-    return Row(
-        laboratory.assumptions, scores, sum(map(bool, told)), len(told), sum(each) / len(each)
+    return Row(laboratory.assumptions, scores, sum(map(bool, told)), len(told))
+
+
+def _on_rows(rows: Sequence[Row]) -> str:
+    """What holds in every combination with the static coefficient of the best one."""
+    alike = [row for row in rows if row.assumptions.static == rows[0].assumptions.static]
+    common = [name for name in rows[0].scores if all(row.scores[name] is True for row in alike)]
+    second = f", the next {rows[1].held}" if len(rows) > 1 else ""
+    return (
+        f"{len(rows)} combinations, tested on {rows[0].told} statements about figures 4 to 13 with"
+        " the values of single figures as corrected, in fewer columns than the audit. The best"
+        f" satisfies {rows[0].held}{second}. {', '.join(common) or 'None'} hold with every"
+        f" combination of μ_s = {rows[0].assumptions.static:.2f}: they say nothing about the"
+        " other choices."
+    )
+
+
+_EYE = {
+    "dot": "the height of a dot",
+    "line": "the lowest line that is seen",
+    "stick": "the shortest stick that is seen",
+    "share": "the least share of sticks",
+}
+
+
+def _on_the_eye(laboratory: Laboratory, chosen: Sequence[Statement]) -> str:
+    """The same statements with each threshold halved and doubled."""
+    laboratory = laboratory.like(assumptions=CORRECTED)
+
+    def scores(eye: Eye) -> dict[str, bool | None]:
+        return _row(laboratory.like(eye=eye), chosen).scores
+
+    before, changes = scores(EYE), []
+    for name, words in _EYE.items():
+        for factor, changed in ((0.5, "halved"), (2.0, "doubled")):
+            after = scores(EYE._replace(**{name: factor * getattr(EYE, name)}))
+            flipped = [
+                f"{one} then {'holds' if after[one] else 'fails'}"
+                for one in before
+                if after[one] != before[one]
+            ]
+            changes.append(f"{words} {changed}: {', '.join(flipped) or 'no change'}")
+    return (
+        "The audit names what is seen by thresholds; how far the same statements, with the"
+        f" corrected choices, hang on them: {'; '.join(changes)}."
     )
 
 
@@ -123,7 +165,7 @@ def _questions(laboratory: Laboratory) -> tuple[Question, ...]:
     return (
         _figure_6a(laboratory),
         _figures_14_to_16(laboratory),
-        _figure_17(),
+        _figure_17(laboratory),
         _ten_hertz(laboratory),
     )
 
@@ -136,28 +178,32 @@ def _figure_6a(laboratory: Laboratory) -> Question:
     fits = [
         force
         for force, moves, beside in zip(_FORCES_6, free, side, strict=True)
-        if moves and beside >= SEEN_LINE
+        if moves and beside >= laboratory.eye.line
     ]
     each = "; ".join(
         f"{force:g}: {rests(response).word}, {beside:.2g}"
         for force, response, beside in zip(_FORCES_6, responses, side, strict=True)
     )
     answer = (
-        f"Not 0.12. No stick and a side band that is seen: F_0 = {fits[0]:g} to {fits[-1]:g} of the"
-        " values tried." if fits else "None of the values tried fits."
+        f"No stick and a side band that is seen at F_0 = {fits[0]:g} to {fits[-1]:g} of the values"
+        " tried." if fits else "None of the values tried gives what is described."
     )  # fmt: skip
     return Question(
-        "F_0 of figure 6a",
+        "F_0 of figure 6a (printed: 0.12)",
         f"{answer} Class and highest line beside f_e: {each}. Which of them the figure shows stays"
-        " open; 0.036, the value of figures 8 to 10, is used.",
-        settled=False,
+        f" open; {Case().F0:g}, the value of figures 8 to 10, is used.",
+        settled=len(fits) == 1,
     )
 
 
 def _score(laboratory: Laboratory, names: Sequence[str], force: float) -> tuple[int, int]:
     """Parts that hold, of all, with another F_0."""
     chosen = [statement for statement in STATEMENTS if statement.name in names]
-    parts = [part for statement in chosen for part in statement.check(laboratory, {"F0": force})]
+    parts = [
+        part
+        for statement in chosen
+        for part in statement.check(laboratory, {"F0": force, "whole": True})
+    ]
     return sum(bool(part.holds) for part in parts), len(parts)
 
 
@@ -166,20 +212,27 @@ def _figures_14_to_16(laboratory: Laboratory) -> Question:
     best = max(scores, key=lambda force: scores[force][0])
     each = ", ".join(f"{force:g}: {held} of {all_}" for force, (held, all_) in scores.items())
     return Question(
-        "F_0 of figures 14 to 16",
-        f"Parts of the statements B5, B6, R5 and R6 that hold at F_0 = {each}. The captions print"
-        f" 0.024; {best:g} fits best, and is the value of figures 8 to 10.",
-        settled=scores[best][0] > scores[0.024][0],
+        f"F_0 of figures 14 to 16 (printed: {PRINTED_F0:g})",
+        f"Parts of the statements B5, B6, R5 and R6 that hold at F_0 = {each}. {best:g} fits best;"
+        f" figures 8 to 10 have {Case().F0:g}.",
+        settled=scores[best][0] > scores[PRINTED_F0][0],
     )
 
 
-def _figure_17() -> Question:
+def _figure_17(laboratory: Laboratory) -> Question:
+    """The columns on both sides of figure 11's angle."""
+    plan = PLANS["17"]
+    low, high = (float(value) for value in plan.columns()[2:4])
+    points = laboratory.steadies([plan.base.at(alpha=alpha) for alpha in (low, 1.18, high)])
+    axis = max(float(np.ptp(point.velocity)) for point in points)
+    words = [look(point.velocity, axis, laboratory.eye.dot).word for point in points]
+    settled = words[0] == SYNCHRONOUS and SYNCHRONOUS not in words[1:]
     return Question(
-        "The limit α = 1.41 of figure 17, against figure 11",
-        "No contradiction: the columns of figure 17 are tenths of a radian. The one at 0.3 rad"
-        " (α = 1.03) is synchronous and the one at 0.4 rad (1.41) is not (statement B7);"
-        " α = 1.18 of figure 11 lies between them.",
-        settled=True,
+        "The limit α = 1.41 of figure 17, against multi-periodic motion at 1.18 in figure 11",
+        f"The printed angles are tenths of a radian. At 0.3 rad (α = {low:.4g}) the motion looks"
+        f" {words[0]}, at 0.4 rad (α = {high:.4g}) {words[2]}, and at α = 1.18, between these"
+        f" columns, {words[1]}.",
+        settled=settled,
     )
 
 
@@ -195,7 +248,6 @@ def _ten_hertz(laboratory: Laboratory) -> Question:
     return Question(
         "f = 0.63 of figures 8 to 13: 63 rad/s, or 10 Hz as in figures 14 to 16",
         f"Columns of figure 8a from −120 to −36 that are 2T-periodic, as the paper says of all:"
-        f" {scores[0]} of {total} at 63 rad/s, {scores[1]} at 10 Hz. 63 rad/s is used; figure 11"
-        " fits both.",
+        f" {scores[0]} of {total} at 63 rad/s, {scores[1]} at 10 Hz.",
         settled=scores[0] > scores[1],
     )

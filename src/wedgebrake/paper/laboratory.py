@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
+from wedgebrake.paper.sight import EYE, Eye
 from wedgebrake.solvers.solve import simulate
 from wedgebrake.sweeps.workers import processors
 
@@ -85,6 +86,7 @@ class Laboratory:
     assumptions : what the paper leaves unsaid
     coarse      : few columns in diagrams, whose limits are not refined, and few samples
     rtol        : relative tolerance of "smooth"
+    eye         : what is seen of the pictures
     threads     : runs at a time; default one per processor
     watch       : called after each run with nothing, from any thread
 
@@ -98,13 +100,14 @@ class Laboratory:
         *,
         coarse: bool = False,
         rtol: float = RTOL,
+        eye: Eye = EYE,
         threads: int | None = None,
         watch: Callable[[], None] = lambda: None,
     ) -> None:
         if method not in FRICTION:
             raise InputError(f"method = {method!r}: not known. {nearest(str(method), FRICTION)}")
         self.method, self.assumptions, self.coarse = method, assumptions, coarse
-        self.rtol = rtol
+        self.rtol, self.eye = rtol, eye
         self.threads = threads or processors()
         self._shared = _Shared(self.threads, watch)
 
@@ -115,13 +118,14 @@ class Laboratory:
         assumptions: Assumptions | None = None,
         coarse: bool | None = None,
         rtol: float | None = None,
+        eye: Eye | None = None,
     ) -> Laboratory:
-        """Another method, assumptions or accuracy, with the same threads and the same store."""
+        """Another method, assumptions, accuracy or eye; the same threads and the same store."""
         other = Laboratory.__new__(Laboratory)
         other.method = method or self.method
         other.assumptions = assumptions or self.assumptions
         other.coarse = self.coarse if coarse is None else coarse
-        other.rtol = rtol or self.rtol
+        other.rtol, other.eye = rtol or self.rtol, eye or self.eye
         other.threads = self.threads
         other._shared = self._shared
         return other

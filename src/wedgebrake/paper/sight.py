@@ -22,8 +22,24 @@ FILLED = "quasi-periodic"
 NOTHING = "no steady motion"
 WORDS = (SYNCHRONOUS, DOUBLE, MULTIPLE, FILLED, NOTHING)
 
-DOT = 0.01
-"""A dot's height, as a share of the diagram's axis: half a millimetre in a printed column."""
+
+class Eye(NamedTuple):
+    """What a reader sees of a printed picture; the audit says what hangs on these.
+
+    dot   : height of a dot, as a share of a diagram's axis: half a millimetre
+    line  : a spectral line is seen from this share of the highest one on: a millimetre of a
+            panel 25 mm high, as four of them in a row are; so is a bend or an asymmetry
+    stick : a stick is seen from this share of a torque period on
+    share : a motion is said to stick if its sticks take this share of the time
+    """
+
+    dot: float = 0.01
+    line: float = 0.04
+    stick: float = 0.02
+    share: float = 0.01
+
+
+EYE = Eye()
 # A column counts as filled, not as separate dots, where this share of twenty equal parts of
 # its height holds points, each part at least a dot high: fifty dots over less always touch.
 # A torus leaves 85 % of them occupied on average and 50 random points 92 %; eight dots, or
@@ -46,7 +62,7 @@ class Sight(NamedTuple):
     filled: float
 
 
-def look(velocity: FloatArray, axis: float, dot: float = DOT) -> Sight:
+def look(velocity: FloatArray, axis: float, dot: float = EYE.dot) -> Sight:
     """One column as a reader sees it.
 
     velocity : (n,) Poincare points [rad/s]; none: the run did not last

@@ -18,23 +18,19 @@ from wedgebrake.measures.sticking import (
 )
 from wedgebrake.paper.laboratory import STEADY
 from wedgebrake.paper.parameters import RADIUS
+from wedgebrake.paper.sight import EYE, Eye
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
 
-SEEN_LINE = 0.04
-"""A line of a spectrum is seen beside the highest one from this share of its height on: a
-millimetre of a panel 25 mm high, as four of them in a row are."""
 STICK_SPEED = math.atanh(0.99) / (100.0 * RADIUS)
 """Speed [rad/s] up to which the paper takes a brake for stuck: the smoothed friction has not
 yet reached 99 % of its value, and a motion that creeps there "falls in the range of static
 friction" (section 4.1)."""
-SEEN_STICK, SEEN_SHARE, SEEN_SPEED = 0.02, 0.01, 0.2
-"""A stick is seen if it lasts this share of a torque period, a motion is said to stick if its
-sticks take this share of the time, and a slip counts as one from this share of the largest
-speed on."""
+SEEN_SPEED = 0.2
+"""A slip counts as one from this share of the largest speed on."""
 # A plateau lasts this many times as long as passing through in a sine.
 _PLATEAU = 3.0
 # Half width of a line: the window's main lobe and, for what still decays, some more [Hz].
@@ -65,8 +61,11 @@ class Lines(NamedTuple):
     seen: int
 
 
-def lines(response: xr.Dataset, *, natural: bool = False) -> Lines:
-    """Lines beside the forcing frequency and, if ``natural``, the natural frequency."""
+def lines(response: xr.Dataset, eye: Eye = EYE, *, natural: bool = False) -> Lines:
+    """Lines beside the forcing frequency and, if ``natural``, the natural frequency.
+
+    Peaks nearer than a line is wide are one line, as the ripples of a broad hump.
+    """
     found = spectrum(response)
     frequency, amplitude = found["frequency"].to_numpy(), found["amplitude"].to_numpy()
     allowed = [found.attrs["forcing_frequency"]]
@@ -81,12 +80,12 @@ def lines(response: xr.Dataset, *, natural: bool = False) -> Lines:
     energy = amplitude**2
     peak = int(np.argmax(beside))
     local = (beside[1:-1] >= beside[:-2]) & (beside[1:-1] > beside[2:])
-    tall = local & (beside[1:-1] >= SEEN_LINE * top)
+    tall = frequency[1:-1][local & (beside[1:-1] >= eye.line * top)]
     return Lines(
         beside=float(beside[peak]) / top,
         where=float(frequency[peak]),
         share=float(np.sum(energy[free]) / np.sum(energy[inside])),
-        seen=int(np.count_nonzero(tall)),
+        seen=int(tall.size and 1 + np.count_nonzero(np.diff(tall) > _WIDTH)),
     )
 
 
@@ -103,6 +102,8 @@ class Rests(NamedTuple):
 
     def words(self) -> str:
         """The class with its numbers."""
+        if self.word == AT_REST:
+            return "at rest throughout"
         forward, backward, share = map(percent, self.shares)
         return (
             f"{self.word} (at rest {share} of the time: {forward} after θ' > 0, {backward} after"
@@ -110,10 +111,10 @@ class Rests(NamedTuple):
         )
 
 
-def rests(response: xr.Dataset) -> Rests:
+def rests(response: xr.Dataset, eye: Eye = EYE) -> Rests:
     """The sticks of a response after 20 s: plateaus within ``STICK_SPEED``.
 
-    A plateau lasts ``SEEN_STICK`` of a torque period, and ``_PLATEAU`` times as long as a sine
+    A plateau lasts ``eye.stick`` of a torque period, and ``_PLATEAU`` times as long as a sine
     of the same largest speed takes to pass through. It follows the last speed beyond
     ``SEEN_SPEED``, as a reader overlooks a small dip before it.
     """
@@ -125,7 +126,7 @@ def rests(response: xr.Dataset) -> Rests:
     if largest <= STICK_SPEED:
         return Rests(AT_REST, (0.0, 0.0, 1.0))
     passage = STICK_SPEED * period / (math.pi * largest)
-    shortest = max(SEEN_STICK * period, _PLATEAU * passage)
+    shortest = max(eye.stick * period, _PLATEAU * passage)
     slips = np.where(np.abs(velocity) > SEEN_SPEED * largest, np.sign(velocity), 0.0)
     spent = {1: 0.0, -1: 0.0, 0: 0.0}
     for begin, end in _within(times, velocity):
@@ -134,7 +135,7 @@ def rests(response: xr.Dataset) -> Rests:
             moving = np.flatnonzero(before)
             side = int(before[moving[-1]]) if moving.size else 0
             spent[side] += (end - begin) / (times[-1] - times[0])
-    noticed = sum(spent[side] >= SEEN_SHARE for side in (1, -1))
+    noticed = sum(spent[side] >= eye.share for side in (1, -1))
     word = (NON_STICK_SLIP, UNIDIRECTIONAL, BIDIRECTIONAL)[noticed]
     return Rests(word, (spent[1], spent[-1], sum(spent.values())))
 

@@ -26,8 +26,7 @@ _METADATA: dict[str, dict[str, Any]] = {
 def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> Path:
     """Write a figure as PNG, SVG or PDF, by the suffix of the path.
 
-    The file is complete or, after an error, as it was before: the picture is drawn in
-    memory, written under another name in the same folder, and then renamed.
+    The file is complete or, after an error, as it was before.
 
     figure : matplotlib.figure.Figure
     path   : ends in .png, .svg or .pdf
@@ -48,19 +47,33 @@ def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> 
             if target.name
             else f"path = {str(path)!r}: must name a file that ends in .png, .svg or .pdf."
         )
-    if not isinstance(width, int) or isinstance(width, bool) or not 16 <= width <= 20_000:
-        raise InputError(f"width = {width!r}: must be a whole number of pixels, 16 to 20000.")
-    image = io.BytesIO()
-    # Just above, as the size in pixels is cut to whole numbers.
-    dpi = width / figure.get_figwidth() * (1.0 + 1e-9)
-    with style.use():
-        figure.savefig(image, format=kind, dpi=dpi, metadata=_METADATA[kind])
-    _write(target, image.getbuffer())
+    write(target, image(figure, kind, width=width))
     return target
 
 
-def _write(target: Path, content: memoryview) -> None:
-    """Write beside the target, then rename."""
+def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
+    """What stands in the file of a figure.
+
+    kind  : "png", "svg" or "pdf"
+    width : of a PNG [pixels]
+
+    Raises ``InputError`` for a width outside 16 to 20000.
+    """
+    if not isinstance(width, int) or isinstance(width, bool) or not 16 <= width <= 20_000:
+        raise InputError(f"width = {width!r}: must be a whole number of pixels, 16 to 20000.")
+    content = io.BytesIO()
+    # Just above, as the size in pixels is cut to whole numbers.
+    dpi = width / figure.get_figwidth() * (1.0 + 1e-9)
+    with style.use():
+        figure.savefig(content, format=kind, dpi=dpi, metadata=_METADATA[kind])
+    return content.getvalue()
+
+
+def write(target: Path, content: bytes) -> None:
+    """A file, complete or, after an error, as it was: written beside it, then renamed.
+
+    Raises ``OutputError`` where nothing can be written.
+    """
     beside = target.with_name(f".{target.name}.{secrets.token_hex(6)}.part")
     try:
         try:
@@ -74,6 +87,6 @@ def _write(target: Path, content: memoryview) -> None:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise OutputError(
-            f"path = {str(target)!r}: cannot be written ({reason}). Choose a folder that"
-            " exists and that you may write to."
+            f"path = {str(target)!r}: cannot be written ({reason}). Make room, or choose"
+            " a folder that exists and that you may write to."
         ) from None

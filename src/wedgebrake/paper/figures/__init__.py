@@ -124,8 +124,8 @@ _ALL = (
     _responses(
         6,
         responses.STICK_SLIP,
-        "Kinds of stick-slip of the wedge brake at constant actuation force. The second row is"
-        " the first with a tenth of the printed force, at which the motion does not stick.",
+        "Kinds of stick-slip of the wedge brake at constant actuation force. The second row"
+        " repeats the first at F_0 = 0.036 instead of the printed 0.12; it is not in the paper.",
     ),
     _responses(
         7, responses.NO_STICK, "The conventional brake in the cases of figure 6, as printed."

@@ -28,6 +28,7 @@ def draw(found: Smoothing) -> Figure:
             left.plot(STEEPNESS, 100.0 * row, mark + "-", color=colour, markersize=3, label=label)
         left.set_ylabel("velocity, rms difference  [%]")
         left.set_yscale("log")
+        left.set_ylim(top=100.0)
         for (name, row, exact), colour, mark in zip(found.limits, _COLOURS, _MARKS, strict=False):
             middle.plot(STEEPNESS, row, mark + "-", color=colour, markersize=3, label=name)
             middle.axhline(exact, color=colour, linestyle=style.DASHES, linewidth=0.7)
@@ -38,7 +39,7 @@ def draw(found: Smoothing) -> Figure:
         for axes, letter in zip((left, middle, right), "abc", strict=True):
             _steepness(axes, PAPER_STEEPNESS)
             style.letter(axes, letter)
-        left.legend(loc="lower left")
+        left.legend(loc="upper right")
         middle.legend(loc="center right")
         return figure
 
@@ -48,6 +49,6 @@ def _steepness(axes: Axes, paper: float) -> None:
     axes.set_xlabel(r"steepness $\xi$  [s/m]")
     axes.axvline(paper, color=style.GREY, linewidth=0.6, zorder=0.5)
     axes.annotate(
-        "the paper's", (paper, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2),
-        textcoords="offset points", va="top", fontsize=style.SMALL, color=style.GREY,
+        "the paper's", (paper, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
+        textcoords="offset points", ha="center", fontsize=style.SMALL, color=style.GREY,
     )  # fmt: skip

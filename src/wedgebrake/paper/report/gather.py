@@ -15,10 +15,11 @@ from wedgebrake.paper.figures import FIGURES
 from wedgebrake.paper.identification import Identification, identify
 from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory
 from wedgebrake.paper.report.content import Illustration, Made, Report, Study
-from wedgebrake.paper.report.pictures import Watch, illustration, image
+from wedgebrake.paper.report.pictures import Watch, illustration, small
 from wedgebrake.paper.smoothing import Smoothing, compare
 from wedgebrake.paper.statements import audit
 from wedgebrake.paper.timing import measure
+from wedgebrake.plots.save import image
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,7 +67,7 @@ def _heard(work: Callable[[Laboratory], _Result], laboratory: Laboratory, watch:
 
 def _identified(found: Identification) -> Study:
     return Study(
-        table=tuple(found.table()),
+        paragraphs=found.paragraphs,
         picture=_picture(
             "Which statements hold with each set of choices, the best set first.", found.draw()
         ),
@@ -87,4 +88,4 @@ def _compared(found: Smoothing) -> Study:
 
 
 def _picture(caption: str, figure: Figure) -> Illustration:
-    return Illustration("", "", caption, image(figure, "png"), figure.get_figwidth())
+    return Illustration("", "", caption, small(image(figure, "png")), figure.get_figwidth())

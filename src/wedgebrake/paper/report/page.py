@@ -75,8 +75,8 @@ def lead(findings: Sequence[Finding]) -> str:
     printed, corrected, against, unclear = (found[verdict] for verdict in _LOOKS)
     return (
         f"Of {len(findings)} statements of the paper that can be tested, {printed + corrected}"
-        f" hold: {printed} as printed, {corrected} once a stated value is corrected. The paper's"
-        f" own equations contradict {against}; its text does not say enough to judge {unclear}."
+        f" hold: {printed} as printed, {corrected} once a stated value is corrected. In {against}"
+        f" at least one part does not hold; for {unclear} the text does not say enough."
     )
 
 
@@ -84,6 +84,8 @@ def outcome(finding: Finding) -> str:
     """What came of a statement, in a sentence or two."""
     if finding.verdict is Verdict.REPRODUCED:
         return "Holds as printed; nothing was changed."
+    if finding.verdict is Verdict.UNDECIDABLE:
+        return "Cannot be decided: the text does not say enough."
     printed = f"As printed, {score(finding.printed)} parts hold."
     if finding.verdict is Verdict.CORRECTED:
         return f"{printed} Correction needed: {finding.needed}."

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from tempfile import TemporaryDirectory
+import io
 from typing import TYPE_CHECKING, Protocol
 
 from wedgebrake.paper.figures import FIGURES, draw
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.report.content import Illustration
-from wedgebrake.plots.save import save
+from wedgebrake.plots.save import image
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+_COLOURS = 96
 
 
 class Watch(Protocol):
@@ -42,10 +44,14 @@ def illustration(name: str, laboratory: Laboratory, kind: str, watch: Watch) -> 
     figure, content = drawn(name, laboratory, kind, watch)
     png = content if kind == "png" else image(figure, "png")
     about = FIGURES[name]
-    return Illustration(name, str(about.number), about.caption, png, figure.get_figwidth())
+    return Illustration(name, str(about.number), about.caption, small(png), figure.get_figwidth())
 
 
-def image(figure: Figure, kind: str) -> bytes:
-    """What stands in the file of a figure."""
-    with TemporaryDirectory() as folder:
-        return save(figure, Path(folder) / f"figure.{kind}").read_bytes()
+def small(png: bytes) -> bytes:
+    """The same picture in few colours, a third of the size: drawings need no more."""
+    from PIL import Image
+
+    few = Image.open(io.BytesIO(png)).convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
+    content = io.BytesIO()
+    few.save(content, "PNG")
+    return content.getvalue()

@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from wedgebrake.paper.claims import Finding, Statement, examine
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.statements import bifurcations, laws, linear, motions, responses
+from wedgebrake.paper.timing import measure
 
 STATEMENTS: tuple[Statement, ...] = (
     *linear.STATEMENTS,
@@ -25,6 +26,7 @@ STATEMENTS: tuple[Statement, ...] = (
 
 def audit(laboratory: Laboratory) -> tuple[Finding, ...]:
     """What comes of every statement, by the laboratory's method and assumptions."""
+    measure()  # its answer is kept, and nothing else computes yet
     # The laboratory's own threads share the runs; these prepare and look.
     with ThreadPoolExecutor(laboratory.threads) as pool:
         return tuple(pool.map(lambda statement: examine(statement, laboratory), STATEMENTS))

@@ -24,8 +24,8 @@ from wedgebrake.paper.diagrams import (
     fit,
     paper_diagram,
 )
-from wedgebrake.paper.laboratory import DURATION, STEADY, Laboratory, run
-from wedgebrake.paper.sight import DOT, DOUBLE, FILLED, MULTIPLE, NOTHING, SYNCHRONOUS, look
+from wedgebrake.paper.laboratory import DURATION, STEADY, Laboratory, run, section_times
+from wedgebrake.paper.sight import DOUBLE, EYE, FILLED, MULTIPLE, NOTHING, SYNCHRONOUS, look
 
 # What is said of a segment must be seen in at least this share of its columns.
 _MOST = 2.0 / 3.0
@@ -57,6 +57,14 @@ def _limits(plan: Plan, shown: Diagram, found: Fit, segments: Sequence[Segment])
     for value, limit, bracket, (left, right) in zip(
         plan.limits, found.limits, found.brackets, pairwise(segments), strict=True
     ):
+        if not plan.low < limit < plan.high:
+            parts.append(
+                Part(
+                    f"{_SAY[left]} to {_SAY[right]} at {symbol} = {value:g}", False,
+                    "no such limit in the range",
+                )
+            )  # fmt: skip
+            continue
         off = limit - value
         share = 100.0 * abs(off) / (plan.high - plan.low)
         parts.append(
@@ -90,7 +98,7 @@ def _segments(
 ) -> list[Part]:
     shown = paper_diagram(laboratory, plan)
     resolution = _RESOLVED * plan.resolution
-    found = fit(laboratory, shown, segments, resolution, DOT, plan.lattice)
+    found = fit(laboratory, shown, segments, resolution, plan.lattice)
     return _limits(plan, shown, found, segments)
 
 
@@ -102,14 +110,14 @@ def _slope_wedge(laboratory: Laboratory, values: dict[str, Any]) -> list[Part]:
     near = np.linspace(-30.0 - plan.resolution, -30.0 + plan.resolution, count)
     axis = paper_diagram(laboratory, plan).axis
     sights = [
-        look(steady.velocity, axis)
+        look(steady.velocity, axis, laboratory.eye.dot)
         for steady in laboratory.steadies([plan.base.at(eta=float(eta)) for eta in near])
     ]
     filled = [eta for eta, sight in zip(near, sights, strict=True) if sight.word == FILLED]
     found = ", ".join(f"{eta:.4g}" for eta in filled) or "none"
     parts.append(
         Part(
-            "quasi-periodic at η = −30",
+            "a quasi-periodic column within a column of η = −30",
             bool(filled),
             f"columns within {plan.resolution:g} of it that look filled, of {count}: {found}",
         )
@@ -128,7 +136,7 @@ def _conventional(laboratory: Laboratory, values: dict[str, Any], *, plan: Plan)
     shown = paper_diagram(laboratory, plan)
     seen = [
         sight.word
-        for value, sight in zip(shown.values, shown.sights(), strict=True)
+        for value, sight in zip(shown.values, shown.sights(laboratory.eye.dot), strict=True)
         if value <= plan.limits[0]
     ]
     share = seen.count(FILLED) / len(seen)
@@ -148,9 +156,9 @@ def _frequency(laboratory: Laboratory, values: dict[str, Any], *, plan: Plan) ->
     segments = (_SYNCHRONOUS, _NOT_SYNCHRONOUS, _SYNCHRONOUS)
     shown = diagram(laboratory, plan.base, plan.name, list(plan.columns()))
     resolution = _RESOLVED * plan.resolution
-    found = fit(laboratory, shown, segments, resolution, DOT, plan.lattice)
+    found = fit(laboratory, shown, segments, resolution, plan.lattice)
     parts = _limits(plan, shown, found, segments)
-    parts.append(_resonance(laboratory, plan, shown))
+    parts.append(_resonance(laboratory, plan, shown, whole=values["whole"]))
     signs = [
         bool(np.mean(np.sign(column.velocity)) * (1.0 - value) > 0.0)
         for value, column in zip(shown.values, shown.columns, strict=True)
@@ -166,27 +174,31 @@ def _frequency(laboratory: Laboratory, values: dict[str, Any], *, plan: Plan) ->
     return parts
 
 
-def _resonance(laboratory: Laboratory, plan: Plan, shown: Diagram) -> Part:
-    """At f = 1 exactly 20 s are no whole number of periods; the section is taken at those."""
+def _resonance(laboratory: Laboratory, plan: Plan, shown: Diagram, *, whole: bool) -> Part:
+    """At f = 1 exactly, where 20 s are no whole number of periods; ``whole``: at those."""
     system = laboratory.system(plan.base.at(f=1.0))
     frequency = system.excitation.frequency
-    times = np.arange(math.ceil(STEADY * frequency), math.floor(DURATION * frequency) + 1)
-    response = run(system, laboratory.method, times / frequency)
-    velocity = response["velocity"].to_numpy()
-    whole = velocity if response.attrs["status"] == "completed" else velocity[:0]
-    literal = laboratory.steady(plan.base.at(f=1.0)).velocity
-    sight = look(whole, shown.axis)
-    spread = float(np.ptp(literal)) if literal.size else math.nan
+    times = section_times(frequency)
+    if whole:
+        first, last = math.ceil(STEADY * frequency), math.floor(DURATION * frequency)
+        times = np.arange(first, last + 1) / frequency
+    response = run(system, laboratory.method, times)
+    if response.attrs["status"] != "completed":
+        found = f"not judged: the run ends at {response.attrs['final_time']:.3g} s"
+        return Part("synchronous at f = 1", False, found)
+    sight = look(response["velocity"].to_numpy(), shown.axis, laboratory.eye.dot)
+    where = (
+        "whole periods, where the velocity of a resonance passes zero" if whole else "20 s + n/f_e"
+    )
     return Part(
         "synchronous at f = 1",
         sight.word == SYNCHRONOUS,
-        f"{sight.word}: at whole periods the points of the last 5 s spread over"
-        f" {sight.height:.3g} rad/s, for there the velocity passes zero; at 20 s + n/f_e they"
-        f" spread over {spread:.3g} rad/s, as the resonance still grows",
+        f"{sight.word}: at {where}, the points of the last 5 s spread over {sight.height:.3g} rad/s"
+        " (the resonance still grows)",
     )
 
 
-def _angle(laboratory: Laboratory, _: dict[str, Any]) -> list[Part]:
+def _angle(laboratory: Laboratory, values: dict[str, Any]) -> list[Part]:
     """Over the wedge angle, in the paper's own columns; the limit between two of them."""
     plan = PLANS["17"]
     columns = plan.columns()
@@ -196,29 +208,28 @@ def _angle(laboratory: Laboratory, _: dict[str, Any]) -> list[Part]:
         found = f"{ended} of {len(runs)} from α = 1.41 on do not"
         return [Part("the runs last 25 s", False, found)]
     shown = diagram(laboratory, plan.base, plan.name, list(columns))
-    words = [sight.word for sight in shown.sights()]
-    below = [w for v, w in zip(columns, words, strict=True) if v < 1.4]
-    above = [w for v, w in zip(columns, words, strict=True) if v >= 1.4]
-    resolution = _RESOLVED * plan.resolution
-    limits = fit(laboratory, shown, (_SYNCHRONOUS, _NOT_SYNCHRONOUS), resolution, DOT).limits
-    limit = float(limits[0])
-    low, high = float(columns[2]), float(columns[3])
+    words = [sight.word for sight in shown.sights(laboratory.eye.dot)]
+    limits = fit(
+        laboratory, shown, (_SYNCHRONOUS, _NOT_SYNCHRONOUS), _RESOLVED * plan.resolution
+    ).limits
+    limit, low, high = float(limits[0]), float(columns[2]), float(columns[3])
+    as_column = low < limit <= high
+    nearby = abs(limit - plan.limits[0]) <= plan.resolution
     return [
         Part(
-            "synchronous below α = 1.41",
-            all(word == SYNCHRONOUS for word in below),
-            f"at α_w = 0.1, 0.2 and 0.3 rad: {', '.join(below)}",
+            "synchronous at α_w = 0.1, 0.2 and 0.3 rad",
+            all(word == SYNCHRONOUS for word in words[:3]),
+            ", ".join(words[:3]),
         ),
         Part(
-            "multi-periodic from 1.41 to 8.60",
-            all(word not in (SYNCHRONOUS, NOTHING) for word in above),
-            f"at α_w = 0.4, 0.5, ... 1.2 rad: {', '.join(above)}",
+            "not synchronous at α_w = 0.4, 0.5, ... 1.2 rad",
+            all(word not in (SYNCHRONOUS, NOTHING) for word in words[3:]),
+            ", ".join(words[3:]),
         ),
         Part(
-            "the limit lies between these columns",
-            low < limit <= high,
-            f"found at α = {limit:.4g}; the printed 1.41 is the first column beyond it,"
-            f" tan(0.4 rad)/μ_k = {high:.4g}",
+            "the limit is 1.41",
+            as_column if values["columns"] else nearby,
+            f"found at α = {limit:.4g}, between the columns {low:.4g} and {high:.4g}",
         ),
     ]
 
@@ -232,11 +243,15 @@ _FIT = (
 def _tolerance(plan: Plan) -> str:
     return (
         f"±{plan.resolution:.2g} for limits; {100 * _MOST:.0f} % of a segment's columns; a dot is"
-        f" {100 * DOT:g} % of the axis"
+        f" {100 * EYE.dot:g} % of the axis"
     )
 
 
-_FORCE = ({"F0": PRINTED_F0}, {"F0": PLANS["14a"].base.F0}, FORCE_WHY)
+_FORCE = (
+    {"F0": PRINTED_F0, "whole": False},
+    {"F0": PLANS["14a"].base.F0, "whole": True},
+    f"{FORCE_WHY}; at f = 1 a section at whole periods, not at 20 s + n/f_e",
+)
 STATEMENTS = (
     Statement(
         "B1", "8a", "Wedge over η: 2T-periodic below −30, quasi-periodic at −30, multi-periodic"
@@ -274,6 +289,7 @@ STATEMENTS = (
     Statement(
         "B7", "17", "Wedge over α: synchronous from 0.33 to 1.41, multi-periodic from 1.41 to"
         " 8.60.", "What is seen at α_w = 0.1, 0.2, ... 1.2 rad; the limit bisected between"
-        " two of them.", "every column; the limit within one column", _angle, apart=False,
+        " two of them.", "every column; the limit within one column", _angle, {"columns": False},
+        {"columns": True}, "1.41 is the first of the paper's columns beyond the limit", apart=False,
     ),
 )  # fmt: skip

@@ -10,11 +10,12 @@ from wedgebrake.measures.sticking import BIDIRECTIONAL, NON_STICK_SLIP, UNIDIREC
 from wedgebrake.paper.assumptions import CONVENTIONAL, WEDGE, Case
 from wedgebrake.paper.claims import Part, Statement
 from wedgebrake.paper.laboratory import STEADY, Laboratory
-from wedgebrake.paper.sight import SYNCHRONOUS, look
-from wedgebrake.paper.traits import SEEN_LINE, STICK_SPEED, distortion, edges, lines, rests
+from wedgebrake.paper.sight import EYE, SYNCHRONOUS, look
+from wedgebrake.paper.traits import STICK_SPEED, distortion, edges, lines, rests
 
-# "Much quicker" is at least this many times.
-_MUCH = 1.5
+# "Much quicker" is at least this many times; and a bend is seen beside a smooth crossing if the
+# acceleration jumps this many times as far.
+_MUCH, BENT = 1.5, 3.0
 
 
 def _case(values: dict[str, Any], brake: str = WEDGE) -> Case:
@@ -22,7 +23,7 @@ def _case(values: dict[str, Any], brake: str = WEDGE) -> Case:
 
 
 def _sticks(laboratory: Laboratory, case: Case, wanted: str, words: str) -> Part:
-    found = rests(laboratory.response(case))
+    found = rests(laboratory.response(case), laboratory.eye)
     return Part(f"{words}: {wanted}", found.word == wanted, found.words())
 
 
@@ -30,17 +31,17 @@ def _non_stick_slip(laboratory: Laboratory, values: dict[str, Any]) -> list[Part
     wedge, other = _case(values), _case(values, CONVENTIONAL)
     response, compared = laboratory.responses([wedge, other])
     bent, smooth = distortion(response), distortion(compared)
-    side, clean = lines(response), lines(compared)
+    side, clean = (lines(one, laboratory.eye) for one in (response, compared))
     return [
         _sticks(laboratory, wedge, NON_STICK_SLIP, "wedge"),
         Part(
             "the wedge's velocity bends where it crosses zero, the conventional brake's does not",
-            bent >= 2.0 * smooth and bent > SEEN_LINE,
+            bent >= BENT * smooth,
             f"jump of the acceleration {bent:.2g} and {smooth:.2g} of its largest value",
         ),
         Part(
             "the wedge's spectrum has side bands, the conventional brake's has not",
-            side.beside >= SEEN_LINE > clean.beside,
+            side.beside >= laboratory.eye.line > clean.beside,
             f"highest line beside f_e: {side.beside:.2g} of it for the wedge, {clean.beside:.2g}"
             " for the conventional brake",
         ),
@@ -75,13 +76,14 @@ def _unidirectional(laboratory: Laboratory, values: dict[str, Any]) -> list[Part
     if not velocity.size:
         return [Part("the run lasts 25 s", False, str(response.attrs["message"]))]
     high, low = float(np.max(velocity)), float(np.min(velocity))
+    exact = rests(laboratory.like(method="exact").response(case), laboratory.eye).word
     return [
         _sticks(laboratory, case, UNIDIRECTIONAL, "wedge"),
         Part(
             "slips at negative velocity only; positive velocities are about zero",
             high <= STICK_SPEED < -low,
             f"velocity between {low:.3g} and {high:.3g} rad/s; friction reaches 99 % of its"
-            f" value at {STICK_SPEED:.3g} rad/s",
+            f" value at {STICK_SPEED:.3g} rad/s. With Coulomb friction: {exact}",
         ),
     ]
 
@@ -90,14 +92,14 @@ def _conventional(laboratory: Laboratory, values: dict[str, Any]) -> list[Part]:
     cases = [Case(brake=CONVENTIONAL, eta=0.0, f=f, F0=F0) for f, F0 in values["cases"]]
     parts = []
     for letter, case in zip("abc", cases, strict=True):
-        steady, found = laboratory.steady(case), lines(laboratory.response(case))
+        steady, found = laboratory.steady(case), lines(laboratory.response(case), laboratory.eye)
         height = float(np.ptp(laboratory.response(case)["velocity"].to_numpy()))
-        sight = look(steady.velocity, height)
+        sight = look(steady.velocity, height, laboratory.eye.dot)
         parts += [
             _sticks(laboratory, case, NON_STICK_SLIP, f"7{letter}"),
             Part(
                 f"7{letter}: one limit cycle, a clean spectrum",
-                sight.word == SYNCHRONOUS and found.beside < SEEN_LINE,
+                sight.word == SYNCHRONOUS and found.beside < laboratory.eye.line,
                 f"{sight.word}; highest line beside f_e {found.beside:.2g} of it, at"
                 f" {found.where:.3g} Hz",
             ),
@@ -105,7 +107,7 @@ def _conventional(laboratory: Laboratory, values: dict[str, Any]) -> list[Part]:
     return parts
 
 
-_SPECTRUM = f"a line is seen from {100 * SEEN_LINE:g} % of the highest on"
+_SPECTRUM = f"a line is seen from {100 * EYE.line:g} % of the highest on"
 _AT = "classes must agree; "
 STATEMENTS = (
     Statement(
