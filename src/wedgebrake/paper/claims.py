@@ -69,6 +69,11 @@ class Statement:
     why: str = ""
     apart: bool = True
 
+    @property
+    def corrected(self) -> dict[str, Any]:
+        """The printed values with the correction."""
+        return {**self.printed, **self.correction}
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -114,16 +119,25 @@ def judge(parts: Sequence[Part]) -> bool | None:
     return None if None in answers or not answers else True
 
 
+def parts_of(
+    statement: Statement, laboratory: Laboratory, values: dict[str, Any]
+) -> tuple[Part, ...]:
+    """A statement tested with some values; what has been tested before is not again."""
+    return laboratory.once(
+        statement.name, values, lambda: tuple(statement.check(laboratory, values))
+    )
+
+
 def examine(statement: Statement, laboratory: Laboratory) -> Finding:
     """Test a statement as printed and, where that does not hold, as corrected.
 
     Corrected are the laboratory's assumptions and the values of the statement itself.
     """
     printed_lab = laboratory.like(assumptions=AS_PRINTED)
-    printed = tuple(statement.check(printed_lab, statement.printed))
+    printed = parts_of(statement, printed_lab, statement.printed)
     if judge(printed):
         return Finding(statement, Verdict.REPRODUCED, printed, printed)
-    parts = tuple(statement.check(laboratory, {**statement.printed, **statement.correction}))
+    parts = parts_of(statement, laboratory, statement.corrected)
     holds = judge(parts)
     verdicts = {
         True: Verdict.CORRECTED,
@@ -141,7 +155,7 @@ def _needed(statement: Statement, laboratory: Laboratory) -> str:
     """
     chosen, values = laboratory.assumptions, statement.printed
     if statement.correction:
-        values = {**statement.printed, **statement.correction}
+        values = statement.corrected
     if statement.correction and _holds(statement, laboratory, chosen, statement.printed):
         values = statement.printed
     names = chosen.differing(AS_PRINTED)
@@ -161,4 +175,4 @@ def _holds(
     statement: Statement, laboratory: Laboratory, chosen: Assumptions, values: dict[str, Any]
 ) -> bool:
     """Whether a statement holds under other assumptions and values."""
-    return bool(judge(statement.check(laboratory.like(assumptions=chosen), values)))
+    return bool(judge(parts_of(statement, laboratory.like(assumptions=chosen), values)))

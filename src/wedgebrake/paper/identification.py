@@ -12,10 +12,10 @@ import numpy as np
 
 from wedgebrake.measures.sticking import NON_STICK_SLIP
 from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
-from wedgebrake.paper.claims import Statement, judge
+from wedgebrake.paper.claims import Statement, judge, parts_of
 from wedgebrake.paper.diagrams import HERTZ, PLANS, PRINTED_F0
 from wedgebrake.paper.laboratory import Laboratory
-from wedgebrake.paper.sight import DOUBLE, EYE, SYNCHRONOUS, Eye, look
+from wedgebrake.paper.sight import DOUBLE, EYE, SYNCHRONOUS, look
 from wedgebrake.paper.statements import STATEMENTS
 from wedgebrake.paper.traits import lines, rests
 
@@ -107,8 +107,7 @@ def identify(
 
 def _row(laboratory: Laboratory, chosen: Sequence[Statement]) -> Row:
     found = {
-        statement.name: statement.check(laboratory, {**statement.printed, **statement.correction})
-        for statement in chosen
+        statement.name: parts_of(statement, laboratory, statement.corrected) for statement in chosen
     }
     scores = {name: judge(parts) for name, parts in found.items()}
     told = [score for score in scores.values() if score is not None]
@@ -129,29 +128,31 @@ def _on_rows(rows: Sequence[Row]) -> str:
     )
 
 
+# Thresholds, in words, and the statements that they concern.
+_BY_DOTS = ("B1", "B2", "B3", "B4", "M4", "R1")
+_BY_LINES = ("M1", "M4", "R2", "R4")
+_BY_STICKS = ("S8", "M1", "M2", "M3", "M4", "R1", "R2", "R3", "R4")
 _EYE = {
-    "dot": "the height of a dot",
-    "line": "the lowest line that is seen",
-    "stick": "the shortest stick that is seen",
-    "share": "the least share of sticks",
+    "dot": ("the height of a dot", _BY_DOTS),
+    "line": ("the lowest line that is seen", _BY_LINES),
+    "stick": ("the shortest stick that is seen", _BY_STICKS),
+    "share": ("the least share of sticks", _BY_STICKS),
 }
 
 
 def _on_the_eye(laboratory: Laboratory, chosen: Sequence[Statement]) -> str:
     """The same statements with each threshold halved and doubled."""
     laboratory = laboratory.like(assumptions=CORRECTED)
-
-    def scores(eye: Eye) -> dict[str, bool | None]:
-        return _row(laboratory.like(eye=eye), chosen).scores
-
-    before, changes = scores(EYE), []
-    for name, words in _EYE.items():
+    before, changes = _row(laboratory, chosen).scores, []
+    for name, (words, concerned) in _EYE.items():
+        some = [statement for statement in chosen if statement.name in concerned]
         for factor, changed in ((0.5, "halved"), (2.0, "doubled")):
-            after = scores(EYE._replace(**{name: factor * getattr(EYE, name)}))
+            eye = EYE._replace(**{name: factor * getattr(EYE, name)})
+            after = _row(laboratory.like(eye=eye), some).scores
             flipped = [
-                f"{one} then {'holds' if after[one] else 'fails'}"
-                for one in before
-                if after[one] != before[one]
+                f"{one} then {'holds' if holds else 'fails'}"
+                for one, holds in after.items()
+                if holds != before[one]
             ]
             changes.append(f"{words} {changed}: {', '.join(flipped) or 'no change'}")
     return (

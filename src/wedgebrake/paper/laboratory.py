@@ -160,6 +160,12 @@ class Laboratory:
         """All 25 s of many cases."""
         return self._each("response", cases, self._response)
 
+    def once(self, name: str, values: dict[str, Any], work: Callable[[], _Result]) -> _Result:
+        """The result of work that depends on this laboratory, a name and values; kept."""
+        about = (self.method, self.assumptions, self.coarse, self.rtol, self.eye)
+        result: _Result = self._shared.kept((name, *sorted(values.items()), *about), work)
+        return result
+
     def _each(
         self, kind: str, cases: Iterable[Case], work: Callable[[Case], _Result]
     ) -> list[_Result]:
@@ -189,6 +195,7 @@ class _Shared:
         self._watch = watch
         self._lock = threading.Lock()
         self._done: dict[Hashable, Future[Any]] = {}
+        self._kept: dict[Hashable, Any] = {}
 
     def results(self, keys: list[Any], work: Callable[[Any], Any]) -> list[Any]:
         with self._lock:
@@ -197,6 +204,12 @@ class _Shared:
                     self._done[key] = self._pool.submit(self._watched, work, key)
             futures = [self._done[key] for key in keys]
         return [future.result() for future in futures]
+
+    def kept(self, key: Hashable, work: Callable[[], Any]) -> Any:
+        """Done in the thread that asks; two that ask at once may both do it."""
+        if key not in self._kept:
+            self._kept[key] = work()
+        return self._kept[key]
 
     def _watched(self, work: Callable[[Any], Any], key: Any) -> Any:
         result = work(key)
