@@ -124,7 +124,9 @@ def parts_of(
 ) -> tuple[Part, ...]:
     """A statement tested with some values; what has been tested before is not again."""
     return laboratory.once(
-        statement.name, values, lambda: tuple(statement.check(laboratory, values))
+        (statement.name, statement.check),
+        values,
+        lambda: tuple(statement.check(laboratory, values)),
     )
 
 

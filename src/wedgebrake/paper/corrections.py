@@ -89,8 +89,8 @@ CORRECTIONS = (
         "Section 4.3",
         "η = −24 induces the typical 2T-periodic motion of figure 8.",
         "Section 4.2 has multi-periodic motion there.",
-        "The paper contradicts itself; at η = −24 the smoothed law shows two groups of points, of"
-        " which each consists of several.",
+        "The paper contradicts itself; what the smoothed law shows at η = −24 is said under"
+        " smoothed against exact friction.",
     ),
     Correction(
         "Section 4.4",

@@ -160,10 +160,10 @@ class Laboratory:
         """All 25 s of many cases."""
         return self._each("response", cases, self._response)
 
-    def once(self, name: str, values: dict[str, Any], work: Callable[[], _Result]) -> _Result:
-        """The result of work that depends on this laboratory, a name and values; kept."""
+    def once(self, what: Hashable, values: dict[str, Any], work: Callable[[], _Result]) -> _Result:
+        """The result of work that depends on this laboratory, what it is and values; kept."""
         about = (self.method, self.assumptions, self.coarse, self.rtol, self.eye)
-        result: _Result = self._shared.kept((name, *sorted(values.items()), *about), work)
+        result: _Result = self._shared.kept((what, *sorted(values.items()), *about), work)
         return result
 
     def _each(
