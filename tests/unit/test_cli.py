@@ -23,6 +23,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
+from printed import strict_json, unwrapped
 from wedgebrake.cli import output as files
 from wedgebrake.cli.main import main
 from wedgebrake.cli.report import to_json
@@ -53,19 +54,6 @@ def run(monkeypatch, capsys, tmp_path):
         return (stop.value.code or 0, *capsys.readouterr())
 
     return call
-
-
-def strict_json(text: str):
-    """The one object in a text, without the nan and infinities that JSON does not have."""
-
-    def refuse(constant: str):
-        raise AssertionError(constant)
-
-    return json.loads(text, parse_constant=refuse)
-
-
-def unwrapped(text: str) -> str:
-    return re.sub(r"\s+", " ", text)
 
 
 class TestHelp:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import signal
 import subprocess
@@ -14,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import wedgebrake as wb
+from printed import names, strict_json, unwrapped
 from wedgebrake.cli.main import main
 from wedgebrake.cli.paper import ordered
 from wedgebrake.errors import InputError
@@ -56,23 +56,6 @@ def few(monkeypatch):
         Statement("K1", "–", "It does not. " * 30, check=no, **words),
     )
     monkeypatch.setattr("wedgebrake.paper.statements.STATEMENTS", statements)
-
-
-def strict_json(text: str):
-    """The one object in a text, without the nan and infinities that JSON does not have."""
-
-    def refuse(constant: str):
-        raise AssertionError(constant)
-
-    return json.loads(text, parse_constant=refuse)
-
-
-def unwrapped(text: str) -> str:
-    return re.sub(r"\s+", " ", text)
-
-
-def names(folder: str | Path = ".") -> list[str]:
-    return sorted(path.name for path in Path(folder).iterdir())
 
 
 class TestHelp:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import resource
@@ -21,6 +20,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
+from printed import names, strict_json, unwrapped
 from wedgebrake.cli.main import main
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.measures.classes import motion_word
@@ -63,23 +63,6 @@ def answer(run):
         return strict_json(text)
 
     return call
-
-
-def strict_json(text: str):
-    """The one object in a text, without the nan and infinities that JSON does not have."""
-
-    def refuse(constant: str):
-        raise AssertionError(constant)
-
-    return json.loads(text, parse_constant=refuse)
-
-
-def unwrapped(text: str) -> str:
-    return re.sub(r"\s+", " ", text)
-
-
-def names() -> list[str]:
-    return sorted(path.name for path in Path().iterdir())
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> bool:

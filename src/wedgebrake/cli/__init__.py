@@ -1,13 +1,14 @@
 """The command line: ``wedgebrake COMMAND STUDY.toml``.
 
 main        the program and its exit codes
-commands    stability, simulate, sweep, schema
+commands    stability, simulate, sweep, paper, schema
 changes     --set NAME=VALUE
 over        --over NAME=FROM:TO:COUNT
 report      a response as JSON and as words
 sweeping    a sweep with progress and a store, and what Ctrl-C leaves of it
 sweep_report, sweep_text
             a sweep as JSON and as words
+paper       the source's figures and audit: what is asked, progress, files, words
 output      what can be written where, checked before the work and written at once
 waiting     a word on compilation, and an ear for Ctrl-C
 """

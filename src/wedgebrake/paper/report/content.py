@@ -6,9 +6,9 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from wedgebrake.paper.claims import Finding, Part, Verdict
+from wedgebrake.paper.corrections import Correction
 from wedgebrake.paper.timing import Timing
 
 Row = dict[str, str]
@@ -43,19 +43,6 @@ class Study:
     table: tuple[Row, ...] = ()
     picture: Illustration | None = None
     questions: tuple[tuple[str, str, bool], ...] = ()
-
-
-class Correction(Protocol):
-    """What is wrong on a printed page."""
-
-    @property
-    def where(self) -> str: ...  # noqa: D102 - the columns of the report
-    @property
-    def printed(self) -> str: ...  # noqa: D102
-    @property
-    def corrected(self) -> str: ...  # noqa: D102
-    @property
-    def evidence(self) -> str: ...  # noqa: D102
 
 
 @dataclass(frozen=True)

@@ -68,6 +68,7 @@ def _heard(work: Callable[[Laboratory], _Result], laboratory: Laboratory, watch:
 def _identified(found: Identification) -> Study:
     return Study(
         paragraphs=found.paragraphs,
+        table=tuple(found.table()),
         picture=_picture(
             "Which statements hold with each set of choices, the best set first.", found.draw()
         ),
