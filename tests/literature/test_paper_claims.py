@@ -136,7 +136,8 @@ def test_of_changes_that_each_suffice_one_is_named(exact):
 
 
 def test_a_finding_is_plain_for_json(exact):
-    json.dumps(examine(BY_NAME["B4"], exact).as_dict())
+    plain = examine(BY_NAME["B4"], exact).as_dict()
+    assert json.loads(json.dumps(plain)) == plain
 
 
 def test_a_false_part_outweighs_one_that_cannot_be_told():

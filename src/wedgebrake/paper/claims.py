@@ -2,7 +2,8 @@
 
 A statement is tested in parts, each a plain yes or no with the numbers found. It is tested
 twice: as printed (the paper's own parameters, ``AS_PRINTED``) and as corrected. No verdict
-is written down anywhere; it follows from the parts.
+is written down anywhere; it follows from the parts. (One part, on the run time of the paper's
+own program, cannot be told by any run here.)
 """
 
 from __future__ import annotations
@@ -90,12 +91,6 @@ class Finding:
     printed: tuple[Part, ...]
     needed: str = ""
 
-    @property
-    def score(self) -> tuple[int, int]:
-        """(parts that hold, parts that can be told)."""
-        told = [part.holds for part in self.parts if part.holds is not None]
-        return sum(map(bool, told)), len(told)
-
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
         return {
@@ -156,10 +151,8 @@ def _needed(statement: Statement, laboratory: Laboratory) -> str:
     Each change is taken back in turn, for good where the statement holds without it.
     """
     chosen, values = laboratory.assumptions, statement.printed
-    if statement.correction:
+    if statement.correction and not _holds(statement, laboratory, chosen, values):
         values = statement.corrected
-    if statement.correction and _holds(statement, laboratory, chosen, statement.printed):
-        values = statement.printed
     names = chosen.differing(AS_PRINTED)
     if statement.apart:
         for name in tuple(names):

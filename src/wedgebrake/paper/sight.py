@@ -53,13 +53,11 @@ class Sight(NamedTuple):
     word   : as above
     groups : of dots that touch
     height : highest less lowest point [rad/s]
-    filled : share of twenty equal parts of the height that hold points
     """
 
     word: str
     groups: int
     height: float
-    filled: float
 
 
 def look(velocity: FloatArray, axis: float, dot: float = EYE.dot) -> Sight:
@@ -70,17 +68,17 @@ def look(velocity: FloatArray, axis: float, dot: float = EYE.dot) -> Sight:
     dot      : height of a dot, as a share of the axis
     """
     if velocity.size == 0:
-        return Sight(NOTHING, 0, 0.0, 0.0)
+        return Sight(NOTHING, 0, 0.0)
     size = dot * axis
     ordered = np.sort(velocity)
     parts = np.split(ordered, np.flatnonzero(np.diff(ordered) > size) + 1)
     height = float(ordered[-1] - ordered[0])
     if height <= size:
-        return Sight(SYNCHRONOUS, 1, height, 0.0)
+        return Sight(SYNCHRONOUS, 1, height)
     places = np.minimum((ordered - ordered[0]) / height * _PARTS, _PARTS - 1).astype(int)
     filled = np.unique(places).size / _PARTS
     if len(parts) == 2 and all(np.ptp(part) <= size for part in parts):
         word = DOUBLE
     else:
         word = FILLED if filled >= _FILLED and height >= _PARTS * size else MULTIPLE
-    return Sight(word, len(parts), height, filled)
+    return Sight(word, len(parts), height)

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 STICK_SPEED = math.atanh(0.99) / (100.0 * RADIUS)
-"""Speed [rad/s] up to which the paper takes a brake for stuck: the smoothed friction has not
-yet reached 99 % of its value, and a motion that creeps there "falls in the range of static
-friction" (section 4.1)."""
+"""Speed [rad/s] up to which a brake counts as stuck: the smoothed friction has not yet reached
+99 % of its value. The paper too counts creep in the steep part of its law as rest (section
+4.1)."""
 SEEN_SPEED = 0.2
 """A slip counts as one from this share of the largest speed on."""
 # A plateau lasts this many times as long as passing through in a sine.
@@ -52,7 +52,7 @@ class Lines(NamedTuple):
     beside   : highest line away from the allowed ones, over the highest of all
     where    : its frequency [Hz]
     share    : of the energy that lies beside the allowed lines
-    count    : of the lines beside that are seen
+    seen     : number of the lines beside that are seen
     """
 
     beside: float

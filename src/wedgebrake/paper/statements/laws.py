@@ -168,7 +168,8 @@ DISSIPATION = (
         "K1", "15", "The wedge's friction force is 12 times the conventional brake's; it brings"
         " more dissipation, more sticking and more side bands.",
         "Amplifications at μ_k; friction power, time at rest and spectra of the runs of figures"
-        " 15 and 16.", "12 ± 0.5; order of the values at every frequency", _force,
+        " 15 and 16.", "12 ± 0.5; order of the values at every frequency,"
+        " of rest at those with sticks", _force,
         {"alpha": _WEDGE_034, "F0": PRINTED_F0}, {"F0": PLANS["14a"].base.F0}, FORCE_WHY,
     ),
 )  # fmt: skip
