@@ -57,10 +57,13 @@ def smoothed_rows(case: tuple[float, float]) -> Iterator[Row]:
         log = np.empty((20_000, smooth_kernel.LOG_COLUMNS))
         none = (np.empty(0, dtype=np.int64), np.empty(0), np.empty((0, 2)))
         work = np.empty((smooth_kernel.SCRATCH_ROWS, SUMS))
+        no_trail = np.empty((0, smooth_kernel.TRAIL_COLUMNS))
 
-        def run(given=given, number=number, rest=rest, log=log, none=none, work=work):
+        def run(
+            given=given, number=number, rest=rest, log=log, none=none, work=work, trail=no_trail
+        ):
             return smooth_kernel.run(
-                *given, 0, 0.0, 0.0, 0.0, int(number), float(rest), 10**8, log, *none, work
+                *given, 0, 0.0, 0.0, 0.0, int(number), float(rest), 10**8, log, *none, work, trail
             )
 
         seconds, result = best(run), run()

@@ -32,7 +32,7 @@ def _derivative(system, state, periods=PERIODS):
     outcome, *_, rows, _ = exact.run(
         *given, 0, 0.0, *state, periods, 0.0, 10**6, log, np.empty((0, 2))
     )
-    plant, laws = point._plant(given)
+    plant, laws = tangent.split(given)
     x1, y1, x2, y2, logdet, ranked, scale = tangent.carry(
         plant, laws, log, rows, 1.0, 0.0, 0.0, 1.0, np.empty(0), 0
     )

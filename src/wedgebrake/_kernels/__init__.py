@@ -11,6 +11,7 @@ exact       piece to piece: the event-driven trajectory, and its evaluation at a
 lines       the straight lines of a brake's torque (plain Python, for one brake and for many)
 assemble    from the numbers of a brake and a driveline to the arguments of ``exact.run``
 tangent     the derivative of the flow along a logged trajectory, with saltation
+chain       a periodic orbit as pieces in a given order: equations, margins, multipliers
 tally       what a logged trajectory adds up to: rest, sticks, heat, peak torque, size
 motion      the class of a motion from its Poincare points and the growth of deviations
 point       one system run and judged
@@ -18,6 +19,7 @@ batch       many systems, one after another
 along       a smooth law's torque at many velocities
 dop853      the Dormand-Prince 8(5,3) step with its continuous extension
 smooth      any smooth law: layer by DOP853, saturated speeds in closed form
+smooth_tangent  the derivative of its flow: the variational equation on the same steps
 ode14x      the paper's fixed-step extrapolated linearly implicit Euler
 
 State convention: ``theta`` is the driveline angle [rad] and ``w`` its velocity [rad/s].

@@ -26,7 +26,7 @@ from .compiling import compiled
 from .exact import run
 from .flow import BLOCKED, G2, KIND
 from .motion import ROUNDING, SETTLED, classify, distance, farthest, mean_growth
-from .tangent import carry
+from .tangent import carry, split
 
 # Columns of the answer.
 (
@@ -62,15 +62,6 @@ _FIRST = 64
 
 
 @compiled
-def _plant(problem):
-    """(plant, laws) as ``tangent`` and ``tally`` take them."""
-    inertia, damping, stiffness, amplitude, omega, _, offsets, table, _, lower, upper, rest, _ = (
-        problem
-    )
-    return (inertia, damping, stiffness, amplitude, omega, rest), (offsets, table, lower, upper)
-
-
-@compiled
 def _advance(problem, state, last, max_events, log, points, tally, deviation, growth, first):
     """Run to the start of period ``last``, adding up what passes.
 
@@ -80,7 +71,7 @@ def _advance(problem, state, last, max_events, log, points, tally, deviation, gr
 
     Returns (outcome, state, events, deviation, logdet, ranked, scale).
     """
-    plant, laws = _plant(problem)
+    plant, laws = split(problem)
     x1, y1, x2, y2 = deviation
     period, t, theta, w = state
     logdet, ranked, scale, total = 0.0, True, 0.0, 0

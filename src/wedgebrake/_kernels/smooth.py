@@ -32,6 +32,7 @@ from .codes import (
 from .compiling import compiled, compiled_for
 from .dop853 import (
     DEGREE,
+    STAGES,
     acceleration,
     coefficients,
     drive_at,
@@ -47,6 +48,11 @@ from .torque import LAW, SHAPE
 
 LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(6)
 LOG_COLUMNS = 6
+
+# Columns of a row of the trail, one for each step: its stretch, where it starts and its size;
+# for numeric steps also the speeds of the stages, of which the first is the start.
+TRAIL_STRETCH, TRAIL_TIME, TRAIL_THETA, TRAIL_SIZE, TRAIL_SPEEDS = range(5)
+TRAIL_COLUMNS = TRAIL_SPEEDS + STAGES
 
 # A numeric step may cover this share of the way to the nearest pole of the law, which for
 # tanh(v/band) lies at v = i pi/2 band.
@@ -72,6 +78,18 @@ def _write(log, rows, kind, period, t, theta, w, side):
     log[rows, LOG_W] = w
     log[rows, LOG_SIDE] = side
     return rows + 1
+
+
+@compiled
+def _leave(trail, left, stretch, t, theta, size, speeds):
+    """One row of the trail; the caller has made sure that there is room."""
+    trail[left, TRAIL_STRETCH] = stretch
+    trail[left, TRAIL_TIME] = t
+    trail[left, TRAIL_THETA] = theta
+    trail[left, TRAIL_SIZE] = size
+    for i in range(STAGES):
+        trail[left, TRAIL_SPEEDS + i] = speeds[i]
+    return left + 1
 
 
 @compiled
@@ -138,8 +156,9 @@ def _numeric_step(
     Returns (theta, w, a, size, next size, what, attempts); size -1: below ``tiny``, because
     of the tolerance (next size 0) or of the wall of a self-locking brake (next size -1).
     ``stalled``: the last step had no length; a kink met at once is then rounding.
+    ``work`` holds the speeds of the step's stages.
     """
-    _, _, a_extra, c_extra, _, _ = tableau
+    _, c, a_extra, c_extra, _, _ = tableau
     attempts = 0
     walled = not math.isfinite(a)
     # Further, and the error estimate could miss the steep layer altogether.
@@ -189,6 +208,9 @@ def _numeric_step(
                 break
             late = gap / a1 if gap != 0.0 else 0.0
             if abs(late) <= 0.1 * cut and abs(late / cut * late * (a1 - a)) <= close:
+                # The stages of the whole step, to the square of what Newton added.
+                for i in range(STAGES):
+                    work[_RATE, i] += c[i] * late * work[_ACCEL, i]
                 return theta1 + w1 * late, edge, a1, cut + late, max(h, cut), hit, attempts
             cut = min(max(cut + late, 0.5 * cut), 1.5 * cut)
         h = 0.5 * min(cut, hs)
@@ -261,6 +283,7 @@ def _run(
     want_time,
     seen,
     work,
+    trail,
 ):
     """Advance from (period, t, theta, w) to (last_period, last_time).
 
@@ -275,15 +298,17 @@ def _run(
     tolerances (rtol, scale of angle, scale of velocity)
     want_*     (m,) wanted times, ascending; seen (m, 2) receives (theta, w)
     work       (SCRATCH_ROWS, dop853.SUMS)
+    trail      (n, TRAIL_COLUMNS) receives every step that moved; no rows: not wanted
 
-    Returns (outcome, period, t, theta, w, steps, rows, seen count).
+    Returns (outcome, period, t, theta, w, steps, rows, seen count, trail rows).
     """
     inertia, _, stiffness, amplitude, omega, w_rest = plant
     w2, f = stiffness / inertia, amplitude / inertia
     length = 2.0 * math.pi / omega
     top = edges.size
     reach = _POLE * band
-    steps, rows, wanted = 0, 0, 0
+    steps, rows, wanted, left = 0, 0, 0, 0
+    trailing = trail.shape[0] > 0
     stalled = False
     h = 1e-3 * h_max
     a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
@@ -295,8 +320,8 @@ def _run(
         rows = _write(log, rows, BAND_ENTERED, period, t, theta, w, 0.0)
 
     while True:
-        if rows + 4 > log.shape[0]:
-            return LOG_FULL, period, t, theta, w, steps, rows, wanted
+        if rows + 4 > log.shape[0] or (trailing and left == trail.shape[0]):
+            return LOG_FULL, period, t, theta, w, steps, rows, wanted, left
         final = period >= last_period
         t_end = last_time if final else length
         hit = REACHED_END
@@ -307,7 +332,7 @@ def _run(
         elif linear[stretch]:
             row = table[stretch]
             if row[KIND] == BLOCKED:
-                return NO_SLIDING, period, t, theta, w, steps, rows, wanted
+                return NO_SLIDING, period, t, theta, w, steps, rows, wanted, left
             low = edges[stretch - 1] if stretch > 0 else -math.inf
             high = edges[stretch] if stretch < top else math.inf
             if row[G2] < 0.0:
@@ -319,7 +344,9 @@ def _run(
             )
             steps += spent
             if hit == OUT_OF_PATIENCE:
-                return STEP_LIMIT, period, t, theta, w, steps, rows, wanted
+                return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
+            if trailing:
+                left = _leave(trail, left, stretch, t0, theta0, t - t0, work[_RATE])
             if wanted < want_time.size:
                 wanted = _see_linear(
                     row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen,
@@ -336,7 +363,9 @@ def _run(
             stalled = hs == 0.0
             if hs < 0.0:
                 outcome = NO_SLIDING if h < 0.0 else STEP_LIMIT
-                return outcome, period, t, theta, w, steps, rows, wanted
+                return outcome, period, t, theta, w, steps, rows, wanted, left
+            if trailing and not stalled:
+                left = _leave(trail, left, stretch, t0, theta0, hs, work[_RATE])
             if wanted < want_time.size:
                 wanted = _see_numeric(
                     plant, laws, numbers, tableau, tolerances, work, theta0, w0, a0, t, hs, period,
@@ -353,9 +382,9 @@ def _run(
             rows = _write(log, rows, kind, period, when, theta, w, side)
 
         if steps > max_steps:
-            return STEP_LIMIT, period, t, theta, w, steps, rows, wanted
+            return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
         if not math.isfinite(w) or abs(w - w_rest) >= w_diverged:
-            return DIVERGED, period, t, theta, w, steps, rows, wanted
+            return DIVERGED, period, t, theta, w, steps, rows, wanted, left
         if hit != REACHED_END:
             side = -1.0 if hit == HIT_LOW else 1.0
             stretch = _stretch_at(edges, w, hit == HIT_HIGH)
@@ -374,7 +403,7 @@ def _run(
                     seen[i, 0], seen[i, 1] = theta, w
                 wanted = want_time.size
                 rows = _write(log, rows, END, period, t_end, theta, w, 0.0)
-                return COMPLETED, period, t_end, theta, w, steps, rows, wanted
+                return COMPLETED, period, t_end, theta, w, steps, rows, wanted, left
             period += 1
             t = 0.0
             rows = _write(log, rows, PERIOD, period, t, theta, w, 0.0)
@@ -391,7 +420,7 @@ def _signature():
     return (
         types.UniTuple(real, 6), laws, numbers, tableau, vector, matrix, flags, matrix, whole,
         real, real, types.UniTuple(real, 3), real, whole, real, real, real, whole, real, whole,
-        matrix, indices, vector, matrix, matrix,
+        matrix, indices, vector, matrix, matrix, matrix,
     )  # fmt: skip
 
 

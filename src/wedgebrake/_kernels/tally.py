@@ -85,10 +85,12 @@ def _rest(plant, row, tau, tally):
 
 
 @compiled
-def _top(row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, low, high, rising):
-    """The extreme velocity between two times after entry, where the acceleration vanishes.
+def extreme(row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, low, high, rising):
+    """(time after entry, angle, velocity) of the extreme velocity between two such times.
 
-    rising : whether the acceleration is positive at ``low``
+    There the acceleration vanishes.
+
+    rising : whether it is positive at ``low``
     """
     theta, w, tau = theta0, w0, 0.5 * (low + high)
     for _ in range(60):
@@ -108,7 +110,7 @@ def _top(row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, low, high, rising)
         tau -= step
         if not low < tau < high:
             tau = 0.5 * (low + high)
-    return theta, w
+    return tau, theta, w
 
 
 @compiled
@@ -185,7 +187,7 @@ def _slip(plant, offset, row, start, after, tau, tally):
         here = abs(offset + slope * w)
         near = max(here, level) > _NEAR_PEAK * tally[PEAK]
         if (a < 0.0) != (before < 0.0) and slope != 0.0 and near:
-            theta, w = _top(
+            _, theta, w = extreme(
                 row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, part - width, part,
                 before > 0.0,
             )  # fmt: skip

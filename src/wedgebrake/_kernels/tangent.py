@@ -32,6 +32,15 @@ _REACH = 300.0
 
 
 @compiled
+def split(problem):
+    """The arguments of ``exact.run`` as (plant, laws): what ``carry`` and the tally take."""
+    inertia, damping, stiffness, amplitude, omega, _, offsets, table, _, lower, upper, rest, _ = (
+        problem
+    )
+    return (inertia, damping, stiffness, amplitude, omega, rest), (offsets, table, lower, upper)
+
+
+@compiled
 def _jump(plant, laws, before, after, kind):
     """(factor of y, factor of x in y) by which an event changes a deviation.
 

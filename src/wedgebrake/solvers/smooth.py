@@ -164,6 +164,49 @@ def _tableau() -> tuple[FloatArray, ...]:
     return tuple(np.ascontiguousarray(array, dtype=float) for array in given)
 
 
+class PeriodMap(NamedTuple):
+    """The state after a period of the torque, and its derivative by the state before it.
+
+    outcome : code of ``_kernels.codes``
+    angle, velocity : where the run ended [rad], [rad/s]
+    matrix  : (2, 2) d(angle, velocity)/d(angle, velocity before), nan if the period was not
+              completed; (0, 2) where it was not asked for
+    """
+
+    outcome: int
+    angle: float
+    velocity: float
+    matrix: FloatArray
+
+
+def period_map(
+    given: Problem, angle: float, velocity: float, max_steps: int, *, derivative: bool = True
+) -> PeriodMap:
+    """Advance one period of the torque from its phase 0.
+
+    The state is exact to about rtol, the matrix to rtol times the ratio of the fastest sliding
+    speed to the half width of the steep layer.
+    """
+    # Compiled by its first user, not by everyone who simulates.
+    from wedgebrake._kernels import smooth_tangent
+
+    matrix = np.empty((2 if derivative else 0, 2))
+    friction, friction_shape, brake, brake_shape = given.laws
+    outcome, angle, velocity = smooth_tangent.period(
+        given.plant, _pair(friction, brake), (friction_shape, brake_shape), *given[2:],
+        angle, velocity, max_steps, matrix,
+    )  # fmt: skip
+    return PeriodMap(outcome, angle, velocity, matrix)
+
+
+@cache
+def _pair(friction: Any, brake: Any) -> Any:
+    """Two laws as the kernel takes them."""
+    from wedgebrake._kernels import smooth_tangent
+
+    return smooth_tangent.gather(friction, brake)
+
+
 def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -> Trajectory:
     """Simulate a system with a smooth friction law."""
     given = problem(system, rtol, task.angle, task.velocity)
@@ -207,11 +250,12 @@ def _run(
     """Run the kernel, with more room for the log whenever it fills up."""
     rows = 64 + 24 * max(1, task.end[0] - task.start[0] + 1)
     work = np.empty((kernel.SCRATCH_ROWS, dop853.SUMS))
+    no_trail = np.empty((0, kernel.TRAIL_COLUMNS))
     while True:
         log = np.empty((rows, kernel.LOG_COLUMNS))
-        outcome, *final, steps, used, reached = kernel.run(
+        outcome, *final, steps, used, reached, _ = kernel.run(
             *given, *task.start, task.angle, task.velocity, *task.end, max_steps, log,
-            number, rest, seen, work,
+            number, rest, seen, work, no_trail,
         )  # fmt: skip
         if outcome != codes.LOG_FULL:
             state = (final[0], final[1], final[2], final[3])

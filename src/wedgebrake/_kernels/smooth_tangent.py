@@ -1,0 +1,210 @@
+"""The derivative of the flow with a smooth friction law (docs/theory.md, section 9).
+
+A small deviation (x, y) = (d theta, d w) obeys the variational equation
+
+    J y' + (c + M'(v)) y + k x = 0,  x' = y
+
+along the motion, M' the slope of the brake torque over the sliding velocity v. The torque is
+continuous where the law bends, and a step ends there: the deviation does not jump.
+
+In a numeric step the derivative is that of the same Runge-Kutta step (Hairer, Norsett and
+Wanner, Solving Ordinary Differential Equations I, section I.14); where the torque is linear,
+the closed form. The error control sees the motion only, and where that creeps in a steep
+layer, it lets steps grow until deviations in speed would no longer die: such a step is gone
+again in parts.
+"""
+
+import math
+
+import numpy as np
+from numba import typed, types
+
+from .codes import COMPLETED, LOG_FULL
+from .compiling import compiled, compiled_for
+from .dop853 import ROWS, STAGES, SUMS, acceleration, drive_at
+from .dop853 import step as advance
+from .flow import G2, impulse
+from .smooth import (
+    LOG_COLUMNS,
+    SCRATCH_ROWS,
+    TRAIL_COLUMNS,
+    TRAIL_SIZE,
+    TRAIL_SPEEDS,
+    TRAIL_STRETCH,
+    TRAIL_THETA,
+    TRAIL_TIME,
+    run,
+)
+from .torque import LAW, SHAPE, brake_torque
+
+# Arm of the difference that stands for M', as a share of the way to the nearest pole of the
+# law: what the fourth order leaves out and the rounding of the torque are then alike, 1e-12.
+_ARM = 2e-4
+# Largest product z of a step and the decay rate (c + M')/J. The method takes exp(-z) right to
+# 0.005 up to here, but makes it -0.5 at z = 6 and -12 at z = 8.
+_STIFF = 4.0
+# Rows of the log and of the trail of a period; most motions need a tenth.
+_ROOM = 512
+
+
+@compiled
+def _torque(laws, numbers, v):
+    return brake_torque(*laws, *numbers, v)
+
+
+@compiled
+def _slope(laws, numbers, v, low, high, arm):
+    """M'(v) [N m s/rad] by a difference of fourth order that stays between two kinks.
+
+    A stage may lie beyond the kink that its step ends at; it has the slope of the kink.
+    """
+    v = min(max(v, low), high)
+    if v - 2.0 * arm < low or v + 2.0 * arm > high:
+        d = arm if v - 2.0 * arm < low else -arm
+        near = -25.0 * _torque(laws, numbers, v) + 48.0 * _torque(laws, numbers, v + d)
+        far = 16.0 * _torque(laws, numbers, v + 3.0 * d) - 3.0 * _torque(laws, numbers, v + 4.0 * d)
+        return (near - 36.0 * _torque(laws, numbers, v + 2.0 * d) + far) / (12.0 * d)
+    near = _torque(laws, numbers, v + arm) - _torque(laws, numbers, v - arm)
+    far = _torque(laws, numbers, v + 2.0 * arm) - _torque(laws, numbers, v - 2.0 * arm)
+    return (8.0 * near - far) / (12.0 * arm)
+
+
+@compiled
+def _slopes(laws, numbers, speeds, w_rest, low, high, reach, slopes):
+    """M' at the ``speeds`` (STAGES,) of a step between the kinks low and high, over theta'."""
+    low, high = low - w_rest, high - w_rest
+    for i in range(STAGES):
+        v = speeds[i] - w_rest
+        arm = min(_ARM * (abs(v) + reach), 0.125 * (high - low))
+        slopes[i] = _slope(laws, numbers, v, low, high, arm)
+
+
+@compiled
+def _numeric(plant, weights, c, h, slopes, sums, matrix):
+    """``matrix`` after a Runge-Kutta step of size h in whose stages M' has the ``slopes``."""
+    inertia, damping, stiffness, _, _, _ = plant
+    for j in range(2):
+        x, y = matrix[0, j], matrix[1, j]
+        push = -((damping + slopes[0]) * y + stiffness * x) / inertia
+        for k in range(sums.size):
+            sums[k] = weights[0, k] * push
+        for i in range(1, STAGES):
+            speed = y + h * sums[i]
+            angle = x + h * (c[i] * y + h * sums[ROWS + i])
+            push = -((damping + slopes[i]) * speed + stiffness * angle) / inertia
+            for k in range(sums.size):
+                sums[k] += weights[i, k] * push
+        matrix[0, j] = x + h * (y + h * sums[ROWS + STAGES])
+        matrix[1, j] = y + h * sums[STAGES]
+
+
+@compiled
+def _linear(row, w2, tau, matrix):
+    """``matrix`` after a time tau in closed form."""
+    h, rate = impulse(row, w2, tau)
+    top = rate + row[G2] * h
+    for j in range(2):
+        x, y = matrix[0, j], matrix[1, j]
+        matrix[0, j] = top * x + h * y
+        matrix[1, j] = rate * y - w2 * h * x
+
+
+@compiled
+def carry(plant, laws, numbers, tableau, kinks, linear, table, reach, trail, left, matrix):
+    """Carry the columns of ``matrix`` (2, 2), deviations, along a trail of ``left`` rows.
+
+    plant ... table : as for ``smooth.run``
+    reach : distance of the law's nearest pole from zero sliding speed [rad/s]
+    """
+    weights, c, _, _, _, _ = tableau
+    inertia, damping, stiffness, _, _, w_rest = plant
+    slopes, sums = np.empty(STAGES), np.empty(SUMS)
+    rate, accel, drive = np.empty(ROWS), np.empty(ROWS), np.empty(ROWS)
+    for row in trail[:left]:
+        stretch, h = int(row[TRAIL_STRETCH]), row[TRAIL_SIZE]
+        if linear[stretch]:
+            _linear(table[stretch], stiffness / inertia, h, matrix)
+            continue
+        low, high = kinks[stretch, 0], kinks[stretch, 1]
+        _slopes(laws, numbers, row[TRAIL_SPEEDS:], w_rest, low, high, reach, slopes)
+        parts = 1 + int(h * (damping + slopes.max()) / inertia / _STIFF)
+        if parts == 1:
+            _numeric(plant, weights, c, h, slopes, sums, matrix)
+            continue
+        t, theta, w = row[TRAIL_TIME], row[TRAIL_THETA], row[TRAIL_SPEEDS]
+        h /= parts
+        a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
+        for _ in range(parts):
+            theta, w, a, _, _ = advance(
+                plant, laws, numbers, weights, c, t, theta, w, a, h, rate, accel, drive, sums
+            )
+            t += h
+            _slopes(laws, numbers, rate, w_rest, low, high, reach, slopes)
+            _numeric(plant, weights, c, h, slopes, sums, matrix)
+
+
+def _period(
+    plant, pair, shapes, numbers, tableau, edges, kinks, linear, table, rest_edge, band, w_diverged,
+    tolerances, h_max, theta, w, max_steps, matrix,
+):  # fmt: skip
+    """Advance one period of the torque from its phase 0, with the derivative.
+
+    pair, shapes : the laws of friction and brake, and their shapes; a list, because a
+                   function costs more to pass than a period to solve
+    plant ... h_max : as for ``smooth.run``
+    matrix : (2, 2) receives the derivative, nan if the period was not completed; no rows:
+             not wanted
+
+    Returns (outcome, theta, w).
+    """
+    laws = (pair[0], shapes[0], pair[1], shapes[1])
+    number, time, seen = np.empty(0, np.int64), np.empty(0), np.empty((0, 2))
+    work = np.empty((SCRATCH_ROWS, SUMS))
+    room = _ROOM
+    while True:
+        log = np.empty((room, LOG_COLUMNS))
+        trail = np.empty((room if matrix.shape[0] > 0 else 0, TRAIL_COLUMNS))
+        outcome, _, _, theta1, w1, _, _, _, left = run(
+            plant, laws, numbers, tableau, edges, kinks, linear, table, rest_edge, band, w_diverged,
+            tolerances, h_max, 0, 0.0, theta, w, 1, 0.0, max_steps, log, number, time, seen, work,
+            trail,
+        )  # fmt: skip
+        if outcome != LOG_FULL:
+            break
+        room *= 4
+    if matrix.shape[0] > 0:
+        for i in range(2):
+            for j in range(2):
+                matrix[i, j] = 1.0 if i == j else 0.0
+        if outcome != COMPLETED:
+            matrix[:, :] = math.nan
+        else:
+            reach = 0.5 * math.pi * band
+            carry(plant, laws, numbers, tableau, kinks, linear, table, reach, trail, left, matrix)
+    return outcome, theta1, w1
+
+
+def _signature():
+    real, whole = types.float64, types.int64
+    vector, matrix = types.Array(real, 1, "C"), types.Array(real, 2, "C")
+    return (
+        types.UniTuple(real, 6), types.ListType(LAW), types.UniTuple(SHAPE, 2),
+        types.Tuple((real, real, real, types.boolean)),
+        types.Tuple((matrix, vector, matrix, vector, matrix, matrix)), vector, matrix,
+        types.Array(types.boolean, 1, "C"), matrix, whole, real, real, types.UniTuple(real, 3),
+        real, real, real, whole, matrix,
+    )  # fmt: skip
+
+
+period = compiled_for(_signature())(_period)
+
+
+def _gather(friction, brake):
+    """Two laws as the list that ``period`` takes."""
+    pair = typed.List.empty_list(LAW)
+    pair.append(friction)
+    pair.append(brake)
+    return pair
+
+
+gather = compiled_for((LAW, LAW))(_gather)
