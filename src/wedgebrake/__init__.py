@@ -46,6 +46,11 @@ if TYPE_CHECKING:
     from wedgebrake.model.groups import Groups
     from wedgebrake.model.study import Study, load_study
     from wedgebrake.model.system import BrakedDriveline
+    from wedgebrake.orbits.boundary import boundaries, boundary
+    from wedgebrake.orbits.branch import Branch, BranchPoint
+    from wedgebrake.orbits.branches import branches, continuation
+    from wedgebrake.orbits.orbit import Orbit
+    from wedgebrake.orbits.shooting import orbit
     from wedgebrake.plots.draw import plot
     from wedgebrake.solvers.solve import simulate
     from wedgebrake.solvers.status import Status
@@ -56,6 +61,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "Actuation": "model.actuation",
     "BandBrake": "model.brakes",
+    "Branch": "orbits.branch",
+    "BranchPoint": "orbits.branch",
     "Brake": "model.brakes",
     "BrakedDriveline": "model.system",
     "Characteristic": "model.characteristic",
@@ -68,6 +75,7 @@ _HOMES = {
     "InputError": "errors",
     "LeadingShoeBrake": "model.brakes",
     "Motion": "measures.motion",
+    "Orbit": "orbits.orbit",
     "OutputError": "errors",
     "SmoothedFriction": "model.friction",
     "Status": "solvers.status",
@@ -77,9 +85,14 @@ _HOMES = {
     "WedgebrakeError": "errors",
     "basins": "sweeps.maps",
     "bifurcation": "sweeps.maps",
+    "boundaries": "orbits.boundary",
+    "boundary": "orbits.boundary",
+    "branches": "orbits.branches",
+    "continuation": "orbits.branches",
     "energy": "measures.energy",
     "load_study": "model.study",
     "motion": "measures.motion",
+    "orbit": "orbits.shooting",
     "plot": "plots.draw",
     "poincare": "measures.poincare",
     "regime_map": "sweeps.maps",
@@ -97,6 +110,8 @@ __all__ = [
     "BandBrake",
     "Brake",
     "BrakedDriveline",
+    "Branch",
+    "BranchPoint",
     "Characteristic",
     "ConventionalBrake",
     "CoulombFriction",
@@ -107,6 +122,7 @@ __all__ = [
     "InputError",
     "LeadingShoeBrake",
     "Motion",
+    "Orbit",
     "OutputError",
     "SmoothedFriction",
     "Status",
@@ -117,9 +133,14 @@ __all__ = [
     "__version__",
     "basins",
     "bifurcation",
+    "boundaries",
+    "boundary",
+    "branches",
+    "continuation",
     "energy",
     "load_study",
     "motion",
+    "orbit",
     "paper",
     "plot",
     "poincare",

@@ -1,0 +1,13 @@
+"""Periodic orbits, stable or not: found, followed through parameters, and where they change.
+
+shooting       an orbit near a guess, by Newton's method
+chain, strobe  the equations of an orbit: exact (a chain of pieces), smooth (a map of periods)
+family         the systems over one parameter, or two
+arclength      a curve of solutions, step by step
+margins        what ends a chain of pieces: the bifurcations that only friction has
+transitions    the chain beyond such an end
+locate         fold, period doubling and the others, to rounding in the parameter
+branch         one branch, point by point
+branches       branches and those that leave them, as one dataset
+boundary       a bifurcation followed in a second parameter
+"""

@@ -1,0 +1,300 @@
+"""A bifurcation followed in a second parameter: the boundary of a kind of motion."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wedgebrake._version import __version__
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.part import shown
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
+from wedgebrake.orbits.branch import BranchPoint
+from wedgebrake.orbits.branches import POINTS, STEP, SWITCH, check_step, follow
+from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve
+from wedgebrake.orbits.dataset import multiplier_columns
+from wedgebrake.orbits.equations import FloatArray, NoOrbitError, multipliers
+from wedgebrake.orbits.family import Family
+from wedgebrake.orbits.kinds import Kind
+from wedgebrake.orbits.locate import Solution, tests
+from wedgebrake.orbits.ranges import Range, make_ranges, value_of
+from wedgebrake.orbits.transitions import Margin, violated
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wedgebrake.orbits.branch import Branch
+
+_TESTS = {
+    Kind.FOLD: "one",
+    Kind.PERIOD_DOUBLING: "minus one",
+    Kind.NEIMARK_SACKER: "torus",
+}
+# Steps as shares of the longest, and what is too small to go on with.
+_FIRST, _SMALLEST, _GROW, _TURN = 0.1, 1e-5, 1.5, 0.95
+# A curve that comes back to its begin within a step has closed.
+_CLOSED = 0.5
+
+
+def boundary(
+    point: BranchPoint,
+    *,
+    step: float = STEP,
+    points: int = POINTS,
+    **parameters: tuple[float, float],
+) -> xr.Dataset:
+    """A bifurcation followed over two parameters (docs/theory.md, section 13).
+
+    Parameters
+    ----------
+    point : BranchPoint
+        A bifurcation, of ``Branch.bifurcations``.
+    step : float
+        Longest step along the curve, as a share of the ranges.
+    points : int
+        Most points in each of the two directions.
+    **parameters : (float, float)
+        Two of them with their ends, for example ``eta=(-60, 12), F0=(0.01, 0.1)``: that of the
+        branch and a second one.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, from one end to the other: both parameters, the multipliers of the
+        orbit, and its Poincare point at t = 0. ``attrs`` say the kind and why it ends.
+
+    Raises ``InputError`` for arguments that are wrong, and for a symmetry breaking or branch
+    point, which one condition more does not describe.
+    """
+    bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
+    if bifurcation is None:
+        raise InputError(
+            f"point = {shown(point)}: must be a bifurcation, one of Branch.bifurcations."
+        )
+    if bifurcation.kind not in _TESTS and not bifurcation.kind.of_friction:
+        raise InputError(
+            f"point: is a {bifurcation.kind.value}, which cannot be followed. Follow a fold, a"
+            " period doubling, a Neimark-Sacker bifurcation or one of friction."
+        )
+    check_step(step, points)
+    ranges = make_ranges(point.family.base, parameters, 2)
+    names = [one.name for one in ranges]
+    own = point.family.names[0]
+    if own not in names:
+        raise InputError(
+            f"{', '.join(names)}: must hold {own}, which the bifurcation was found over. Give"
+            f" {own}=(from, to) and one more."
+        )
+    first, second = sorted(ranges, key=lambda one: one.name != own)
+    return _Boundary(point, first, second, float(step), int(points)).dataset(ranges)
+
+
+def boundaries(
+    system: BrakedDriveline,
+    *,
+    kinds: Collection[str] | None = None,
+    order: int | None = None,
+    initial: tuple[float, float] | None = None,
+    method: str | None = None,
+    rtol: float = 1e-10,
+    switch: int = SWITCH,
+    step: float = STEP,
+    points: int = POINTS,
+    progress: Callable[[Branch], None] | None = None,
+    **parameters: tuple[float, float],
+) -> list[xr.Dataset]:
+    """The boundaries over two parameters of all that bifurcates over the first.
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        What is changed. Its own value of the second parameter is where the first is followed.
+    kinds : collection of str
+        Which ones, for example ``["period doubling", "grazing-sliding"]``. Default: all that
+        can be followed.
+    order, initial, method, rtol, switch, step, points, progress
+        As for ``wb.branches``.
+    **parameters : (float, float)
+        Two of them with their ends; the branches begin at the first end of the first.
+
+    Returns
+    -------
+    list of xarray.Dataset
+        One for each bifurcation, as ``wb.boundary`` gives it; ``wb.plot(map, boundaries=...)``
+        draws them over a map of ``wb.regime_map``.
+
+    Raises ``InputError`` as ``wb.branches``.
+    """
+    allowed = [kind.value for kind in Kind if kind in _TESTS or kind.of_friction]
+    for kind in kinds or ():
+        if kind not in allowed:
+            raise InputError(
+                f"kinds: {shown(kind)} cannot be followed. {nearest(str(kind), allowed)}"
+            )
+    first, _ = make_ranges(system, parameters, 2)
+    _, followed = follow(
+        system, {first.name: parameters[first.name]}, order=order, initial=initial, method=method,
+        rtol=rtol, switch=switch, step=step, points=points, progress=progress,
+    )  # fmt: skip
+    found = [point for one in followed for point in one.branch.bifurcations]
+    wanted = [
+        point
+        for point in found
+        if point.bifurcation is not None and point.bifurcation.kind.value in (kinds or allowed)
+    ]
+    return [boundary(point, step=step, points=points, **parameters) for point in wanted]
+
+
+class _Boundary:
+    """The curve of a bifurcation, followed both ways from where it was found."""
+
+    def __init__(
+        self, point: BranchPoint, first: Range, second: Range, step: float, points: int
+    ) -> None:
+        assert point.bifurcation is not None  # noqa: S101 - checked by the caller
+        self.bifurcation, self.equations = point.bifurcation, point.equations
+        self.first, self.second, self.largest, self.most = first, second, step, points
+        base = point.family.base
+        self.family = Family(
+            base, (first.name, second.name), (first.scale, second.scale),
+            method=point.family.method, rtol=point.family.rtol,
+        )  # fmt: skip
+        self.orbits = OrbitCurve.through(point.equations, self.family, point.unknowns)
+        self.curve = BifurcationCurve(self.orbits, self._condition)
+        values = (point.value, value_of(base, second.name))
+        for one, value in zip((first, second), values, strict=True):
+            if not one.bounds[0] <= value <= one.bounds[1]:
+                raise InputError(
+                    f"{one.name} = ({one.first:g}, {one.last:g}): must contain {value:g}, where the"
+                    " bifurcation is. Widen the range."
+                )
+        self.start = self.orbits.scaled(point.unknowns, values)
+
+    def _condition(self, y: FloatArray) -> float:
+        """What vanishes on the curve."""
+        if self.bifurcation.kind in _TESTS:
+            return tests(self.orbits, y)[_TESTS[self.bifurcation.kind]]
+        end = self.bifurcation.ends[0]
+        return float(self.orbits.margins(y)[end.piece, end.column])
+
+    def dataset(self, ranges: list[Range]) -> xr.Dataset:
+        """Both halves as one."""
+        import xarray as xr
+
+        size = self.start.size
+        try:
+            across = np.zeros((2, size))
+            across[0, -2], across[1, -1] = 1.0, 1.0
+            y, matrix = self._begun(across)
+            direction = tangent(matrix, across[1])
+        except (NotConvergedError, NoOrbitError):
+            halves = [([self._solution(self.start)], "the curve has no direction here")] * 2
+        else:
+            halves = [self._half(Solution(y, matrix, side * direction)) for side in (-1.0, 1.0)]
+        back, on = halves
+        every = [*reversed(back[0][1:]), *on[0]]
+        points = [self._point(at) for at in every]
+        section = np.array([point.points[0] for point in points])
+        values = {
+            one.name: np.array([point.values[i] for point in points])
+            for i, one in enumerate((self.first, self.second))
+        }
+        return xr.Dataset(
+            {
+                **multiplier_columns(points),
+                "angle": ("point", section[:, 0], {"units": "rad", "long_name": "angle at t = 0"}),
+                "velocity": (
+                    "point", section[:, 1], {"units": "rad/s", "long_name": "velocity at t = 0"},
+                ),
+            },
+            coords={one.name: ("point", values[one.name], one.attributes()) for one in ranges},
+            attrs={
+                "kind": "boundary",
+                "bifurcation": self.bifurcation.kind.value,
+                "effect": self.bifurcation.effect,
+                "order": self.equations.order,
+                "sequence": self.equations.sequence,
+                "parameters": [one.name for one in ranges],
+                "begin": back[1],
+                "end": on[1],
+                "method": self.family.method,
+                "system": json.dumps(self.family.base.as_dict()),
+                "groups": json.dumps(self.family.base.groups.as_dict()),
+                "wedgebrake": __version__,
+            },
+        )  # fmt: skip
+
+    def _begun(self, across: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The first point, solved with either parameter held."""
+        try:
+            return newton(self.curve, self.start, across[1])
+        except NotConvergedError:
+            return newton(self.curve, self.start, across[0])
+
+    def _solution(self, y: FloatArray) -> Solution:
+        return Solution(y, np.empty((0, 0)), np.zeros(y.size))
+
+    def _point(self, at: Solution) -> BranchPoint:
+        unknowns, values = self.orbits.unscaled(at.y)
+        found = multipliers(*self.orbits.invariants(at.y))
+        return BranchPoint(self.family, values, self.equations, unknowns, found, at.direction)
+
+    def _half(self, start: Solution) -> tuple[list[Solution], str]:
+        """The curve in one direction, and why it ends."""
+        found, step = [start], _FIRST * self.largest
+        while len(found) <= self.most:
+            if step < _SMALLEST * self.largest:
+                return found, "no orbit was found further on"
+            now = found[-1]
+            try:
+                y, matrix = newton(self.curve, now.y + step * now.direction, now.direction)
+                after = Solution(y, matrix, tangent(matrix, now.direction))
+            except (NotConvergedError, NoOrbitError):
+                step *= 0.5
+                continue
+            if after.direction @ now.direction < _TURN and step > 1e-2 * self.largest:
+                step *= 0.5
+                continue
+            why = self._left(after)
+            if why and step > 1e-3 * self.largest:
+                # Near to where it ends.
+                step *= 0.5
+                continue
+            if why:
+                return found, why
+            found.append(after)
+            if len(found) > 3 and np.linalg.norm(y - start.y) < _CLOSED * step:
+                return found, "the curve has closed"
+            step = min(self.largest, _GROW * step)
+        return found, f"stopped after {self.most} points"
+
+    def _left(self, at: Solution) -> str:
+        """Why a point belongs to the curve no more; empty where it does."""
+        _, values = self.orbits.unscaled(at.y)
+        for one, value in zip((self.first, self.second), values, strict=True):
+            if not one.bounds[0] <= value <= one.bounds[1]:
+                return f"left the range of {one.name}"
+        others = [end for end in self._lacking(at) if not self._is_own(end)]
+        if others:
+            return "it meets another bifurcation of friction"
+        trace, _ = self.orbits.invariants(at.y)
+        if self.bifurcation.kind is Kind.NEIMARK_SACKER and not abs(trace) < 2.0:
+            return "both multipliers are real: a resonance 1:1 or 1:2"
+        return "" if math.isfinite(trace) else "the multipliers are infinite"
+
+    def _lacking(self, at: Solution) -> list[Margin]:
+        return violated(self.orbits.margins(at.y))
+
+    def _is_own(self, end: Margin) -> bool:
+        """Whether a margin vanishes all along: one of the bifurcation, or of its neighbours."""
+        if not self.bifurcation.kind.of_friction:
+            return False
+        count = len(self.equations.sequence.split())
+        return any(
+            (end.piece - own.piece) % count in (0, 1, count - 1) for own in self.bifurcation.ends
+        )

@@ -1,0 +1,324 @@
+"""One branch of periodic orbits, point by point (docs/theory.md, section 13)."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
+from wedgebrake.orbits.beyond import Beyond, go_beyond
+from wedgebrake.orbits.chain import Chain, goes_through
+from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.equations import Equations, FloatArray, Measures, NoOrbitError, multipliers
+from wedgebrake.orbits.family import Family
+from wedgebrake.orbits.kinds import Kind, Scenario
+from wedgebrake.orbits.locate import Solution, Step, first_end, smooth_bifurcations, tests
+from wedgebrake.orbits.symmetry import is_symmetric, prime_order
+from wedgebrake.orbits.transitions import Margin, violated
+
+# Steps as shares of the largest: the first one, and the one that is too small to go on with.
+_FIRST, _SMALLEST = 0.1, 1e-6
+_GROW, _SHRINK = 1.5, 0.5
+# The direction may turn by so much in a step (cosine); steps of this share of the largest may
+# turn as they like, as at the corner of a fold.
+_TURN, _ANY_TURN = 0.95, 1e-3
+# Orbits nearer than this share of their size are one where branches meet.
+_MEETS = 1e-4
+_STOPPED = (NotConvergedError, NoOrbitError)
+
+
+@dataclass(frozen=True, eq=False)
+class BranchPoint:
+    """A periodic orbit on a branch.
+
+    values      : of the parameters
+    equations, unknowns : what it solves
+    multipliers : (larger, smaller modulus)
+    direction   : of the branch, in scaled unknowns
+    bifurcation : which one it is, if it is one
+    """
+
+    family: Family
+    values: tuple[float, ...]
+    equations: Equations
+    unknowns: FloatArray
+    multipliers: tuple[complex, complex]
+    direction: FloatArray
+    arclength: float = 0.0
+    bifurcation: Bifurcation | None = None
+
+    @property
+    def value(self) -> float:
+        """Of the first parameter."""
+        return self.values[0]
+
+    @property
+    def stable(self) -> bool:
+        """Whether small deviations die out."""
+        return abs(self.multipliers[0]) < 1.0
+
+    @property
+    def order(self) -> int:
+        """Periods of the torque in the orbit."""
+        return self.equations.order
+
+    @property
+    def sequence(self) -> str:
+        """The pieces of the orbit, as in "+ 0 -": forwards, rest, backwards."""
+        return self.equations.sequence
+
+    @cached_property
+    def measures(self) -> Measures:
+        """What the orbit does."""
+        problem = self.family.problem(self.values)
+        return self.equations.measures(self.unknowns, problem, self.system)
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """(order, 2) Poincare points at t = 0, T, ...: angle [rad] and velocity [rad/s]."""
+        return self.equations.points(self.unknowns, self.family.problem(self.values))
+
+    @property
+    def system(self) -> BrakedDriveline:
+        """The system that it is an orbit of."""
+        return self.family.system(self.values)
+
+
+@dataclass(frozen=True)
+class Bifurcation:
+    """What happens at a point of a branch.
+
+    effect   : what of the motion begins or ends there, in words; empty if nothing does
+    scenario : of a bifurcation of friction, how the orbits on both sides lie
+    ends     : the margins that vanish
+    """
+
+    kind: Kind
+    effect: str = ""
+    scenario: Scenario = Scenario.NONE
+    change: str = ""
+    ends: tuple[Margin, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """The bifurcation in a sentence."""
+        text = f"{self.kind.value}: {self.kind.meaning}"
+        for more in (self.effect, self.scenario.value, self.change):
+            text += f"; {more}" if more else ""
+        return f"{text}."
+
+
+@dataclass
+class Branch(Iterator[BranchPoint]):
+    """A branch of orbits as an iterator: each ``next`` gives one more point of it.
+
+    Its state can be watched: ``points`` and ``bifurcations`` so far, the ``step`` that comes
+    next, and, once it has ended, ``end``, which says why. ``stop`` ends it.
+
+    start     : an orbit, as a point without direction
+    bounds    : of the parameter, (least, greatest)
+    rising    : whether the parameter grows at first
+    largest   : longest step, in scaled unknowns (a share of the range of the parameter)
+    most      : points, after which it ends
+    points    : what is there already, before the start
+    met       : whether it has ended where it branches off another one
+    """
+
+    start: BranchPoint
+    bounds: tuple[float, float]
+    rising: bool
+    largest: float = 0.02
+    most: int = 5000
+    points: list[BranchPoint] = field(default_factory=list)
+    end: str = ""
+    met: bool = False
+
+    def __post_init__(self) -> None:
+        self._queue: deque[BranchPoint] = deque()
+        self._ahead = ""
+        self._length = 0.0
+        self.step = _FIRST * self.largest
+        start = self.start
+        self._equations = start.equations
+        self._curve = OrbitCurve.through(start.equations, start.family, start.unknowns)
+        y = self._curve.scaled(start.unknowns, start.values)
+        along = start.direction
+        if not along.size:
+            along = np.zeros(y.size)
+            along[-1] = 1.0 if self.rising else -1.0
+        y, matrix = newton(self._curve, y, along)
+        self._now = Solution(y, matrix, tangent(matrix, along))
+        self._length = self.start.arclength
+        self._queue.append(self._point(self._now))
+
+    @property
+    def bifurcations(self) -> list[BranchPoint]:
+        """The points so far that are bifurcations."""
+        return [point for point in self.points if point.bifurcation is not None]
+
+    def stop(self, why: str = "stopped by the user") -> None:
+        """No point comes after those that are there."""
+        self._queue.clear()
+        self.end = why
+
+    def __next__(self) -> BranchPoint:
+        while not self._queue:
+            if self.end:
+                raise StopIteration
+            if self._ahead:
+                self.end = self._ahead
+                raise StopIteration
+            if len(self.points) >= self.most:
+                self.end = f"stopped after {self.most} points"
+                raise StopIteration
+            self._advance()
+        point = self._queue.popleft()
+        self.points.append(point)
+        return point
+
+    def _point(
+        self, at: Solution, bifurcation: Bifurcation | None = None, length: float = 0.0
+    ) -> BranchPoint:
+        unknowns, values = self._curve.unscaled(at.y)
+        trace, determinant = self._curve.invariants(at.y)
+        return BranchPoint(
+            family=self.start.family,
+            values=values,
+            equations=self._equations,
+            unknowns=unknowns,
+            multipliers=multipliers(trace, determinant),
+            direction=at.direction,
+            arclength=self._length + length,
+            bifurcation=bifurcation,
+        )
+
+    def _advance(self) -> None:
+        """One step: its points go into the queue."""
+        while self.step >= _SMALLEST * self.largest:
+            try:
+                done = self._try()
+            except _STOPPED:
+                done = False
+            if done:
+                return
+            self.step *= _SHRINK
+        self._ahead = self._ahead or "no orbit was found further on"
+
+    def _try(self) -> bool:
+        """One attempt at a step; whether it led on."""
+        before = self._now
+        y, matrix = newton(self._curve, before.y + self.step * before.direction, before.direction)
+        after = Solution(y, matrix, tangent(matrix, before.direction))
+        turn = float(after.direction @ before.direction)
+        if turn < _TURN and self.step > _ANY_TURN * self.largest:
+            return False
+        low, high = (bound / self._curve.scales[-1] for bound in self.bounds)
+        outside = not low <= y[-1] <= high
+        step = Step(self._curve, before, after)
+        if outside:
+            bound = low if y[-1] < low else high
+            after = step.at(step.root(lambda at: float(at.y[-1] - bound)))
+            if abs(after.y[-1] - bound) > 1e-9 * (high - low):
+                return False
+            step = Step(self._curve, before, after)
+        lacking = violated(self._curve.margins(after.y))
+        if lacking:
+            return self._end_of_chain(step, lacking)
+        if isinstance(self._equations, Chain):
+            unknowns, values = self._curve.unscaled(after.y)
+            problem = self.start.family.problem(values)
+            if not goes_through(self._equations, unknowns, problem):
+                return False
+        if after.direction[-1] * before.direction[-1] < 0.0 and self._meets_parent(step):
+            return True
+        self._emit(step, step.length)
+        self._length += float(np.linalg.norm(after.y - before.y))
+        self._now = after
+        self._queue.append(self._point(after))
+        if outside:
+            self._ahead = f"left the range at {self.start.family.names[0]} = {self._value(after):g}"
+        grown = _GROW if turn > 0.5 * (1.0 + _TURN) else 1.0
+        self.step = min(self.largest, grown * self.step)
+        return True
+
+    def _meets_parent(self, step: Step) -> bool:
+        """Whether the branch turns where it branches off another, and goes back as it came."""
+        at = step.at(step.root(lambda there: float(there.direction[-1])))
+        unknowns, values = self._curve.unscaled(at.y)
+        fewer = prime_order(self._point(at).points, _MEETS)
+        if fewer < self._equations.order:
+            self._ahead = f"period doubling of an orbit of {fewer} periods"
+        elif is_symmetric(self._equations, unknowns, self.start.family, values, _MEETS):
+            self._ahead = "symmetry breaking of a symmetric orbit"
+        else:
+            return False
+        self.met = True
+        self._emit(step, float(step.start.direction @ (at.y - step.start.y)))
+        self._queue.append(self._point(at, length=float(np.linalg.norm(at.y - step.start.y))))
+        return True
+
+    def _value(self, at: Solution) -> float:
+        return self._curve.unscaled(at.y)[1][0]
+
+    def _emit(self, step: Step, until: float) -> None:
+        """The bifurcations of the derivative inside a step."""
+        for s, kind in smooth_bifurcations(step, until):
+            at = step.at(s)
+            found = kind
+            if kind is Kind.BRANCH_POINT:
+                unknowns, values = self._curve.unscaled(at.y)
+                if is_symmetric(self._equations, unknowns, self.start.family, values):
+                    found = Kind.SYMMETRY_BREAKING
+            length = float(np.linalg.norm(at.y - step.start.y))
+            self._queue.append(self._point(at, Bifurcation(found), length))
+
+    def _end_of_chain(self, step: Step, lacking: list[Margin]) -> bool:
+        """A bifurcation of friction: to its point, and on with the chain beyond."""
+        found = first_end(step, lacking)
+        if found is None:
+            return False
+        s, ends = found
+        at = step.at(s)
+        assert isinstance(self._equations, Chain)  # noqa: S101 - others have no margins
+        beyond = go_beyond(self._curve, self._equations, at, ends, self.largest)
+        if beyond is None:
+            if self.step > _ANY_TURN * self.largest:
+                return False
+            self._ahead = "a change of the chain of pieces that is not known"
+            return False
+        self._emit(step, s)
+        self._length += float(np.linalg.norm(at.y - step.start.y))
+        before = tests(self._curve, step.start.y)
+        bifurcation = Bifurcation(beyond.kind, beyond.effect, beyond.scenario, "", tuple(ends))
+        point = self._point(at, bifurcation)
+        if beyond.solution is None or beyond.equations is None:
+            self._queue.append(point)
+            self._ahead = beyond.why
+            return True
+        self._go_on(beyond)
+        change = _change(before, tests(self._curve, self._now.y))
+        bifurcation = Bifurcation(beyond.kind, beyond.effect, beyond.scenario, change, tuple(ends))
+        self._queue.append(replace(point, bifurcation=bifurcation))
+        self._queue.append(self._point(self._now))
+        self.step = max(_FIRST * self.largest, 2.0 * _ANY_TURN * self.largest)
+        return True
+
+    def _go_on(self, beyond: Beyond) -> None:
+        assert beyond.curve is not None and beyond.equations is not None  # noqa: S101, PT018
+        assert beyond.solution is not None  # noqa: S101
+        self._equations, self._curve, self._now = beyond.equations, beyond.curve, beyond.solution
+
+
+def _change(before: dict[str, float], after: dict[str, float]) -> str:
+    """What a jump of the multipliers does, in words."""
+    words = {
+        "minus one": "a multiplier jumps across -1: a period doubling by a border collision",
+        "one": "a multiplier jumps across 1",
+        "torus": "a pair of multipliers jumps across modulus 1",
+    }
+    return "; ".join(word for name, word in words.items() if before[name] * after[name] < 0.0)

@@ -1,0 +1,219 @@
+"""Branches of periodic orbits over a parameter, with those that leave them, in one dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.part import is_number, shown
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.branch import Branch, BranchPoint
+from wedgebrake.orbits.family import Family
+from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.ranges import Range, make_ranges, value_of
+from wedgebrake.orbits.shooting import check, orbit
+from wedgebrake.orbits.switching import leaving
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STEP, POINTS, SWITCH = 0.02, 2000, 2
+_MOST_POINTS, _MOST_LEVELS, _MOST_ORDER = 1_000_000, 20, 64
+# Ends of branches nearer than this share of the range are one bifurcation.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A branch that was followed.
+
+    origin : number, among all bifurcations in their order, of the one it leaves; -1: none
+    begin  : why it begins where it does, in words
+    """
+
+    branch: Branch
+    origin: int
+    begin: str
+
+
+def continuation(
+    orbit: Orbit, *, step: float = STEP, points: int = POINTS, **parameter: tuple[float, float]
+) -> Branch:
+    """The branch of an orbit over a parameter, as an iterator (docs/theory.md, section 13).
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Where it begins, as ``wb.orbit`` found it.
+    step : float
+        Longest step along the branch, as a share of the range.
+    points : int
+        Most points, bifurcations among them.
+    **parameter : (float, float)
+        One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
+        sets out from the orbit's own value towards the second, and ends where it leaves the
+        range.
+
+    Returns
+    -------
+    Branch
+        Each ``next`` gives a ``BranchPoint``. ``points``, ``bifurcations``, ``step`` and
+        ``end`` can be watched, ``stop()`` ends it.
+
+    Raises ``InputError`` for arguments that are wrong, or an orbit that was not found.
+    """
+    if not isinstance(orbit, Orbit):
+        raise InputError(f"orbit = {shown(orbit)}: must be an Orbit, as wb.orbit(system) gives it.")
+    if orbit._solved is None:
+        raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
+    check_step(step, points)
+    (over,) = make_ranges(orbit.system, parameter, 1)
+    value = value_of(orbit.system, over.name)
+    low, high = over.bounds
+    if not low <= value <= high:
+        raise InputError(
+            f"{over.name} = {shown(parameter[over.name])}: must contain {value:g}, where the orbit"
+            f" is. Find the orbit at {over.name}={over.first:g} first, or widen the range."
+        )
+    equations, unknowns = orbit._solved
+    family = Family(orbit.system, (over.name,), (over.scale,), method=orbit.method, rtol=orbit.rtol)
+    start = BranchPoint(family, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
+    return Branch(start, over.bounds, over.last > over.first, float(step), int(points))
+
+
+def branches(
+    system: BrakedDriveline,
+    *,
+    order: int | None = None,
+    initial: tuple[float, float] | None = None,
+    method: str | None = None,
+    rtol: float = 1e-10,
+    switch: int = SWITCH,
+    step: float = STEP,
+    points: int = POINTS,
+    progress: Callable[[Branch], None] | None = None,
+    **parameter: tuple[float, float],
+) -> xr.Dataset:
+    """Branches of periodic orbits over one parameter, stable and unstable, with bifurcations.
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        What is changed.
+    **parameter : (float, float)
+        One SI parameter or group with its ends, for example ``eta=(12, -60)``. The first
+        branch begins at the first end.
+    order, initial, method, rtol
+        Of the orbit that it begins with, as for ``wb.orbit``.
+    switch : int
+        How many times over branches that leave a branch are followed (at period doublings,
+        symmetry breakings, branch points): 0 none, 1 those that leave the first, ...
+    step, points
+        As for ``wb.continuation``, for each branch.
+    progress : callable
+        Gets the ``Branch`` after each of its points.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, branch after branch: the parameter, ``branch``, ``order``, ``stable``,
+        ``sequence``, Floquet multipliers, amplitudes, sticks and events in a period of the
+        torque, Poincare points. Over ``bifurcation``: kind, value (located to 1e-8 of the
+        range or better), effect. Over ``branch_number``: where each comes from and why it ends.
+
+    Raises ``InputError`` for arguments that are wrong, and where there is no orbit to begin.
+    """
+    from wedgebrake.orbits.dataset import assemble
+
+    over, followed = follow(
+        system, parameter, order=order, initial=initial, method=method, rtol=rtol, switch=switch,
+        step=step, points=points, progress=progress,
+    )  # fmt: skip
+    return assemble(system, over, followed)
+
+
+def follow(
+    system: BrakedDriveline,
+    parameter: dict[str, Any],
+    *,
+    order: int | None = None,
+    initial: tuple[float, float] | None = None,
+    method: str | None = None,
+    rtol: float = 1e-10,
+    switch: int = SWITCH,
+    step: float = STEP,
+    points: int = POINTS,
+    progress: Callable[[Branch], None] | None = None,
+) -> tuple[Range, list[Followed]]:
+    """The branches themselves, in the order in which they were found."""
+    check(system, order, method, rtol)
+    whole = isinstance(switch, int | np.integer) and not isinstance(switch, bool)
+    if not whole or not 0 <= switch <= _MOST_LEVELS:
+        raise InputError(f"switch = {shown(switch)}: must be a whole number, 0 to {_MOST_LEVELS}.")
+    (over,) = make_ranges(system, parameter, 1)
+    first = orbit(
+        system.replace(**{over.name: over.first}), order, initial=initial, method=method, rtol=rtol
+    )
+    if not first.found:
+        raise InputError(
+            f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}"
+        )
+    branch = continuation(first, step=step, points=points, **{over.name: (over.first, over.last)})
+    followed = [_followed(branch, -1, "begin of the range", progress)]
+    level, number = followed, 0
+    for _ in range(switch):
+        deeper: list[Followed] = []
+        for one in level:
+            for point in one.branch.bifurcations:
+                deeper += _leaving(point, number, branch, [*followed, *deeper], progress)
+                number += 1
+        followed += deeper
+        level = deeper
+    return over, followed
+
+
+def _leaving(
+    point: BranchPoint,
+    number: int,
+    first: Branch,
+    known: list[Followed],
+    progress: Callable[[Branch], None] | None,
+) -> list[Followed]:
+    """The branches that leave a bifurcation and are not known yet."""
+    low, high = first.bounds
+    for one in known:
+        last = one.branch.points[-1]
+        near = abs(last.value - point.value) <= _SAME * (high - low)
+        if near and last.order == 2 * point.order and one.branch.met:
+            return []
+    found = []
+    for origin, start in leaving(point) if 2 * point.order <= _MOST_ORDER else ():
+        rising = start.direction[-1] > 0.0
+        branch = Branch(start, first.bounds, rising, first.largest, first.most, [origin])
+        begin = point.bifurcation.kind.value if point.bifurcation is not None else ""
+        found.append(_followed(branch, number, begin, progress))
+    return found
+
+
+def _followed(
+    branch: Branch, origin: int, begin: str, progress: Callable[[Branch], None] | None
+) -> Followed:
+    for _ in branch:
+        if progress is not None:
+            progress(branch)
+    return Followed(branch, origin, begin)
+
+
+def check_step(step: Any, points: Any) -> None:
+    """Refuse, with ``InputError``, steps that lead nowhere."""
+    if not is_number(step) or not 1e-6 <= step <= 0.5:
+        raise InputError(
+            f"step = {shown(step)}: must be a number, 1e-6 to 0.5. It is a share of the range."
+        )
+    whole = isinstance(points, int | np.integer) and not isinstance(points, bool)
+    if not whole or not 2 <= points <= _MOST_POINTS:
+        raise InputError(f"points = {shown(points)}: must be a whole number, 2 to {_MOST_POINTS}.")

@@ -1,0 +1,192 @@
+"""The equations of an orbit with set-valued friction: a chain of pieces."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake._kernels import chain as kernel
+from wedgebrake._kernels import codes, exact, tally, tangent
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.equations import FloatArray, Measures, NoOrbitError
+from wedgebrake.orbits.flow import run
+
+# An orbit with a larger multiplier than this is left by rounding within its period.
+_FORGOTTEN = 1e6
+# A velocity below this share of the motion's is that of rest.
+_AT_REST = 1e-13
+
+Codes = tuple[int, ...]
+
+
+class Chain:
+    """An orbit as a cyclic sequence of pieces (``_kernels.chain``).
+
+    codes : the pieces, 0 rest, 1, 2, ... forwards, -1, -2, ... backwards
+    order : periods of the torque in the orbit
+    """
+
+    def __init__(self, sequence: Codes, order: int) -> None:
+        self.codes, self.order = sequence, order
+        self._codes: NDArray[np.int64] = np.array(sequence, dtype=np.int64)
+        self._log = exact.empty_log(len(sequence) + order + 2)
+
+    @property
+    def size(self) -> int:
+        """Two unknowns for each node."""
+        return 2 * len(self.codes)
+
+    @property
+    def sequence(self) -> str:
+        """The pieces, as in "+ 0 -": forwards, rest, backwards; "+1" is the next piece."""
+        return " ".join(_sign(code) for code in self.codes)
+
+    def is_mark(self, node: int) -> bool:
+        """Whether a node is no event, but a mark at phase 0."""
+        return self.codes[node - 1] == self.codes[node]
+
+    def scales(self, unknowns: FloatArray) -> FloatArray:
+        """A radian of phase (at a mark the velocity), and the largest angle."""
+        scales = np.empty(self.size)
+        scales[0::2] = 1.0
+        scales[1::2] = np.max(np.abs(unknowns[1::2])) + 1e-300
+        for node in range(len(self.codes)):
+            if self.is_mark(node):
+                scales[2 * node] = abs(unknowns[2 * node]) + 1e-300
+        return scales
+
+    def residual(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """F(u)."""
+        return self.linearize(unknowns, problem)[0]
+
+    def linearize(self, unknowns: FloatArray, problem: Any) -> tuple[FloatArray, FloatArray]:
+        """F(u) and its derivative."""
+        values, matrix = np.empty(self.size), np.empty((self.size, self.size))
+        there = kernel.residual(problem, self._codes, self.order, unknowns, values, matrix)
+        if not there or not np.all(np.isfinite(values)) or not np.all(np.isfinite(matrix)):
+            raise NoOrbitError
+        return values, matrix
+
+    def invariants(self, unknowns: FloatArray, problem: Any) -> tuple[float, float]:
+        """Trace and determinant of the derivative of the orbit's return."""
+        trace, determinant = kernel.monodromy(problem, self._codes, self.order, unknowns, self._log)
+        return float(trace), float(determinant)
+
+    def margins(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """Distances from where the orbit is none (``_kernels.chain``)."""
+        out = np.empty((len(self.codes), kernel.COLUMNS))
+        kernel.margins(problem, self._codes, self.order, unknowns, out)
+        return out
+
+    def log(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """The orbit as the exact solver logs it, (rows, exact.LOG_COLUMNS)."""
+        rows = kernel.write(problem, self._codes, self.order, unknowns, self._log)
+        return self._log[:rows]
+
+    def points(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """Poincare points at t = 0, T, ..."""
+        log = self.log(unknowns, problem)
+        starts = log[log[:, exact.LOG_KIND] == codes.PERIOD][: self.order]
+        points = np.empty((self.order, 2))
+        places = starts[:, exact.LOG_PERIOD].astype(np.int64) % self.order
+        points[places] = starts[:, [exact.LOG_THETA, exact.LOG_W]]
+        return points
+
+    def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
+        """What the orbit does."""
+        log = self.log(unknowns, problem)
+        sums = np.zeros(tally.ENTRIES)
+        tally.clear(sums)
+        tally.add(*tangent.split(problem), log, log.shape[0], sums)
+        events = sum(not self.is_mark(i) for i in range(len(self.codes)))
+        return Measures(
+            velocity_amplitude=0.5 * float(sums[tally.HIGH_W] - sums[tally.LOW_W]),
+            angle_amplitude=0.5 * float(sums[tally.HIGH_THETA] - sums[tally.LOW_THETA]),
+            stick_share=float(sums[tally.REST_TIME]) * system.excitation.frequency / self.order,
+            sticks_forward=float(sums[tally.STICKS_FORWARD]) / self.order,
+            sticks_backward=float(sums[tally.STICKS_BACKWARD]) / self.order,
+            events=events / self.order,
+            peak_torque=float(sums[tally.PEAK]),
+        )
+
+    def mirrored(
+        self,
+        unknowns: FloatArray,
+        system: BrakedDriveline,  # noqa: ARG002
+        tolerance: float,
+    ) -> bool:
+        """Whether the orbit is its own mirror image, half an orbit later."""
+        half = len(self.codes) // 2
+        opposite = tuple(-code for code in self.codes)
+        if len(self.codes) % 2 or self.codes[half:] + self.codes[:half] != opposite:
+            return False
+        first, second = np.split(unknowns.reshape(-1, 2), 2)
+        apart = np.abs(second - first * [1.0, -1.0] - [math.pi * self.order, 0.0])
+        return bool(np.all(apart <= tolerance * self.scales(unknowns).reshape(-1, 2)[:half]))
+
+    def doubled(self, unknowns: FloatArray) -> tuple[Chain, FloatArray]:
+        """The same orbit, gone through twice."""
+        later = unknowns.copy()
+        for node in range(len(self.codes)):
+            if not self.is_mark(node):
+                later[2 * node] += 2.0 * math.pi * self.order
+        if self.codes[-1] == self.codes[0]:
+            # A mark stands once in an orbit, at its begin.
+            return Chain(self.codes, 2 * self.order), unknowns.copy()
+        return Chain(self.codes * 2, 2 * self.order), np.concatenate((unknowns, later))
+
+
+def _sign(code: int) -> str:
+    if code == 0:
+        return "0"
+    further = abs(code) - 1
+    return ("+" if code > 0 else "-") + (str(further) if further else "")
+
+
+def from_log(log: FloatArray, problem: Any, order: int) -> tuple[Chain, FloatArray] | None:
+    """The chain of a run of ``order`` periods from phase 0, and its unknowns.
+
+    log : rows of ``exact.run``
+
+    None where nothing moves relative to the brake: every angle that it holds is an equilibrium.
+    """
+    omega, zero = problem[4], problem[8]
+    pieces = log[:, exact.LOG_PIECE].astype(np.int64)
+    signed = np.where(pieces >= zero, pieces - zero + 1, pieces - zero)
+    signed[pieces == exact.REST] = 0
+    kinds = log[:, exact.LOG_KIND].astype(np.int64)
+    if np.all(signed[:-1] == 0):
+        return None
+    events = np.flatnonzero((kinds >= codes.STICK) & (kinds != codes.END))
+    if events.size == 0:
+        unknowns = log[0, [exact.LOG_W, exact.LOG_THETA]]
+        return Chain((int(signed[0]),), order), unknowns.copy()
+    sequence = tuple(int(code) for code in signed[events])
+    phases = 2.0 * math.pi * log[events, exact.LOG_PERIOD] + omega * log[events, exact.LOG_TIME]
+    return Chain(sequence, order), np.column_stack((phases, log[events, exact.LOG_THETA])).ravel()
+
+
+def goes_through(chain: Chain, unknowns: FloatArray, problem: Any) -> bool:
+    """Whether the exact flow, which misses no event, goes through the pieces of a chain.
+
+    An orbit so unstable that rounding leaves it within its period is believed.
+    """
+    trace, _ = chain.invariants(unknowns, problem)
+    if abs(trace) > _FORGOTTEN:
+        return True
+    angle, velocity = chain.points(unknowns, problem)[0]
+    if abs(velocity - problem[11]) <= _AT_REST * abs(chain.scales(unknowns)[1]) * problem[4]:
+        velocity = problem[11]
+    seen = from_log(
+        run(problem, np.array([angle, velocity]), chain.order).log, problem, chain.order
+    )
+    if seen is None:
+        return False
+    codes_ = seen[0].codes
+    if len(codes_) != len(chain.codes):
+        return False
+    twice = chain.codes * 2
+    return any(twice[k : k + len(codes_)] == codes_ for k in range(len(codes_)))

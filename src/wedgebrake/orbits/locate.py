@@ -1,0 +1,113 @@
+"""Bifurcations between two points of a branch, located to rounding."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from wedgebrake.orbits.arclength import newton, tangent
+from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.equations import FloatArray
+from wedgebrake.orbits.kinds import Kind
+from wedgebrake.orbits.transitions import Margin
+
+# A margin that jumps through zero has no root there.
+_ROOT = 1e-6
+# Margins that vanish within this share of a step vanish together.
+_TOGETHER = 1e-6
+
+
+class Solution(NamedTuple):
+    """A point of a curve: scaled unknowns, derivative of the equations, direction."""
+
+    y: FloatArray
+    matrix: FloatArray
+    direction: FloatArray
+
+
+class Step:
+    """The curve between two of its points, by the distance ``s`` along the first's direction."""
+
+    def __init__(self, curve: OrbitCurve, start: Solution, end: Solution) -> None:
+        self.curve, self.start = curve, start
+        self.length = float(start.direction @ (end.y - start.y))
+        self._found: dict[float, Solution] = {0.0: start, self.length: end}
+
+    def at(self, s: float) -> Solution:
+        """The point at s; raises ``NotConvergedError`` and ``NoOrbitError``."""
+        if s not in self._found:
+            direction = self.start.direction
+            # From the nearest point known, along its direction.
+            near = min(self._found, key=lambda known: abs(known - s))
+            base = self._found[near]
+            slope = max(float(direction @ base.direction), 0.1)
+            guess = base.y + (s - near) / slope * base.direction
+            guess += (s - float(direction @ (guess - self.start.y))) * direction
+            y, matrix = newton(self.curve, guess, direction)
+            self._found[s] = Solution(y, matrix, tangent(matrix, base.direction))
+        return self._found[s]
+
+    def root(self, function: Callable[[Solution], float], until: float | None = None) -> float:
+        """Where a function that changes sign between the ends vanishes."""
+        last = self.length if until is None else until
+        return float(brentq(lambda s: function(self.at(s)), 0.0, last, xtol=1e-15, rtol=1e-14))
+
+
+def tests(curve: OrbitCurve, y: FloatArray) -> dict[str, float]:
+    """Functions that vanish where a multiplier is 1, -1, or a pair has modulus 1."""
+    trace, determinant = curve.invariants(y)
+    return {
+        "one": 1.0 - trace + determinant,
+        "minus one": 1.0 + trace + determinant,
+        "torus": determinant - 1.0,
+    }
+
+
+def smooth_bifurcations(step: Step, until: float) -> list[tuple[float, Kind]]:
+    """(s, kind) of the bifurcations of the orbit's derivative, in order of s up to ``until``."""
+    curve = step.curve
+    first, last = tests(curve, step.start.y), tests(curve, step.at(until).y)
+    found: list[tuple[float, Kind]] = []
+    for name in first:
+        if not first[name] * last[name] < 0.0:
+            continue
+        s = step.root(lambda at, name=name: tests(curve, at.y)[name], until)  # type: ignore[misc]
+        kind = _kind(name, step, s, until)
+        if kind is not None:
+            found.append((s, kind))
+    return sorted(found, key=lambda one: one[0])
+
+
+def _kind(name: str, step: Step, s: float, until: float) -> Kind | None:
+    if name == "minus one":
+        return Kind.PERIOD_DOUBLING
+    if name == "torus":
+        trace, _ = step.curve.invariants(step.at(s).y)
+        # Two real multipliers, one the inverse of the other, are no torus.
+        return Kind.NEIMARK_SACKER if abs(trace) < 2.0 else None
+    turns = step.start.direction[-1] * step.at(until).direction[-1] < 0.0
+    return Kind.FOLD if turns else Kind.BRANCH_POINT
+
+
+def first_end(step: Step, candidates: list[Margin]) -> tuple[float, list[Margin]] | None:
+    """(s, margins) where the first of some margins, and those with it, vanish; None: none does."""
+    roots: list[tuple[float, Margin]] = []
+    for margin in candidates:
+
+        def value(at: Solution, margin: Margin = margin) -> float:
+            found = step.curve.margins(at.y)[margin.piece, margin.column]
+            return float(min(found, 1.0)) if np.isfinite(found) else 1.0
+
+        if value(step.start) <= 0.0:
+            continue
+        s = step.root(value)
+        if abs(value(step.at(s))) <= _ROOT:
+            roots.append((s, margin))
+    if not roots:
+        return None
+    s = min(root for root, _ in roots)
+    together = [margin for root, margin in roots if root - s <= _TOGETHER * step.length]
+    return s, together

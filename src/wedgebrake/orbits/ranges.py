@@ -1,0 +1,84 @@
+"""The range of a parameter that a branch is followed over, checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.part import is_finite, is_number, shown
+from wedgebrake.model.swept import INITIAL, refuse_doubled, sweepable
+from wedgebrake.model.system import PARTS, BrakedDriveline
+
+
+@dataclass(frozen=True)
+class Range:
+    """A parameter, where it begins, and where it is to go.
+
+    unit, meaning : for the coordinate of a dataset
+    """
+
+    name: str
+    first: float
+    last: float
+    unit: str
+    meaning: str
+
+    @property
+    def scale(self) -> float:
+        """Its width."""
+        return abs(self.last - self.first)
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """(least, greatest)."""
+        return min(self.first, self.last), max(self.first, self.last)
+
+    def attributes(self) -> dict[str, str]:
+        """For the coordinate of a dataset."""
+        return {"units": self.unit, "long_name": self.meaning}
+
+
+def make_ranges(system: BrakedDriveline, given: dict[str, Any], count: int) -> list[Range]:
+    """The ranges of ``count`` parameters, in the order given.
+
+    Raises ``InputError`` for another number of them, an unknown name, a group beside the
+    parameter that it sets, or ends that are no two different numbers that the system takes.
+    """
+    words = {1: "one parameter", 2: "two parameters"}[count]
+    if len(given) != count:
+        raise InputError(
+            f"{', '.join(given) or 'no parameter'}: must be {words} with its ends, for example"
+            " eta=(12, -60)."
+        )
+    ranges = [_range(system, name, ends) for name, ends in given.items()]
+    for name in given:
+        refuse_doubled(name, given)
+    return ranges
+
+
+def _range(system: BrakedDriveline, name: str, ends: Any) -> Range:
+    allowed = {key: value for key, value in sweepable(system).items() if key not in INITIAL}
+    if name not in allowed:
+        raise InputError(f"{name}: no parameter to follow orbits over. {nearest(name, allowed)}")
+    pair = isinstance(ends, tuple | list) and len(ends) == 2
+    if not pair or not all(is_number(end) and is_finite(end) for end in ends):
+        raise InputError(
+            f"{name} = {shown(ends)}: must be two numbers, from where to where, for example"
+            f" {name}=(0.1, 1.0)."
+        )
+    first, last = (float(end) for end in ends)
+    if first == last:
+        raise InputError(f"{name} = {shown(ends)}: the ends are equal. Change one of them.")
+    for end in (first, last):
+        system.replace(**{name: end})
+    return Range(name, first, last, *allowed[name])
+
+
+def value_of(system: BrakedDriveline, name: str) -> float:
+    """The value of a parameter or group of a system."""
+    if name in SETTERS:
+        return float(getattr(system.groups, name))
+    part = next(part for part in PARTS if name in type(getattr(system, part)).model_fields)
+    return float(getattr(getattr(system, part), name))

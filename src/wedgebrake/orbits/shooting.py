@@ -1,0 +1,219 @@
+"""A periodic orbit near a guess: Newton's method, on the flow and then on its equations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from wedgebrake._kernels import codes, point
+from wedgebrake.errors import InputError
+from wedgebrake.measures.judge import judge
+from wedgebrake.measures.protocol import LIMIT, protocol
+from wedgebrake.model.part import shown
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.arclength import NotConvergedError, newton
+from wedgebrake.orbits.chain import from_log, goes_through
+from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.equations import Equations, FloatArray, NoOrbitError, multipliers
+from wedgebrake.orbits.family import Family
+from wedgebrake.orbits.flow import run
+from wedgebrake.orbits.orbit import Orbit, OrbitStatus, told
+from wedgebrake.orbits.strobe import Strobe
+from wedgebrake.orbits.symmetry import prime_order
+from wedgebrake.orbits.transitions import violated
+from wedgebrake.solvers.solve import check_limits, check_state, choose_method
+
+_MOST_ORDER = 512
+# Steps of Newton's method on the flow; it need not converge, only come near.
+_STEPS, _NEAR = 40, 1e-7
+# Guesses that are tried, the nearest returns first.
+_GUESSES = 16
+_FAILED = (NotConvergedError, NoOrbitError)
+
+
+def orbit(
+    system: BrakedDriveline,
+    order: int | None = None,
+    *,
+    initial: tuple[float, float] | None = None,
+    method: str | None = None,
+    rtol: float = 1e-10,
+    limit: int = LIMIT,
+) -> Orbit:
+    """A periodic orbit, stable or not (docs/theory.md, section 13).
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        What moves.
+    order : int
+        Periods of the torque in the orbit. Default: that of the motion that the system
+        settles to from ``initial``. Another than that one's may be unstable; it is looked for
+        from the points where the motion nearly returns.
+    initial : (angle [rad], velocity [rad/s])
+        With ``order``: a guess of a point of the orbit at t = 0. Without: where the motion
+        begins that is waited for; default rest.
+    method : {"exact", "smooth"}
+        Default: "exact" for Coulomb and tabulated friction, "smooth" for smooth laws.
+    rtol : float
+        Tolerance of "smooth", see ``simulate``.
+    limit : int
+        Most periods to wait for the motion to settle.
+
+    Returns
+    -------
+    Orbit
+        State, Floquet multipliers, pieces and more; ``status`` says whether it was found, and
+        ``message`` what can be done if not.
+
+    Raises ``InputError`` for arguments that are wrong or do not fit the friction law.
+    """
+    chosen = check(system, order, method, rtol)
+    start = None if initial is None else check_state("initial", initial)
+    family = Family(system, method=chosen, rtol=float(rtol))
+    if order is not None and start is not None:
+        return _near(family, order, [np.array(start)])
+    answer, record = judge(system, start or (0.0, 0.0), chosen, protocol(None, "auto", limit))
+    if answer[point.OUTCOME] != codes.COMPLETED:
+        return Orbit(system, chosen, family.rtol, OrbitStatus.NO_RUN, order or 0)
+    if answer[point.CLASS] == codes.AT_REST:
+        return Orbit(system, chosen, family.rtol, OrbitStatus.AT_REST, order or 0)
+    settled = int(answer[point.ORDER])
+    if order is None and not settled:
+        return Orbit(system, chosen, family.rtol, OrbitStatus.NOT_PERIODIC, 0)
+    wanted = order or settled
+    if wanted == settled:
+        final = np.array([answer[point.FINAL_THETA], answer[point.FINAL_W]])
+        return _near(family, wanted, [final])
+    return _near(family, wanted, _guesses(record, wanted))
+
+
+def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
+    """The solver's name; raises ``InputError`` for what no orbit can be found with."""
+    if not isinstance(system, BrakedDriveline):
+        raise InputError(f"system = {shown(system)}: must be a BrakedDriveline.")
+    chosen = choose_method(system, method)
+    if chosen == "ode14x":
+        raise InputError(
+            "method = 'ode14x': a fixed step that chatters has no derivative. Use 'exact' or"
+            " 'smooth', by the friction law."
+        )
+    check_limits(rtol, 1e-4, 1, 1)
+    whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
+    if order is not None and (not whole or not 1 <= order <= _MOST_ORDER):
+        raise InputError(
+            f"order = {shown(order)}: must be a whole number of periods, 1 to {_MOST_ORDER}."
+        )
+    return chosen
+
+
+def _guesses(record: FloatArray, order: int) -> list[FloatArray]:
+    """Points from which the motion nearly returns, the nearest first, and the mean of all."""
+    size = np.ptp(record, axis=0) + 1e-300
+    apart = np.linalg.norm((record[order:] - record[:-order]) / size, axis=1)
+    nearest = [record[k] for k in np.argsort(apart)[:_GUESSES]]
+    mean = np.mean(record, axis=0)
+    return [mean, *nearest] if order == 1 else [*nearest, mean]
+
+
+def _near(family: Family, order: int, guesses: list[FloatArray]) -> Orbit:
+    """The first orbit of this order that one of the guesses leads to."""
+    status = OrbitStatus.NOT_CONVERGED
+    for equations, unknowns in _candidates(family, order, guesses):
+        steps: list[float] = []
+        curve = OrbitCurve.through(equations, family, unknowns)
+        try:
+            y, _ = newton(curve, curve.scaled(unknowns, ()), None, steps)
+            solved = curve.unscaled(y)[0]
+            if not is_orbit(equations, solved, family.problem(())):
+                continue
+        except _FAILED:
+            continue
+        points = equations.points(solved, family.problem(()))
+        if prime_order(points) < order:
+            status = OrbitStatus.OF_LOWER_ORDER
+            continue
+        found = multipliers(*curve.invariants(y))
+        measures = equations.measures(solved, family.problem(()), family.base)
+        return told(family, equations, solved, found, points, measures, steps)
+    return Orbit(family.base, family.method, family.rtol, status, order)
+
+
+def is_orbit(equations: Equations, unknowns: FloatArray, problem: Any) -> bool:
+    """Whether a solution of the equations is an orbit of the system."""
+    if equations.margins(unknowns, problem).size == 0:
+        return True
+    from wedgebrake.orbits.chain import Chain
+
+    if violated(equations.margins(unknowns, problem)):
+        return False
+    return not isinstance(equations, Chain) or goes_through(equations, unknowns, problem)
+
+
+def _candidates(
+    family: Family, order: int, guesses: list[FloatArray]
+) -> Iterator[tuple[Equations, FloatArray]]:
+    """Equations with a guess of their solution, for each guess of a state."""
+    problem = family.problem(())
+    for guess in guesses:
+        try:
+            state = _approached(family, guess, order)
+            if family.method == "smooth":
+                yield _strobe(state, order, problem)
+                continue
+            chain = from_log(run(problem, state, order).log, problem, order)
+        except _FAILED:
+            continue
+        if chain is not None:
+            yield chain
+
+
+def _strobe(state: FloatArray, order: int, problem: Any) -> tuple[Strobe, FloatArray]:
+    """The states at each period, from the first."""
+    states = [state]
+    for _ in range(order - 1):
+        states.append(Strobe(1).through(states[-1], problem, 1)[0])
+    return Strobe(order), np.concatenate(states)
+
+
+def _approached(family: Family, guess: FloatArray, order: int) -> FloatArray:
+    """A state from which the flow nearly returns: damped Newton on x = P^n(x)."""
+    problem = family.problem(())
+    line, omega = family.base.driveline, family.base.excitation.angular_frequency
+    weight = np.array([line.natural_frequency or omega, 1.0])
+    state = guess.copy()
+    end, matrix = _returned(family, problem, state, order)
+    for _ in range(_STEPS):
+        gap = end - state
+        error = float(np.linalg.norm(weight * gap))
+        if error <= _NEAR * float(np.linalg.norm(weight * state)):
+            break
+        try:
+            step = np.linalg.solve(matrix - np.eye(2), -gap)
+        except np.linalg.LinAlgError:
+            raise NotConvergedError from None
+        for _ in range(8):
+            try:
+                there, derivative = _returned(family, problem, state + step, order)
+            except NoOrbitError:
+                step = 0.25 * step
+                continue
+            if np.linalg.norm(weight * (there - state - step)) < error:
+                state, end, matrix = state + step, there, derivative
+                break
+            step = 0.5 * step
+        else:
+            raise NotConvergedError
+    return state
+
+
+def _returned(
+    family: Family, problem: Any, state: FloatArray, order: int
+) -> tuple[FloatArray, FloatArray]:
+    """P^n and its derivative."""
+    if family.method == "exact":
+        there = run(problem, state, order)
+        return there.end, there.matrix
+    return Strobe(1).through(state, problem, order)

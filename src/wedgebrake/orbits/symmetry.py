@@ -1,0 +1,46 @@
+"""Orbits that are their own mirror image, or repeat, before their time is over."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.orbits.equations import Equations, FloatArray
+from wedgebrake.orbits.family import Family
+
+# Points of an orbit nearer than this share of its size are one.
+_SAME = 1e-6
+
+
+def is_symmetric(
+    equations: Equations,
+    unknowns: FloatArray,
+    family: Family,
+    values: tuple[float, ...],
+    tolerance: float = _SAME,
+) -> bool:
+    """Whether theta(t + nT/2) = -theta(t), for n odd, on a brake without a preferred direction."""
+    system = family.system(values)
+    even = equations.order % 2 == 0
+    if even or system.driveline.drive_speed != 0.0 or not _odd(system.brake):
+        return False
+    return equations.mirrored(unknowns, system, tolerance)
+
+
+def _odd(brake: Any) -> bool:
+    """Whether the brake amplifies in both directions alike."""
+    coefficients = np.array([0.05, 0.2, 0.4])
+    return all(brake.amplification(m) == -brake.amplification(-m) for m in coefficients)
+
+
+def prime_order(points: FloatArray, tolerance: float = _SAME) -> int:
+    """The fewest periods after which an orbit repeats, from its Poincare points (order, 2)."""
+    order = int(points.shape[0])
+    size = np.max(np.abs(points), axis=0) + 1e-300
+    for fewer in range(1, order):
+        if order % fewer == 0:
+            apart = np.abs(points - np.roll(points, fewer, axis=0)) / size
+            if np.all(apart <= tolerance):
+                return fewer
+    return order
