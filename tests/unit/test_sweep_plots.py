@@ -234,7 +234,11 @@ def response():
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_nothing_overlaps_and_nothing_is_cut(name):
-    figure = picture(name)
+    check_layout(picture(name))
+
+
+def check_layout(figure):
+    """Caption, panels, legends and labels of ticks are apart, and all is on the page."""
     renderer = FigureCanvasAgg(figure).get_renderer()
     figure.draw(renderer)
     page = figure.bbox

@@ -14,6 +14,12 @@ bifurcation  Poincare points against a parameter, with classes of motion and of 
 regime       map over two parameters: class of motion, or any other result
 basins       basins of attraction, with the attractors
 
+Of periodic orbits:
+
+orbits       branches over a parameter, stable and unstable, with their bifurcations
+boundary     bifurcations over two parameters, alone or over a map
+labels       letters beside symbols, clear of all else
+
 In and out:
 
 draw         ``plot(dataset)``: the picture that suits a dataset

@@ -1,4 +1,4 @@
-"""What is said above a picture of a sweep: the machine, the method, the protocol."""
+"""What is said above a picture of a sweep or of orbits: the machine, the method, the protocol."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ _DEPENDS = {
     "drive": {"drive_speed", "stiffness", "inertia", "amplitude"},
 }
 _METHODS = {"exact": "exact solution", "smooth": "adaptive solution", "ode14x": "ODE14x scheme"}
+# What was followed along parameters, by the kind of a dataset.
+_FOLLOWED = {"orbits": "periodic orbits", "boundary": "a bifurcation"}
 
 
 def about(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
@@ -30,13 +32,26 @@ def about(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
 
     names : the swept parameters
     """
-    fixed = [
-        str(name)
-        for name, value in dataset.coords.items()
-        if value.ndim == 0 and value.dtype.kind in "iuf" and name != "period"
-    ]
-    sentences = _numbers(dataset, names, fixed), _how(dataset, {*names, *fixed})
+    sentences = _numbers(dataset, names, _fixed(dataset)), _sentence(how(dataset, names))
     return [sentence for sentence in sentences if sentence]
+
+
+def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
+    """Method and protocol, without a capital."""
+    method, protocol = str(dataset.attrs.get("method", "")), _stated(dataset, "protocol")
+    parts = [method_words(method)] if method else []
+    followed = _FOLLOWED.get(str(dataset.attrs.get("kind")))
+    if followed:
+        parts.append(f"{followed} followed over {' and '.join(map(style.short, names))}")
+    if protocol.get("periods") is not None:
+        parts.append(f"{protocol['periods']} periods{_left_out(protocol)}")
+    initial = protocol.get("initial")
+    chosen = {"initial_angle", "initial_velocity"} & {*names, *_fixed(dataset)}
+    if protocol.get("follow"):
+        parts.append("each point from the end of its neighbour")
+    elif isinstance(initial, list) and not chosen:
+        parts.append("from (" + ", ".join(f"{value:g}" for value in initial) + ")")
+    return "; ".join(parts)
 
 
 def direction(dataset: xr.Dataset, branch: str) -> str:
@@ -100,6 +115,15 @@ def _numbers(dataset: xr.Dataset, names: Sequence[str], fixed: Sequence[str]) ->
     return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
 
 
+def _fixed(dataset: xr.Dataset) -> list[str]:
+    """Parameters of which a value was chosen."""
+    return [
+        str(name)
+        for name, value in dataset.coords.items()
+        if value.ndim == 0 and value.dtype.kind in "iuf" and name != "period"
+    ]
+
+
 def _parameter(name: str) -> str:
     """The SI parameter behind a coordinate: the one that a group sets, or its own name.
 
@@ -109,20 +133,6 @@ def _parameter(name: str) -> str:
         return SETTERS[name].target
     part, _, own = name.partition("_")
     return own if part in PARTS else name
-
-
-def _how(dataset: xr.Dataset, given: set[str]) -> str:
-    """Method and protocol; ``given`` are the parameters swept or chosen."""
-    method, protocol = str(dataset.attrs.get("method", "")), _stated(dataset, "protocol")
-    parts = [method_words(method)] if method else []
-    if protocol.get("periods") is not None:
-        parts.append(f"{protocol['periods']} periods{_left_out(protocol)}")
-    initial = protocol.get("initial")
-    if protocol.get("follow"):
-        parts.append("each point from the end of its neighbour")
-    elif isinstance(initial, list) and not {"initial_angle", "initial_velocity"} & given:
-        parts.append("from (" + ", ".join(f"{value:g}" for value in initial) + ")")
-    return _sentence("; ".join(parts))
 
 
 def _left_out(protocol: Mapping[str, Any]) -> str:

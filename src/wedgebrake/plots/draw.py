@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
     "wb.simulate(...), wb.poincare(...), wb.spectrum(...), wb.bifurcation(...),"
-    " wb.regime_map(...), wb.basins(...), or wb.sweep(...) over one or two parameters"
+    " wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...), or wb.sweep(...) over"
+    " one or two parameters"
 )
 
 
@@ -36,11 +37,13 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
     ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram
     ``regime_map``, ``sweep`` (two axes)    map of a class or another result
     ``basins``                              basins of attraction
+    ``branches``                              branches of periodic orbits, bifurcations
+    ``boundary``                            line of a bifurcation over two parameters
     ======================================  =============================================
 
     dataset : xarray.Dataset
     options : of the picture, see ``wedgebrake.plots``; for example ``quantity``,
-              ``width`` [inch]
+              ``width`` [inch], ``beneath`` (of orbits), ``boundaries`` (of a map)
 
     To a file: ``wedgebrake.plots.save.save(figure, path)``.
 
@@ -74,6 +77,15 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     from wedgebrake.plots.cells import axes_of
 
     names = getattr(dataset, "data_vars", {})
+    kind = getattr(dataset, "attrs", {}).get("kind")
+    if kind == "orbits":
+        from wedgebrake.plots.orbits import orbits
+
+        return orbits, (dataset,)
+    if kind == "boundary":
+        from wedgebrake.plots.boundary import boundary
+
+        return boundary, (dataset,)
     swept = axes_of(dataset)
     if swept:
         return _of_sweep(swept, "attractor" in names), (dataset,)

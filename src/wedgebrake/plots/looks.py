@@ -1,7 +1,8 @@
 """Looks of classes: of motion, of stick-slip, of points without a result, of attractors.
 
 A class is drawn and named in a legend by its look: a colour, opaque or over hatching, and
-words. Arrays hold classes as places in ``MOTION_LOOKS`` or ``STICK_LOOKS``.
+words. Arrays hold classes as places in ``MOTION_LOOKS`` or ``STICK_LOOKS``. Orbits have colours
+by their period, bifurcations symbols and lines by their kind.
 """
 
 from __future__ import annotations
@@ -71,6 +72,52 @@ ATTRACTORS = (
     "#B4FFC7", "#A25745", "#B47DEC", "#7D0D32", "#DAB457", "#FF7D8F",
 )  # fmt: skip
 OTHERS = "#D0D0D0"
+
+# Orbits by their periods, as lines on white and grey: found like the colours of attractors.
+ORBITS = {
+    1: Look("$T$", style.BLUE),
+    2: Look("$2T$", style.VERMILLION),
+    3: Look("$3T$", style.GREEN),
+    4: Look("$4T$", "#9900EE"),
+    5: Look("$5T$", "#662200"),
+    6: Look("$6T$", "#EE44FF"),
+    8: Look("$8T$", "#440055"),
+}
+OTHER_ORBITS = Look("$nT$", style.DARK_GREY)
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How one kind of bifurcation is drawn: a symbol with letters, and in a plane a line.
+
+    friction : of friction, with no multiplier at -1 or 1: a hollow symbol, a light line
+    dashes   : of the line
+    """
+
+    letters: str
+    symbol: str
+    dashes: Any = "-"
+    friction: bool = False
+
+
+# Kinds of bifurcation, in the order of legends and of labels where there is no room for all.
+# Patterns are no longer than a line in a legend.
+_DOTS, _DASHES, _DASH_DOT, _DASH_DOT_DOT = (
+    (0, pattern)
+    for pattern in ((1.0, 1.1), (2.6, 1.4), (4.0, 1.2, 1.0, 1.2), (3.0, 1.0, 1.0, 1.0, 1.0, 1.0))
+)
+BIFURCATIONS = {
+    "fold": Mark("LP", "s"),
+    "period doubling": Mark("PD", "D", _DOTS),
+    "Neimark-Sacker": Mark("NS", "*", _DASH_DOT),
+    "symmetry breaking": Mark("SB", "P", _DASHES),
+    "branch point": Mark("BP", "X", _DASH_DOT_DOT),
+    "grazing-sliding": Mark("GS", "o", friction=True),
+    "crossing-sliding": Mark("CS", "^", _DOTS, friction=True),
+    "switching-sliding": Mark("SS", "v", _DASH_DOT, friction=True),
+    "adding-sliding": Mark("AS", "p", _DASHES, friction=True),
+    "grazing": Mark("G", "h", _DASH_DOT_DOT, friction=True),
+}
 
 _HATCH = "#8C8C8C"
 _HATCHES = "/////////"
@@ -143,6 +190,11 @@ def without(codes: np.ndarray) -> np.ndarray:
 def period(order: int) -> str:
     """A periodic motion by its period: T, 2T, 3T."""
     return f"${order}T$" if order > 1 else "$T$"
+
+
+def orbit(order: int) -> Look:
+    """The look of orbits of so many periods of the torque."""
+    return ORBITS.get(order, OTHER_ORBITS)
 
 
 def colours(looks: Sequence[Look]) -> Any:

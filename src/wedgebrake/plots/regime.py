@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.plots import caption, cells, looks, style
+from wedgebrake.plots import boundary, caption, cells, looks, style
 from wedgebrake.plots.branches import split
 from wedgebrake.plots.cells import Axis
 from wedgebrake.plots.page import HIGHEST, page
@@ -26,54 +27,70 @@ _OUTLIERS = 1.0
 
 
 def regime_map(
-    dataset: xr.Dataset, quantity: str = "motion", *, width: float = style.COLUMN
+    dataset: xr.Dataset,
+    quantity: str = "motion",
+    *,
+    boundaries: Sequence[xr.Dataset] = (),
+    width: float = style.COLUMN,
 ) -> Figure:
     """A sweep over two parameters, the first to the right and the second upwards: a new figure.
 
-    dataset  : as ``wb.regime_map`` or ``wb.sweep`` gives it; with a dimension ``branch``,
-               one map for each branch
-    quantity : "motion" or "stick_class" (a colour for each class), "order",
-               "largest_exponent" (blue below zero, red above) or any other result of a
-               point, such as "peak_torque", "friction_power", "stick_share"
-    width    : of the figure [inch]; a journal's column is 3.5, its page 7.2
+    dataset    : as ``wb.regime_map`` or ``wb.sweep`` gives it; with a dimension ``branch``,
+                 one map for each branch
+    quantity   : "motion" or "stick_class" (a colour for each class), "order",
+                 "largest_exponent" (blue below zero, red above) or any other result of a
+                 point, such as "peak_torque", "friction_power", "stick_share"
+    boundaries : lines of bifurcations over the same two parameters, as ``wb.boundary`` gives
+                 them
+    width      : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
-    The line is the linear stability limit, where ``sliding_damping`` changes sign. Axes
-    are logarithmic where values are spaced so. A picture of fewer pixels than the map has
-    cells shows one cell in each pixel, never a mixture of colours.
+    The dashed line without edges is the linear stability limit, where ``sliding_damping``
+    changes sign. Axes are logarithmic where values are spaced so. A picture of fewer pixels
+    than the map has cells shows one cell in each pixel, never a mixture of colours.
 
-    Raises ``InputError`` for a dataset that is no sweep over two parameters, or a quantity
-    that it does not have.
+    Raises ``InputError`` for a dataset that is no sweep over two parameters, a quantity that
+    it does not have, or boundaries over other parameters.
     """
     names = cells.swept(dataset, 2)
     _check_quantity(dataset, quantity, names)
+    lines = boundary.checked(boundaries, names)
     with style.use():
         branches = split(dataset)
         across = len(branches) if width >= 1.5 * style.COLUMN else 1
         rows = [min(0.72 * width / across, HIGHEST)] * (len(branches) // across)
-        legends = [("", _entries(dataset, quantity))]
+        legends = [("", _entries(dataset, quantity)), ("", boundary.entries(lines))]
         sentences = caption.about(dataset, names)
         with page(width, rows, legends, sentences, across=across) as (figure, grid):
             for place, branch in enumerate(branches):
                 axes = figure.add_subplot(grid[place // across, place % across])
                 _draw_map(axes, branch.dataset, quantity, dataset)
+                boundary.draw(axes, names, lines)
                 if branch.direction:
                     axes.set_title(branch.direction, fontsize=style.LABELS)
         return figure
 
 
-def draw(axes: Axes, dataset: xr.Dataset, quantity: str = "motion") -> None:
+def draw(
+    axes: Axes,
+    dataset: xr.Dataset,
+    quantity: str = "motion",
+    *,
+    boundaries: Sequence[xr.Dataset] = (),
+) -> None:
     """The same on axes of your own, without legend; a colour bar comes beside them.
 
     Of a dataset with branches, one: ``dataset.sel(branch="up")``.
     """
     names = cells.swept(dataset, 2)
     _check_quantity(dataset, quantity, names)
+    lines = boundary.checked(boundaries, names)
     if "branch" in dataset.dims:
         raise InputError(
             "dataset: has branches, but axes hold one map. Choose one with"
             " dataset.sel(branch='up'), or use regime_map for all."
         )
     _draw_map(axes, dataset, quantity, dataset)
+    boundary.draw(axes, names, lines)
 
 
 def _check_quantity(dataset: xr.Dataset, quantity: str, names: list[str]) -> None:

@@ -46,12 +46,15 @@ DARK_GREY = "#565656"
 # Colour scales: many points (a single one stays visible on white), sizes, signs.
 DENSITY = ("#8AB4E0", "#3F83C4", "#184C86", "#04142E")
 DENSITY_DOWN = ("#F0AC7C", "#D8661E", "#8F3A08", "#2E1003")
+DENSITY_BENEATH = ("#C8C8C8", "#BEBEBE", "#B3B3B3", "#A8A8A8")
 SIGNS = ("#0A2A52", BLUE, "#F7F7F7", VERMILLION, "#571C00")
 SIZES = "viridis"
 
 # The linear stability limit.
 LIMIT = BLACK
 DASHES: Any = (0, (4.0, 1.5))
+# Unstable orbits.
+UNSTABLE: Any = (0, (3.2, 1.6))
 
 # Labels of the state's axes: in time, and at the points of a section.
 STATE = {
