@@ -1,12 +1,13 @@
 """One system run and judged, by any solver: the numbers behind ``motion`` and every sweep.
 
 The exact solver does it in one compiled kernel (``_kernels.point``). The others run period
-by period, and small deviations are followed by a second trajectory.
+by period; with smooth friction small deviations follow the variational equation.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -30,9 +31,7 @@ State = tuple[float, float]
 # Samples from which size, peak torque and power are taken, at least: in a period of the torque
 # and in one of the free vibration. So many at most; below them there is no torque or power.
 _SAMPLES, _OF_NATURAL, _MOST_SAMPLES = 100, 20, 100_000
-# A second trajectory starts this share of the motion's size away: far above the tolerance
-# of the solver, far below anything that bends.
-_APART = 1e-5
+# What shrinks below this share in a period is the rounding of the other direction.
 _RESOLVED = 1e-8
 _UNSETTLED = (codes.UNDECIDED, codes.QUASI_PERIODIC, codes.CHAOTIC)
 
@@ -127,7 +126,7 @@ class _Simulated:
         answer[point.SIZE] = self.size
         answer[point.RETURN_DISTANCE] = verdict.returned
         answer[point.LARGEST_EXPONENT] = verdict.mean * frequency
-        # Differences of trajectories do not resolve what shrinks so fast.
+        # Beside the larger one nothing is resolved that shrinks so fast.
         resolved = verdict.second > 0.5 * math.log(_RESOLVED)
         answer[point.SECOND_EXPONENT] = verdict.second * frequency if resolved else math.nan
         known = math.isfinite(verdict.error)
@@ -185,10 +184,12 @@ class _Simulated:
         self._measure_size()
         window = np.ascontiguousarray(self.points[begin:])
         order, _ = motion.order_of(window, self.ruler, self.size)
-        # What repeats has the exponents of its last orbits; what does not, those of all.
-        few = order or self.method == "ode14x"
-        growth = self._growth(window[-1 - max(2 * order, 16) :] if few else window)
+        # What repeats has the exponents of its last orbit; what does not, those of all periods.
+        growth = np.zeros((window.shape[0] - 1, 2))
+        if self.method == "smooth":
+            growth = self._of_orbit(window, order) if order else self._growth(window)
         mean, error = motion.mean_growth(np.ascontiguousarray(growth[:, 0]))
+        error = 0.0 if order else error
         second = float(np.mean(growth[:, 1]))
         end = response.attrs["final_time"]
         last = sticks(response, end - 1.0 / self.system.excitation.frequency)
@@ -208,22 +209,35 @@ class _Simulated:
             class_, order = codes.UNDECIDED, 0
         return _Verdict(class_, order, returned, float(mean), second, float(error))
 
+    def _derivatives(self, window: FloatArray) -> Iterator[FloatArray]:
+        """Of the flow over each period, (2, 2), in velocities, from the variational equation."""
+        from wedgebrake.solvers.smooth import period_map, problem
+
+        given = problem(self.system, self.protocol.rtol)
+        scale = np.array([self.weight, 1.0])
+        for angle, velocity in window[:-1]:
+            there = period_map(given, float(angle), float(velocity), self.protocol.max_steps)
+            yield there.matrix * scale[:, None] / scale
+
     def _growth(self, window: FloatArray) -> FloatArray:
         """Growth of a deviation and of the one square to it, in each period (logarithms)."""
-        scale = np.array([self.weight, 1.0])
-        frame = np.array([[1.0, 1.0], [-1.0, 1.0]]) / math.sqrt(2.0)
+        frame = np.array([[1.0, -1.0], [1.0, 1.0]]) / math.sqrt(2.0)
         growth = np.empty((window.shape[0] - 1, 2))
-        for k in range(growth.shape[0]):
-            for i, direction in enumerate(frame):
-                away = window[k] + _APART * self.size * direction / scale
-                attrs = self._simulate((away[0], away[1]), 1, times=()).attrs
-                end = np.array([attrs["final_angle"], attrs["final_velocity"]])
-                frame[i] = (end - window[k + 1]) * scale / (_APART * self.size)
+        for k, derivative in enumerate(self._derivatives(window)):
             triangle: FloatArray
-            columns, triangle = np.linalg.qr(frame.T)
+            frame, triangle = np.linalg.qr(derivative @ frame)
             growth[k] = np.log(np.maximum(np.abs(np.diag(triangle)), _RESOLVED))
-            frame = np.ascontiguousarray(columns.T)
         return growth
+
+    def _of_orbit(self, window: FloatArray, order: int) -> FloatArray:
+        """The growth of both deviations that an orbit multiplies by a number, for each period."""
+        whole = np.eye(2)
+        for derivative in self._derivatives(window[-1 - order :]):
+            whole = derivative @ whole
+        first, second = np.sort(np.abs(np.linalg.eigvals(whole)))[::-1]
+        resolved = second > _RESOLVED * np.linalg.norm(whole)
+        rates = (math.log(max(first, 1e-300)), math.log(second) if resolved else math.nan)
+        return np.tile(np.array(rates) / order, (window.shape[0] - 1, 1))
 
     def _measure(self, answer: FloatArray, response: xr.Dataset) -> None:
         """Sticks, torque and power over the record."""

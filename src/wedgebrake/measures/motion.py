@@ -30,7 +30,7 @@ class Motion:
     return_distance   : how far it is from repeating, over the motion's size
     largest_exponent, second_exponent
                       : Lyapunov exponents [1/s]; the second is -inf where sticks take a
-                        dimension away, and nan where differences do not resolve it (smooth)
+                        dimension away, and nan where it is not resolved (smooth)
     exponent_error    : standard error of the largest [1/s]; 0 where a periodic orbit's
                         multipliers give it exactly, nan below 16 periods
     sticks_forward, sticks_backward : sticks in a period of the torque, by side of entry
@@ -129,7 +129,7 @@ def motion(
         State at t = 0.
     method, rtol, step, max_events, max_steps
         As in ``simulate``. Exponents come from the exact derivative of the flow with
-        "exact", and from neighbouring trajectories with "smooth". The fixed step of
+        "exact", and from the variational equation with "smooth". The fixed step of
         "ode14x" chatters, so that it has none, and nothing aperiodic is told apart.
 
     Returns
