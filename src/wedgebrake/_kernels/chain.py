@@ -121,6 +121,13 @@ def breakaway(problem, code):
 
 
 @compiled
+def pull_rate(problem, phase):
+    """Rate [N m/s] of the torque that rest at a phase of the drive must hold."""
+    stiffness, amplitude, omega, w_rest = problem[2], problem[3], problem[4], problem[11]
+    return amplitude * omega * math.cos(phase) - stiffness * w_rest
+
+
+@compiled
 def _gained(row, w2, f, omega, w, a, sine, cosine, tau, skipped):
     """(w(tau) - w(0)) / tau^skipped from its Taylor series, where that begins so.
 
@@ -212,11 +219,13 @@ def _slip(problem, code, before, theta0, w0, phase0, phase1, target, out):
 
 
 @compiled
-def residual(problem, codes, order, unknowns, values, matrix):
+def residual(problem, codes, order, sign, unknowns, values, matrix):
     """The equations of an orbit, and their derivative by the unknowns.
 
     problem  : the first thirteen arguments of ``exact.run``
     codes    : (n,) pieces;  order : periods of the torque in the orbit
+    sign     : 1; or -1, where the pieces are half an orbit, of which the other half is the
+               mirror image: theta(t + order T/2) = -theta(t)
     unknowns : (2 n,)
     values   : (2 n,) receives the residuals;  matrix : (2 n, 2 n) their derivative
 
@@ -225,41 +234,45 @@ def residual(problem, codes, order, unknowns, values, matrix):
     damping, stiffness, amplitude, omega = problem[1], problem[2], problem[3], problem[4]
     bounds, table, zero, w_rest = problem[5], problem[7], problem[8], problem[11]
     n = codes.size
+    circle = math.pi * order * (2.0 if sign > 0 else 1.0)
     out = np.empty((5, 2))
     matrix[:] = 0.0
     for i in range(n):
         j = (i + 1) % n
-        code, before, after = codes[i], codes[i - 1], codes[j]
-        wrap = 2.0 * math.pi * order if j == 0 else 0.0
+        code = codes[i]
+        before = codes[i - 1] if i > 0 else sign * codes[n - 1]
+        after = codes[j] if j > 0 else sign * codes[0]
+        wrap = circle if j == 0 else 0.0
         marked, ends_marked = before == code, after == code
         phase0 = 0.0 if marked else unknowns[2 * i]
         w0 = unknowns[2 * i] if marked else speed_at(before, code, zero, bounds)
         phase1 = wrap + (0.0 if ends_marked else unknowns[2 * j])
-        theta0 = unknowns[2 * i + 1]
+        turned = sign if j == 0 else 1
+        theta0, theta1 = unknowns[2 * i + 1], turned * unknowns[2 * j + 1]
         piece = index_of(code, zero)
         if not math.isfinite(w0) or piece < REST or piece >= table.shape[0]:
             return False
         first, second = 2 * i, 2 * i + 1
         if code == 0:
             theta = theta0 + w_rest * (phase1 - phase0) / omega
-            pull = amplitude * math.sin(phase1) - damping * w_rest - stiffness * unknowns[2 * j + 1]
+            pull = amplitude * math.sin(phase1) - damping * w_rest - stiffness * theta1
             limit = _limit(problem, after)
             if math.isinf(limit):
                 return False
-            values[first] = theta - unknowns[2 * j + 1]
+            values[first] = theta - theta1
             values[second] = pull - limit
             matrix[first, first] -= w_rest / omega
             matrix[first, second] += 1.0
             matrix[first, 2 * j] += w_rest / omega
-            matrix[first, 2 * j + 1] -= 1.0
+            matrix[first, 2 * j + 1] -= turned
             matrix[second, 2 * j] += amplitude * math.cos(phase1)
-            matrix[second, 2 * j + 1] -= stiffness
+            matrix[second, 2 * j + 1] -= turned * stiffness
             continue
         if table[piece, KIND] == BLOCKED:
             return False
         target = math.nan if ends_marked else speed_at(code, after, zero, bounds)
         _slip(problem, code, before, theta0, w0, phase0, phase1, target, out)
-        values[first] = out[0, 0] - unknowns[2 * j + 1]
+        values[first] = out[0, 0] - theta1
         values[second] = out[0, 1] - (unknowns[2 * j] if ends_marked else 0.0)
         for line in range(2):
             row = 2 * i + line
@@ -267,7 +280,7 @@ def residual(problem, codes, order, unknowns, values, matrix):
             matrix[row, 2 * i + 1] += out[2, line]
             if not ends_marked:
                 matrix[row, 2 * j] += out[4, line]
-        matrix[first, 2 * j + 1] -= 1.0
+        matrix[first, 2 * j + 1] -= turned
         if ends_marked:
             matrix[second, 2 * j] -= 1.0
     return True

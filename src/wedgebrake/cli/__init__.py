@@ -1,13 +1,17 @@
 """The command line: ``wedgebrake COMMAND STUDY.toml``.
 
 main        the program and its exit codes
-commands    stability, simulate, sweep, paper, schema
+commands    stability, simulate, sweep, continue, paper, schema
 changes     --set NAME=VALUE
-over        --over NAME=FROM:TO:COUNT
+over        --over NAME=FROM:TO:COUNT, or NAME=FROM:TO
 report      a response as JSON and as words
 sweeping    a sweep with progress and a store, and what Ctrl-C leaves of it
 sweep_report, sweep_text
             a sweep as JSON and as words
+continuing  branches of orbits: what is asked, checked, followed
+continue_report, continue_text
+            them as JSON and as words
+watching    progress of a long computation
 paper       the source's figures and audit: what is asked, progress, files, words
 output      what can be written where, checked before the work and written at once
 waiting     a word on compilation, and an ear for Ctrl-C

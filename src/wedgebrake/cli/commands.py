@@ -6,13 +6,17 @@ import json
 import re
 import sys
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     import xarray as xr
 
+    from wedgebrake.errors import WedgebrakeError
     from wedgebrake.model.study import Study
 
 
@@ -276,29 +280,155 @@ def sweep(
     from wedgebrake.cli.sweep_report import sweep_report
     from wedgebrake.cli.sweep_text import sweep_text
     from wedgebrake.cli.sweeping import Storing, check, compute
-    from wedgebrake.errors import WedgebrakeError
 
     check_target("--out", out, DATA)
     check_netcdf(out)
     check_target("--plot", plot, PICTURES)
     storing = Storing(store, resume)
     given = {"transient": transient, "periods": periods, "follow": follow}
-    asked = _sweep_of(_load(study, changes, method, given), over, given)
+    asked = _sweep_of(_load(study, changes, method, _NOT_SWEPT, given), over, given)
     check(asked, storing, picture=plot is not None)
     outcome = compute(asked, storing, threads)
-    files = {"picture": plot, "data": out, "store": store}
-    places = {what: path and path.resolve() for what, path in files.items()}
-    failures = []
-    for what, write in (("data", write_netcdf), ("picture", _draw)):
-        path = files[what]
-        try:
-            if path is not None:
-                write(outcome.dataset, path)
-        except WedgebrakeError as error:  # the words are said all the same
-            failures.append(error)
-            places[what] = None
-    report = sweep_report(asked, outcome, places)
+    places, failures = _written(
+        data=(out, lambda path: write_netcdf(outcome.dataset, path)),
+        picture=(plot, lambda path: _draw(path, outcome.dataset)),
+    )
+    report = sweep_report(asked, outcome, {**places, "store": store and store.resolve()})
     typer.echo(to_json(report) if as_json else sweep_text(asked.system, report))
+    if failures:
+        raise failures[0]
+
+
+@app.command(
+    "continue",
+    short_help="Down to where is a periodic motion stable, and what comes then?",
+    epilog="Examples: wedgebrake continue examples/paper.toml --over eta=12:-60 --plot eta.png;"
+    " wedgebrake continue examples/conventional.toml --over slope=0:-160 --out slope.nc;"
+    " wedgebrake continue examples/paper.toml --over eta=-10:-22 --and F0=0.02:0.09 --plot"
+    " plane.png",
+)
+def continue_(
+    study: StudyPath,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=FROM:TO",
+            help="What to follow the motion over: a parameter (inertia) or a group (eta, f, F0,"
+            " alpha). At FROM the first orbit is looked for, and there its branch begins.",
+        ),
+    ] = None,
+    second: Annotated[
+        str | None,
+        typer.Option(
+            "--and",
+            metavar="NAME=FROM:TO",
+            help="Follow what bifurcates in a second parameter too: the boundaries of the motions"
+            " in the plane of both, which --plot then draws.",
+        ),
+    ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Change one value of the study, written as in the file: a parameter (inertia=2),"
+            " a group (F0=0.05) or a setting of [run] (initial=[0.01, 0.0], rtol=1e-9)."
+            " Repeatable.",
+        ),
+    ] = None,
+    method: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="The solver: exact (Coulomb and tabulated friction, its default) or smooth"
+            " (smoothed friction, its default).",
+        ),
+    ] = None,
+    order: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Periods of the torque in the first orbit, which may then be unstable; initial"
+            " of [run], if it is given, is a guess of it. Default: the motion that settles from"
+            " initial (or from rest).",
+        ),
+    ] = None,
+    switch: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="How many times over branches that leave a branch are followed, as at period"
+            " doublings; 0: only the first branch.",
+        ),
+    ] = 2,
+    step: Annotated[
+        float,
+        typer.Option(metavar="SHARE", help="Longest step along a branch, as a share of the range."),
+    ] = 0.02,
+    points: Annotated[
+        int,
+        typer.Option(metavar="N", help="Most points of a branch, after which it is left."),
+    ] = 2000,
+    beneath: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Columns of simulated points beneath the picture, as sweep draws them, 0 for"
+            " none; with --and a map of N times N cells. Default: 200 beneath branches of the"
+            " method exact, else none.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DATA.nc",
+            help="Write the branches as netCDF, with units. (Boundaries have their points in"
+            " --json.)",
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PICTURE.png",
+            help="Draw branches, stable and unstable, and bifurcations, or with --and the"
+            " boundaries; the suffix (.png, .svg or .pdf) sets the format.",
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Periodic motions over a parameter, stable or not, and where they change.
+
+    Looks for a periodic orbit at FROM and follows it to TO, with the branches that leave it.
+    Bifurcations are located to about nine digits: period doublings, folds, tori, and those that
+    only friction has, where a stick begins or ends.
+
+    Prints how far the first motion is stable and what comes then, the branches with the
+    intervals where they are stable, the bifurcations, and what their names mean; progress goes
+    to standard error. Of [run], initial, method and rtol count, and max_events and max_steps
+    for the points beneath.
+
+    Exit status 2 where there is no orbit to begin with. Ctrl-C ends at once (exit status 1),
+    and nothing is written.
+    """
+    from wedgebrake.cli.continue_report import continue_report
+    from wedgebrake.cli.continue_text import continue_text
+    from wedgebrake.cli.continuing import carry_out, ordered
+    from wedgebrake.cli.output import DATA, PICTURES, check_netcdf, check_target, write_netcdf
+    from wedgebrake.cli.report import to_json
+
+    check_target("--out", out, DATA)
+    check_netcdf(out)
+    check_target("--plot", plot, PICTURES)
+    loaded = _load(study, changes, method, _NOT_CONTINUED)
+    settings = {"switch": switch, "step": step, "points": points}
+    asked = ordered(loaded, over, second, order, settings, beneath, picture=plot is not None)
+    outcome = carry_out(asked)
+    places, failures = _written(
+        data=(out, lambda path: write_netcdf(outcome.dataset, path)),
+        picture=(plot, lambda path: _draw(path, **outcome.picture)),
+    )
+    report = continue_report(asked, outcome, places)
+    typer.echo(to_json(report) if as_json else continue_text(loaded.system, report))
     if failures:
         raise failures[0]
 
@@ -378,11 +508,21 @@ def schema() -> None:
     typer.echo(json.dumps(study_schema(), indent=2))
 
 
-# Settings of [run] that a sweep has no use for, and what to give instead.
+# Settings that a sweep has no use for, and what to give instead; and that orbits have none for.
 _NOT_SWEPT = {
-    "periods": "For a sweep give --periods.",
-    "duration": "For a sweep give --periods, in periods of the torque.",
-    "samples_per_period": "A sweep looks once in each period. Leave it out.",
+    "periods": "belongs to simulate. For a sweep give --periods.",
+    "duration": "belongs to simulate. For a sweep give --periods, in periods of the torque.",
+    "samples_per_period": "belongs to simulate. A sweep looks once in each period. Leave it out.",
+}
+_NOT_CONTINUED = {
+    **dict.fromkeys(
+        ("periods", "duration", "samples_per_period"),
+        "belongs to simulate. An orbit lasts as many periods as --order says. Leave it out.",
+    ),
+    **dict.fromkeys(
+        ("transient", "limit", "follow", "keep_points"), "belongs to sweep. Leave it out."
+    ),
+    "step": "belongs to the fixed step of simulate. Along a branch it is --step.",
 }
 
 
@@ -390,11 +530,13 @@ def _load(
     path: Path,
     changes: list[str] | None,
     method: str | None = None,
-    sweeping: dict[str, Any] | None = None,
+    unused: Mapping[str, str] = MappingProxyType({}),
+    options: Mapping[str, Any] = MappingProxyType({}),
 ) -> Study:
     """The study of a file with the changes of the command line.
 
-    sweeping : for a sweep, its options, which must not be set twice
+    unused  : settings that the command has no use for, and what to give instead
+    options : of the command, which must not be set twice
     """
     from wedgebrake.cli.changes import parse_changes
     from wedgebrake.errors import InputError, nearest
@@ -406,10 +548,10 @@ def _load(
             raise InputError(f"--method {method}: not known. {nearest(method, METHODS)}")
         if "method" in wanted:
             raise InputError("--method and --set method: both given. Give one of them.")
-    for name in wanted if sweeping is not None else ():
-        if name in _NOT_SWEPT:
-            raise InputError(f"--set {name}: belongs to simulate. {_NOT_SWEPT[name]}")
-        if sweeping is not None and sweeping.get(name) is not None:
+    for name in wanted:
+        if name in unused:
+            raise InputError(f"--set {name}: {unused[name]}")
+        if options.get(name) is not None:
             raise InputError(f"--{name} and --set {name}: both given. Give one of them.")
     study = load_study(path)
     try:
@@ -443,11 +585,32 @@ def _sweep_of(study: Study, over: list[str] | None, given: dict[str, Any]) -> St
         raise InputError(re.sub(r"(?m)^sweep\.(\w+) = ", r"--\1 ", str(error))) from None
 
 
-def _draw(dataset: xr.Dataset, path: Path) -> None:
+def _written(
+    **files: tuple[Path | None, Callable[[Path], None]],
+) -> tuple[dict[str, Path | None], list[WedgebrakeError]]:
+    """Where the picture and the data lie that were asked for, and why one could not be written.
+
+    files : "data", "picture" -> where it is to lie, and what writes it
+    """
+    from wedgebrake.errors import WedgebrakeError
+
+    places: dict[str, Path | None] = {"picture": None, "data": None}
+    failures = []
+    for what, (path, write) in files.items():
+        try:
+            if path is not None:
+                write(path)
+                places[what] = path.resolve()
+        except WedgebrakeError as error:  # the words are said all the same
+            failures.append(error)
+    return places, failures
+
+
+def _draw(path: Path, dataset: xr.Dataset, **options: Any) -> None:
     from wedgebrake.plots.draw import plot
     from wedgebrake.plots.save import save
 
-    save(plot(dataset), path)
+    save(plot(dataset, **options), path)
 
 
 def _simulated(study: Study) -> tuple[Any, dict[str, Any]]:

@@ -1,23 +1,25 @@
-"""``--over NAME=FROM:TO:COUNT``: one swept parameter."""
+"""``--over``: a swept parameter, NAME=FROM:TO:COUNT, or one to follow orbits over, NAME=FROM:TO."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from wedgebrake.cli.changes import short
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.part import shown
-from wedgebrake.model.swept import sweepable, swept_values
+from wedgebrake.model.swept import INITIAL, sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import refuse_of_another_kind
+from wedgebrake.orbits.ranges import Range, make_ranges
 
 _FORMS = (
     "NAME=FROM:TO:COUNT (equal steps), NAME=FROM:TO:COUNT:log (equal ratios) or"
     " NAME=VALUE,VALUE,... (a list)"
 )
 _EXAMPLE = "for example --over eta=-60:12:400"
+_RANGE = "NAME=FROM:TO, for example eta=12:-60"
 
 
 def parse_axes(texts: Iterable[str], system: BrakedDriveline) -> tuple[tuple[str, Any], ...]:
@@ -28,10 +30,9 @@ def parse_axes(texts: Iterable[str], system: BrakedDriveline) -> tuple[tuple[str
     """
     axes: dict[str, Any] = {}
     for text in texts:
-        name, separator, values = (part.strip() for part in text.partition("="))
-        if not separator or not name or not values:
-            raise InputError(f"--over {short(text)}: must be {_FORMS}; {_EXAMPLE}.")
-        _check_name(text, name, system)
+        name, values = _parted("--over", text, f"{_FORMS}; {_EXAMPLE}")
+        allowed, refused = sweepable(system), f"{short(name)} cannot be swept"
+        _check_name("--over", text, name, system, allowed, refused)
         if name in axes:
             raise InputError(f"--over {short(name)}: given twice. Give it once.")
         where = f"--over {short(text)}: "
@@ -39,17 +40,55 @@ def parse_axes(texts: Iterable[str], system: BrakedDriveline) -> tuple[tuple[str
     return tuple(axes.items())
 
 
-def _check_name(text: str, name: str, system: BrakedDriveline) -> None:
+def parse_range(option: str, text: str, system: BrakedDriveline) -> Range:
+    """The range that an option tells to follow orbits over.
+
+    Raises ``InputError`` for a text of another form, a name that orbits of the system cannot be
+    followed over, equal ends, or one that is no possible value.
+    """
+    name, values = _parted(option, text, _RANGE)
+    allowed = [one for one in sweepable(system) if one not in INITIAL]
+    refused = f"orbits cannot be followed over {short(name)}"
+    _check_name(option, text, name, system, allowed, refused)
+    where = f"{option} {short(text)}: "
+    ends = values.split(":")
+    if len(ends) != 2:
+        more = " The points between are chosen as the branch bends, see --step."
+        raise InputError(f"{where}must be {_RANGE}.{more if len(ends) > 2 else ''}")
+    first, last = (_number(where, end, _RANGE) for end in ends)
+    try:
+        (found,) = make_ranges(system, {name: (first, last)}, 1)
+    except InputError as error:
+        raise InputError(f"{where}{error}") from None
+    return found
+
+
+def _parted(option: str, text: str, forms: str) -> tuple[str, str]:
+    """Name and values, both there."""
+    name, separator, values = (part.strip() for part in text.partition("="))
+    if not separator or not name or not values:
+        raise InputError(f"{option} {short(text)}: must be {forms}.")
+    return name, values
+
+
+def _check_name(
+    option: str,
+    text: str,
+    name: str,
+    system: BrakedDriveline,
+    allowed: Collection[str],
+    refused: str,
+) -> None:
+    """Refuse a name that is not allowed, in words that say so, with the nearest that is."""
     table, _, rest = name.partition(".")
     if table in (*PARTS, "groups") and rest.isidentifier():
         raise InputError(
-            f"--over {short(text)}: write the name without its table: --over {rest}=..."
+            f"{option} {short(text)}: write the name without its table: {option} {rest}=..."
         )
-    allowed = sweepable(system)
     if name not in allowed:
-        refuse_of_another_kind(name, system, f"--over {short(text)}: ")
+        refuse_of_another_kind(name, system, f"{option} {short(text)}: ")
         raise InputError(
-            f"--over {short(text)}: {short(name)} cannot be swept on this brake and driveline."
+            f"{option} {short(text)}: {refused} on this brake and driveline."
             f" {nearest(name, allowed)}"
         )
 
@@ -77,12 +116,12 @@ def _read(where: str, name: str, values: str) -> dict[str, Any] | list[float]:
     }
 
 
-def _number(where: str, text: str) -> float:
+def _number(where: str, text: str, forms: str = _FORMS) -> float:
     try:
         value = float(text)
     except ValueError:
         raise InputError(
-            f"{where}{shown(text.strip())} is not a number. Must be {_FORMS}."
+            f"{where}{shown(text.strip())} is not a number. Must be {forms}."
         ) from None
     if not math.isfinite(value):
         raise InputError(f"{where}{shown(text.strip())} is not a finite number.")

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.cli.waiting import Interrupted, announce_compilation, interruptible
+from wedgebrake.cli.watching import Watch
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.part import shown
 from wedgebrake.model.study import Study
 from wedgebrake.model.swept import INITIAL
-from wedgebrake.sweeps.progress import Bar, Progress
+from wedgebrake.sweeps.progress import Progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,7 +102,7 @@ def compute(study: Study, storing: Storing, threads: int | None) -> Outcome:
 
     Raises ``Interrupted`` with a note on what is kept, and what ``wedgebrake.sweep`` raises.
     """
-    watch = _Watch()
+    watch = Watch()
     told: list[str] = []
 
     def work() -> tuple[xr.Dataset, bool]:
@@ -150,35 +151,6 @@ def _run(
         threads=threads,
         progress=hear,
     )
-
-
-class _Watch:
-    """Hears of the progress in the sweep's thread, and shows it in the main one.
-
-    So that nothing is drawn any more once that one has heard Ctrl-C.
-    """
-
-    def __init__(self) -> None:
-        self.last: Progress | None = None
-        self._shown: Progress | None = None
-        self._bar = Bar()
-
-    def hear(self, progress: Progress) -> None:
-        """For the sweep."""
-        self.last = progress
-
-    def show(self) -> None:
-        """What is new."""
-        last = self.last
-        if last is not None and last is not self._shown:
-            self._shown = last
-            self._bar(last)
-
-    def __enter__(self) -> _Watch:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
 
 
 @contextmanager

@@ -9,5 +9,6 @@ transitions    the chain beyond such an end
 locate         fold, period doubling and the others, to rounding in the parameter
 branch         one branch, point by point
 branches       branches and those that leave them, as one dataset
+stretches      from where to where a branch is stable
 boundary       a bifurcation followed in a second parameter
 """

@@ -38,9 +38,13 @@ class Beyond:
 
 
 def go_beyond(
-    curve: OrbitCurve, chain: Chain, at: Solution, ends: list[Margin], largest: float
+    curve: OrbitCurve, chain: Chain, came: float, at: Solution, ends: list[Margin], largest: float
 ) -> Beyond | None:
-    """What lies beyond a point where some margins vanish; None where nothing was found."""
+    """What lies beyond a point where some margins vanish; None where nothing was found.
+
+    came : change of the scaled parameter on the way to it. The direction there does not tell:
+           on the side of a short piece it stands square to the parameter.
+    """
     unknowns, values = curve.unscaled(at.y)
     problem = curve.family.problem(values)
     found = transition(chain, unknowns, problem, ends)
@@ -53,14 +57,14 @@ def go_beyond(
     if not found.nodes:
         why = "permanent sticking: every angle that the brake holds is an equilibrium"
         return Beyond(found.kind, effect, Scenario.NONE, why=why)
-    new = Chain(tuple(node.code for node in found.nodes), chain.order)
+    new = Chain(tuple(node.code for node in found.nodes), chain.order, half=chain.half)
     started = _grown(curve, new, found, values) if found.grown else None
     if not found.grown:
         started = _joined(curve, new, found, values, largest)
     if started is None:
         return None
     there, solution = started
-    on = at.direction[-1] * solution.direction[-1] > 0.0
+    on = came * (solution.y[-1] - at.y[-1]) > 0.0
     scenario = Scenario.PERSISTENCE if on else Scenario.FOLD
     return Beyond(found.kind, effect, scenario, new, there, solution)
 
@@ -80,7 +84,7 @@ def _grown(
         for piece, share in zip(found.grown, found.shares, strict=True):
             begin, end = 2 * piece, 2 * (piece + 1) % size
             unknowns[begin] -= share * length
-            unknowns[end] += (1.0 - share) * length if end else 0.0
+            unknowns[end] += (1.0 - share) * length
             normal[begin] -= 1.0
             normal[end] += 1.0
         there = OrbitCurve.through(chain, curve.family, unknowns)

@@ -15,7 +15,7 @@ from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
 from wedgebrake.orbits.branch import BranchPoint
-from wedgebrake.orbits.branches import POINTS, STEP, SWITCH, check_step, follow
+from wedgebrake.orbits.branches import POINTS, STEP, SWITCH, begun, check_step, follow
 from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve
 from wedgebrake.orbits.dataset import multiplier_columns
 from wedgebrake.orbits.equations import FloatArray, NoOrbitError, multipliers
@@ -23,6 +23,8 @@ from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.kinds import Kind
 from wedgebrake.orbits.locate import Solution, tests
 from wedgebrake.orbits.ranges import Range, make_ranges, value_of
+from wedgebrake.orbits.shooting import check
+from wedgebrake.orbits.symmetry import met, prime_order
 from wedgebrake.orbits.transitions import Margin, violated
 
 if TYPE_CHECKING:
@@ -32,11 +34,14 @@ if TYPE_CHECKING:
 
 _TESTS = {
     Kind.FOLD: "one",
+    Kind.SYMMETRY_BREAKING: "one",
     Kind.PERIOD_DOUBLING: "minus one",
     Kind.NEIMARK_SACKER: "torus",
 }
 # Steps as shares of the longest, and what is too small to go on with.
 _FIRST, _SMALLEST, _GROW, _TURN = 0.1, 1e-5, 1.5, 0.95
+# Orbits nearer than this share of their size are one where curves meet.
+_MEETS = 1e-4
 # A curve that comes back to its begin within a step has closed.
 _CLOSED = 0.5
 
@@ -68,18 +73,20 @@ def boundary(
         Over ``point``, from one end to the other: both parameters, the multipliers of the
         orbit, and its Poincare point at t = 0. ``attrs`` say the kind and why it ends.
 
-    Raises ``InputError`` for arguments that are wrong, and for a symmetry breaking or branch
-    point, which one condition more does not describe.
+    Raises ``InputError`` for arguments that are wrong, for a branch point, and for a symmetry
+    breaking of an orbit with smooth friction: where branches cross the equations are singular.
     """
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:
         raise InputError(
             f"point = {shown(point)}: must be a bifurcation, one of Branch.bifurcations."
         )
-    if bifurcation.kind not in _TESTS and not bifurcation.kind.of_friction:
+    method = point.family.method
+    if not bifurcation.kind.can_be_followed(method):
         raise InputError(
-            f"point: is a {bifurcation.kind.value}, which cannot be followed. Follow a fold, a"
-            " period doubling, a Neimark-Sacker bifurcation or one of friction."
+            f"point: is a {bifurcation.kind.value}, which cannot be followed with method"
+            f" {method!r}. Follow a fold, a period doubling, a Neimark-Sacker bifurcation or one of"
+            " friction."
         )
     check_step(step, points)
     ranges = make_ranges(point.family.base, parameters, 2)
@@ -103,6 +110,7 @@ def boundaries(
     method: str | None = None,
     rtol: float = 1e-10,
     switch: int = SWITCH,
+    opposite: bool = True,
     step: float = STEP,
     points: int = POINTS,
     progress: Callable[[Branch], None] | None = None,
@@ -117,7 +125,7 @@ def boundaries(
     kinds : collection of str
         Which ones, for example ``["period doubling", "grazing-sliding"]``. Default: all that
         can be followed.
-    order, initial, method, rtol, switch, step, points, progress
+    order, initial, method, rtol, switch, opposite, step, points, progress
         As for ``wb.branches``.
     **parameters : (float, float)
         Two of them with their ends; the branches begin at the first end of the first.
@@ -130,17 +138,18 @@ def boundaries(
 
     Raises ``InputError`` as ``wb.branches``.
     """
-    allowed = [kind.value for kind in Kind if kind in _TESTS or kind.of_friction]
+    chosen = check(system, order, method, rtol)
+    allowed = [kind.value for kind in Kind if kind.can_be_followed(chosen)]
     for kind in kinds or ():
         if kind not in allowed:
             raise InputError(
                 f"kinds: {shown(kind)} cannot be followed. {nearest(str(kind), allowed)}"
             )
-    first, _ = make_ranges(system, parameters, 2)
-    _, followed = follow(
-        system, {first.name: parameters[first.name]}, order=order, initial=initial, method=method,
-        rtol=rtol, switch=switch, step=step, points=points, progress=progress,
-    )  # fmt: skip
+    over, _ = make_ranges(system, parameters, 2)
+    first = begun(system, over, order=order, initial=initial, method=method, rtol=rtol)
+    followed = follow(
+        first, over, switch=switch, opposite=opposite, step=step, points=points, progress=progress
+    )
     found = [point for one in followed for point in one.branch.bifurcations]
     wanted = [
         point
@@ -282,6 +291,9 @@ class _Boundary:
         others = [end for end in self._lacking(at) if not self._is_own(end)]
         if others:
             return "it meets another bifurcation of friction"
+        fewer = prime_order(self._point(at).points, _MEETS)
+        if fewer < self.equations.order:
+            return met(fewer)
         trace, _ = self.orbits.invariants(at.y)
         if self.bifurcation.kind is Kind.NEIMARK_SACKER and not abs(trace) < 2.0:
             return "both multipliers are real: a resonance 1:1 or 1:2"
@@ -294,7 +306,7 @@ class _Boundary:
         """Whether a margin vanishes all along: one of the bifurcation, or of its neighbours."""
         if not self.bifurcation.kind.of_friction:
             return False
-        count = len(self.equations.sequence.split())
+        count = self.equations.size // 2
         return any(
             (end.piece - own.piece) % count in (0, 1, count - 1) for own in self.bifurcation.ends
         )

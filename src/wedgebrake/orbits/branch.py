@@ -18,7 +18,7 @@ from wedgebrake.orbits.equations import Equations, FloatArray, Measures, NoOrbit
 from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.kinds import Kind, Scenario
 from wedgebrake.orbits.locate import Solution, Step, first_end, smooth_bifurcations, tests
-from wedgebrake.orbits.symmetry import is_symmetric, prime_order
+from wedgebrake.orbits.symmetry import is_symmetric, met, prime_order
 from wedgebrake.orbits.transitions import Margin, violated
 
 # Steps as shares of the largest: the first one, and the one that is too small to go on with.
@@ -27,8 +27,11 @@ _GROW, _SHRINK = 1.5, 0.5
 # The direction may turn by so much in a step (cosine); steps of this share of the largest may
 # turn as they like, as at the corner of a fold.
 _TURN, _ANY_TURN = 0.95, 1e-3
-# Orbits nearer than this share of their size are one where branches meet.
-_MEETS = 1e-4
+# Scales that have changed by this factor are renewed.
+_OUTGROWN = 1.5
+# Where branches meet, orbits nearer than this share of their size may be one; nearer than the
+# second, they are; nearer than the third, where nothing is found further on.
+_MEETS, _COLLAPSED, _NEARLY = 1e-4, 1e-8, 1e-3
 _STOPPED = (NotConvergedError, NoOrbitError)
 
 
@@ -153,6 +156,9 @@ class Branch(Iterator[BranchPoint]):
             along[-1] = 1.0 if self.rising else -1.0
         y, matrix = newton(self._curve, y, along)
         self._now = Solution(y, matrix, tangent(matrix, along))
+        # Of an orbit that is symmetric, or of one period, nothing is met.
+        self._leaves = True
+        self._leaves = not self._parent_of(self._now, _COLLAPSED)
         self._length = self.start.arclength
         self._queue.append(self._point(self._now))
 
@@ -207,7 +213,9 @@ class Branch(Iterator[BranchPoint]):
             if done:
                 return
             self.step *= _SHRINK
-        self._ahead = self._ahead or "no orbit was found further on"
+        where = self._parent_of(self._now, _NEARLY)
+        self.met = bool(where)
+        self._ahead = self._ahead or where or "no orbit was found further on"
 
     def _try(self) -> bool:
         """One attempt at a step; whether it led on."""
@@ -234,8 +242,11 @@ class Branch(Iterator[BranchPoint]):
             problem = self.start.family.problem(values)
             if not goes_through(self._equations, unknowns, problem):
                 return False
-        if after.direction[-1] * before.direction[-1] < 0.0 and self._meets_parent(step):
+        if after.direction[-1] * before.direction[-1] < 0.0 and self._meets_parent(step, after):
             return True
+        if self._parent_of(after, _COLLAPSED):
+            # Over to the branch that this one meets: it turns there, in a shorter step.
+            return False
         self._emit(step, step.length)
         self._length += float(np.linalg.norm(after.y - before.y))
         self._now = after
@@ -244,30 +255,62 @@ class Branch(Iterator[BranchPoint]):
             self._ahead = f"left the range at {self.start.family.names[0]} = {self._value(after):g}"
         grown = _GROW if turn > 0.5 * (1.0 + _TURN) else 1.0
         self.step = min(self.largest, grown * self.step)
+        self._rescale()
         return True
 
-    def _meets_parent(self, step: Step) -> bool:
+    def _rescale(self) -> None:
+        """Measure in the scales of the present orbit, if it has outgrown those of the branch."""
+        unknowns, values = self._curve.unscaled(self._now.y)
+        curve = OrbitCurve.through(self._equations, self.start.family, unknowns)
+        ratio = curve.scales / self._curve.scales
+        if np.all(ratio < _OUTGROWN) and np.all(ratio * _OUTGROWN > 1.0):
+            return
+        direction = self._now.direction / ratio
+        direction /= np.linalg.norm(direction)
+        self._now = Solution(curve.scaled(unknowns, values), self._now.matrix * ratio, direction)
+        self._curve = curve
+
+    def _meets_parent(self, step: Step, after: Solution) -> bool:
         """Whether the branch turns where it branches off another, and goes back as it came."""
-        at = step.at(step.root(lambda there: float(there.direction[-1])))
-        unknowns, values = self._curve.unscaled(at.y)
-        fewer = prime_order(self._point(at).points, _MEETS)
-        if fewer < self._equations.order:
-            self._ahead = f"period doubling of an orbit of {fewer} periods"
-        elif is_symmetric(self._equations, unknowns, self.start.family, values, _MEETS):
-            self._ahead = "symmetry breaking of a symmetric orbit"
-        else:
+        try:
+            at = step.at(step.root(lambda there: float(there.direction[-1])))
+        except _STOPPED:
+            # Where branches meet the equations are singular: from steps near enough, it is there.
+            near = [one for one in (step.start, after) if self._parent_of(one)]
+            if not near:
+                raise
+            at = near[0]
+        self._ahead = self._parent_of(at)
+        if not self._ahead:
             return False
         self.met = True
-        self._emit(step, float(step.start.direction @ (at.y - step.start.y)))
+        # A multiplier just comes to 1 where it turns.
+        until = float(step.start.direction @ (at.y - step.start.y))
+        self._emit(step, until, (Kind.FOLD, Kind.BRANCH_POINT))
         self._queue.append(self._point(at, length=float(np.linalg.norm(at.y - step.start.y))))
         return True
+
+    def _parent_of(self, at: Solution, tolerance: float = _MEETS) -> str:
+        """Where a solution is one of fewer periods, or symmetric: which bifurcation is met."""
+        if not self._leaves:
+            return ""
+        unknowns, values = self._curve.unscaled(at.y)
+        points = self._equations.points(unknowns, self.start.family.problem(values))
+        fewer = prime_order(points, tolerance)
+        if fewer < self._equations.order:
+            return met(fewer)
+        if is_symmetric(self._equations, unknowns, self.start.family, values, tolerance):
+            return "symmetry breaking of a symmetric orbit"
+        return ""
 
     def _value(self, at: Solution) -> float:
         return self._curve.unscaled(at.y)[1][0]
 
-    def _emit(self, step: Step, until: float) -> None:
-        """The bifurcations of the derivative inside a step."""
+    def _emit(self, step: Step, until: float, but: tuple[Kind, ...] = ()) -> None:
+        """The bifurcations of the derivative inside a step, but those of some kinds."""
         for s, kind in smooth_bifurcations(step, until):
+            if kind in but:
+                continue
             at = step.at(s)
             found = kind
             if kind is Kind.BRANCH_POINT:
@@ -285,7 +328,8 @@ class Branch(Iterator[BranchPoint]):
         s, ends = found
         at = step.at(s)
         assert isinstance(self._equations, Chain)  # noqa: S101 - others have no margins
-        beyond = go_beyond(self._curve, self._equations, at, ends, self.largest)
+        came = float(at.y[-1] - step.start.y[-1])
+        beyond = go_beyond(self._curve, self._equations, came, at, ends, self.largest)
         if beyond is None:
             if self.step > _ANY_TURN * self.largest:
                 return False

@@ -25,6 +25,8 @@ STEP, POINTS, SWITCH = 0.02, 2000, 2
 _MOST_POINTS, _MOST_LEVELS, _MOST_ORDER = 1_000_000, 20, 64
 # Ends of branches nearer than this share of the range are one bifurcation.
 _SAME = 1e-6
+# Poincare points nearer than this share of their size are those of one orbit.
+_ALIKE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,7 @@ def branches(
     method: str | None = None,
     rtol: float = 1e-10,
     switch: int = SWITCH,
+    opposite: bool = True,
     step: float = STEP,
     points: int = POINTS,
     progress: Callable[[Branch], None] | None = None,
@@ -112,6 +115,9 @@ def branches(
     switch : int
         How many times over branches that leave a branch are followed (at period doublings,
         symmetry breakings, branch points): 0 none, 1 those that leave the first, ...
+    opposite : bool
+        Whether a second branch begins at the other end, with the motion that settles there,
+        unless the first one has come there.
     step, points
         As for ``wb.continuation``, for each branch.
     progress : callable
@@ -129,42 +135,56 @@ def branches(
     """
     from wedgebrake.orbits.dataset import assemble
 
-    over, followed = follow(
-        system, parameter, order=order, initial=initial, method=method, rtol=rtol, switch=switch,
-        step=step, points=points, progress=progress,
-    )  # fmt: skip
+    check(system, order, method, rtol)
+    (over,) = make_ranges(system, parameter, 1)
+    first = begun(system, over, order=order, initial=initial, method=method, rtol=rtol)
+    followed = follow(
+        first, over, switch=switch, opposite=opposite, step=step, points=points, progress=progress
+    )
     return assemble(system, over, followed)
 
 
-def follow(
-    system: BrakedDriveline,
-    parameter: dict[str, Any],
-    *,
-    order: int | None = None,
-    initial: tuple[float, float] | None = None,
-    method: str | None = None,
-    rtol: float = 1e-10,
-    switch: int = SWITCH,
-    step: float = STEP,
-    points: int = POINTS,
-    progress: Callable[[Branch], None] | None = None,
-) -> tuple[Range, list[Followed]]:
-    """The branches themselves, in the order in which they were found."""
-    check(system, order, method, rtol)
-    whole = isinstance(switch, int | np.integer) and not isinstance(switch, bool)
-    if not whole or not 0 <= switch <= _MOST_LEVELS:
-        raise InputError(f"switch = {shown(switch)}: must be a whole number, 0 to {_MOST_LEVELS}.")
-    (over,) = make_ranges(system, parameter, 1)
-    first = orbit(
-        system.replace(**{over.name: over.first}), order, initial=initial, method=method, rtol=rtol
-    )
+def begun(system: BrakedDriveline, over: Range, **settings: Any) -> Orbit:
+    """The orbit at the first end of a range; ``InputError`` where there is none.
+
+    settings : of ``orbit``
+    """
+    first = orbit(system.replace(**{over.name: over.first}), settings.pop("order"), **settings)
     if not first.found:
         raise InputError(
             f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}"
         )
-    branch = continuation(first, step=step, points=points, **{over.name: (over.first, over.last)})
+    return first
+
+
+def follow(
+    first: Orbit,
+    over: Range,
+    *,
+    switch: int = SWITCH,
+    opposite: bool = True,
+    step: float = STEP,
+    points: int = POINTS,
+    progress: Callable[[Branch], None] | None = None,
+) -> list[Followed]:
+    """The branches themselves, in the order in which they were found.
+
+    first : an orbit at the first end of the range
+    """
+    whole = isinstance(switch, int | np.integer) and not isinstance(switch, bool)
+    if not whole or not 0 <= switch <= _MOST_LEVELS:
+        raise InputError(f"switch = {shown(switch)}: must be a whole number, 0 to {_MOST_LEVELS}.")
+    if not isinstance(opposite, bool):
+        raise InputError(f"opposite = {shown(opposite)}: must be True or False.")
+    settings: dict[str, Any] = {"step": step, "points": points}
+    branch = continuation(first, **settings | {over.name: (over.first, over.last)})
     followed = [_followed(branch, -1, "begin of the range", progress)]
-    level, number = followed, 0
+    if opposite:
+        other = _opposite(first, over, branch)
+        if other is not None:
+            back = continuation(other, **settings | {over.name: (over.last, over.first)})
+            followed.append(_followed(back, -1, "end of the range", progress))
+    level, number = list(followed), 0
     for _ in range(switch):
         deeper: list[Followed] = []
         for one in level:
@@ -173,7 +193,24 @@ def follow(
                 number += 1
         followed += deeper
         level = deeper
-    return over, followed
+    return followed
+
+
+def _opposite(first: Orbit, over: Range, known: Branch) -> Orbit | None:
+    """The orbit that the motion settles to at the other end; None if there is none, or a known."""
+    other = orbit(
+        first.system.replace(**{over.name: over.last}), method=first.method, rtol=first.rtol
+    )
+    if not other.found:
+        return None
+    last = known.points[-1]
+    if abs(last.value - over.last) <= _SAME * over.scale and last.order == other.order:
+        size = np.max(np.abs(other.points), axis=0) + 1e-300
+        for turn in range(other.order):
+            apart = np.abs(np.roll(other.points, turn, axis=0) - last.points) / size
+            if np.all(apart <= _ALIKE):
+                return None
+    return other
 
 
 def _leaving(
@@ -188,7 +225,7 @@ def _leaving(
     for one in known:
         last = one.branch.points[-1]
         near = abs(last.value - point.value) <= _SAME * (high - low)
-        if near and last.order == 2 * point.order and one.branch.met:
+        if near and one.branch.met and last.order in (point.order, 2 * point.order):
             return []
     found = []
     for origin, start in leaving(point) if 2 * point.order <= _MOST_ORDER else ():

@@ -27,12 +27,18 @@ class Chain:
 
     codes : the pieces, 0 rest, 1, 2, ... forwards, -1, -2, ... backwards
     order : periods of the torque in the orbit
+    half  : whether the pieces are the first half of an orbit that is its own mirror image. What
+            happens in both halves at once, as at a graze, would make the equations of the whole
+            singular twice.
     """
 
-    def __init__(self, sequence: Codes, order: int) -> None:
-        self.codes, self.order = sequence, order
+    def __init__(self, sequence: Codes, order: int, *, half: bool = False) -> None:
+        self.codes, self.order, self.half = sequence, order, half
         self._codes: NDArray[np.int64] = np.array(sequence, dtype=np.int64)
-        self._log = exact.empty_log(len(sequence) + order + 2)
+        every = sequence + tuple(-code for code in sequence) if half else sequence
+        self.every: Codes = every
+        self._every: NDArray[np.int64] = np.array(every, dtype=np.int64)
+        self._log = exact.empty_log(len(every) + order + 2)
 
     @property
     def size(self) -> int:
@@ -42,11 +48,31 @@ class Chain:
     @property
     def sequence(self) -> str:
         """The pieces, as in "+ 0 -": forwards, rest, backwards; "+1" is the next piece."""
-        return " ".join(_sign(code) for code in self.codes)
+        return " ".join(_sign(code) for code in self.every)
 
     def is_mark(self, node: int) -> bool:
         """Whether a node is no event, but a mark at phase 0."""
-        return self.codes[node - 1] == self.codes[node]
+        return self.every[node - 1] == self.every[node]
+
+    def whole(self, unknowns: FloatArray) -> tuple[Chain, FloatArray]:
+        """The chain of the whole orbit."""
+        if not self.half:
+            return self, unknowns
+        return Chain(self.every, self.order), self._all(unknowns)
+
+    def halved(self, unknowns: FloatArray) -> tuple[Chain, FloatArray]:
+        """The chain of half the orbit, which must be its own mirror image."""
+        count = len(self.codes) // 2
+        return Chain(self.codes[:count], self.order, half=True), unknowns[: 2 * count].copy()
+
+    def _all(self, unknowns: FloatArray) -> FloatArray:
+        """Unknowns of the whole orbit."""
+        if not self.half:
+            return unknowns
+        later = unknowns.copy()
+        later[0::2] += math.pi * self.order
+        later[1::2] *= -1.0
+        return np.concatenate((unknowns, later))
 
     def scales(self, unknowns: FloatArray) -> FloatArray:
         """A radian of phase (at a mark the velocity), and the largest angle."""
@@ -65,25 +91,29 @@ class Chain:
     def linearize(self, unknowns: FloatArray, problem: Any) -> tuple[FloatArray, FloatArray]:
         """F(u) and its derivative."""
         values, matrix = np.empty(self.size), np.empty((self.size, self.size))
-        there = kernel.residual(problem, self._codes, self.order, unknowns, values, matrix)
+        there = kernel.residual(
+            problem, self._codes, self.order, -1 if self.half else 1, unknowns, values, matrix
+        )
         if not there or not np.all(np.isfinite(values)) or not np.all(np.isfinite(matrix)):
             raise NoOrbitError
         return values, matrix
 
     def invariants(self, unknowns: FloatArray, problem: Any) -> tuple[float, float]:
         """Trace and determinant of the derivative of the orbit's return."""
-        trace, determinant = kernel.monodromy(problem, self._codes, self.order, unknowns, self._log)
+        trace, determinant = kernel.monodromy(
+            problem, self._every, self.order, self._all(unknowns), self._log
+        )
         return float(trace), float(determinant)
 
     def margins(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """Distances from where the orbit is none (``_kernels.chain``)."""
-        out = np.empty((len(self.codes), kernel.COLUMNS))
-        kernel.margins(problem, self._codes, self.order, unknowns, out)
-        return out
+        out = np.empty((len(self.every), kernel.COLUMNS))
+        kernel.margins(problem, self._every, self.order, self._all(unknowns), out)
+        return out[: len(self.codes)]
 
     def log(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """The orbit as the exact solver logs it, (rows, exact.LOG_COLUMNS)."""
-        rows = kernel.write(problem, self._codes, self.order, unknowns, self._log)
+        rows = kernel.write(problem, self._every, self.order, self._all(unknowns), self._log)
         return self._log[:rows]
 
     def points(self, unknowns: FloatArray, problem: Any) -> FloatArray:
@@ -101,7 +131,7 @@ class Chain:
         sums = np.zeros(tally.ENTRIES)
         tally.clear(sums)
         tally.add(*tangent.split(problem), log, log.shape[0], sums)
-        events = sum(not self.is_mark(i) for i in range(len(self.codes)))
+        events = sum(not self.is_mark(i) for i in range(len(self.every)))
         return Measures(
             velocity_amplitude=0.5 * float(sums[tally.HIGH_W] - sums[tally.LOW_W]),
             angle_amplitude=0.5 * float(sums[tally.HIGH_THETA] - sums[tally.LOW_THETA]),
@@ -119,6 +149,8 @@ class Chain:
         tolerance: float,
     ) -> bool:
         """Whether the orbit is its own mirror image, half an orbit later."""
+        if self.half:
+            return True
         half = len(self.codes) // 2
         opposite = tuple(-code for code in self.codes)
         if len(self.codes) % 2 or self.codes[half:] + self.codes[:half] != opposite:
@@ -129,14 +161,13 @@ class Chain:
 
     def doubled(self, unknowns: FloatArray) -> tuple[Chain, FloatArray]:
         """The same orbit, gone through twice."""
-        later = unknowns.copy()
-        for node in range(len(self.codes)):
-            if not self.is_mark(node):
-                later[2 * node] += 2.0 * math.pi * self.order
-        if self.codes[-1] == self.codes[0]:
+        if self.is_mark(0):
             # A mark stands once in an orbit, at its begin.
             return Chain(self.codes, 2 * self.order), unknowns.copy()
-        return Chain(self.codes * 2, 2 * self.order), np.concatenate((unknowns, later))
+        first = self._all(unknowns)
+        later = first.copy()
+        later[0::2] += 2.0 * math.pi * self.order
+        return Chain(self.every * 2, 2 * self.order), np.concatenate((first, later))
 
 
 def _sign(code: int) -> str:
@@ -186,7 +217,7 @@ def goes_through(chain: Chain, unknowns: FloatArray, problem: Any) -> bool:
     if seen is None:
         return False
     codes_ = seen[0].codes
-    if len(codes_) != len(chain.codes):
+    if len(codes_) != len(chain.every):
         return False
-    twice = chain.codes * 2
+    twice = chain.every * 2
     return any(twice[k : k + len(codes_)] == codes_ for k in range(len(codes_)))

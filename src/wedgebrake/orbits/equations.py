@@ -70,6 +70,12 @@ class Equations(Protocol):
     def mirrored(self, unknowns: FloatArray, system: BrakedDriveline, tolerance: float) -> bool:
         """Whether the orbit is its own mirror image, half an orbit later."""
 
+    def halved(self, unknowns: FloatArray) -> tuple[Equations, FloatArray]:
+        """The equations of half the orbit, which is its own mirror image."""
+
+    def whole(self, unknowns: FloatArray) -> tuple[Equations, FloatArray]:
+        """The equations without the assumption that the orbit is its own mirror image."""
+
     def doubled(self, unknowns: FloatArray) -> tuple[Equations, FloatArray]:
         """The same orbit, gone through twice."""
 
@@ -83,4 +89,5 @@ def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
         return root, root.conjugate()
     # The smaller one as a quotient: a difference would lose its digits.
     first = half + (split**0.5 if half >= 0.0 else -(split**0.5))
-    return complex(first), complex(determinant / first if first != 0.0 else 0.0)
+    # Plus zero, so that no zero is negative.
+    return complex(first + 0.0), complex((determinant / first if first != 0.0 else 0.0) + 0.0)

@@ -28,6 +28,16 @@ class Kind(Enum):
         """Whether a smooth system has no such bifurcation."""
         return self.value == "grazing" or self.value.endswith("-sliding")
 
+    def can_be_followed(self, method: str) -> bool:
+        """Whether one condition more describes it, so that it has a curve in two parameters.
+
+        Where branches cross the equations are singular; half the orbit's are not, where it is
+        its own mirror image, but only the exact ones are stated for half an orbit.
+        """
+        if self is Kind.SYMMETRY_BREAKING:
+            return method == "exact"
+        return self is not Kind.BRANCH_POINT
+
     @property
     def meaning(self) -> str:
         """What happens, in a sentence without its stop."""
@@ -37,7 +47,8 @@ class Kind(Enum):
 _MEANINGS = {
     Kind.FOLD: "two orbits meet and vanish (multiplier 1)",
     Kind.PERIOD_DOUBLING: "an orbit of twice the period branches off (multiplier -1)",
-    Kind.NEIMARK_SACKER: "a torus branches off (complex multipliers of modulus 1)",
+    Kind.NEIMARK_SACKER: "a second frequency sets in: a torus branches off (complex"
+    " multipliers of modulus 1)",
     Kind.SYMMETRY_BREAKING: "two orbits that are each other's mirror image branch off",
     Kind.BRANCH_POINT: "two branches cross (multiplier 1)",
     Kind.GRAZING_SLIDING: "a slip just touches zero sliding velocity: there a stick begins or ends",

@@ -49,7 +49,7 @@ _SENTENCES = {
     ),
     OrbitStatus.NO_RUN: (
         "The motion from which an orbit was looked for does not last: it diverges, locks, or stops"
-        " at a limit; wb.simulate says which. Give initial, or change the system."
+        " at a limit; a simulation says which. Give initial, or change the system."
     ),
     OrbitStatus.NOT_PERIODIC: (
         "The motion settles to no periodic orbit. Give order, the number of periods of the torque"

@@ -21,7 +21,7 @@ from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.flow import run
 from wedgebrake.orbits.orbit import Orbit, OrbitStatus, told
 from wedgebrake.orbits.strobe import Strobe
-from wedgebrake.orbits.symmetry import prime_order
+from wedgebrake.orbits.symmetry import is_symmetric, prime_order
 from wedgebrake.orbits.transitions import violated
 from wedgebrake.solvers.solve import check_limits, check_state, choose_method
 
@@ -135,7 +135,9 @@ def _near(family: Family, order: int, guesses: list[FloatArray]) -> Orbit:
         if prime_order(points) < order:
             status = OrbitStatus.OF_LOWER_ORDER
             continue
-        found = multipliers(*curve.invariants(y))
+        if is_symmetric(equations, solved, family, ()):
+            equations, solved = equations.halved(solved)
+        found = multipliers(*equations.invariants(solved, family.problem(())))
         measures = equations.measures(solved, family.problem(()), family.base)
         return told(family, equations, solved, found, points, measures, steps)
     return Orbit(family.base, family.method, family.rtol, status, order)

@@ -100,6 +100,14 @@ class Strobe:
         apart = np.abs([end["final_angle"] + start[0], end["final_velocity"] + start[1]])
         return bool(np.all(apart <= tolerance * self.scales(unknowns)[:2]))
 
+    def halved(self, unknowns: FloatArray) -> tuple[Strobe, FloatArray]:
+        """The same: nothing is gained by symmetry."""
+        return self, unknowns
+
+    def whole(self, unknowns: FloatArray) -> tuple[Strobe, FloatArray]:
+        """The same: nothing is assumed of symmetry."""
+        return self, unknowns
+
     def doubled(self, unknowns: FloatArray) -> tuple[Strobe, FloatArray]:
         """The same orbit, gone through twice."""
         return Strobe(2 * self.order), np.tile(unknowns, 2)

@@ -36,16 +36,15 @@ def leaving(point: BranchPoint) -> list[tuple[BranchPoint, BranchPoint]]:
 
 def _met(point: BranchPoint, *, twice: bool) -> tuple[OrbitCurve, FloatArray, FloatArray]:
     """The curve that both branches lie on, unknowns there, and the direction of the known one."""
-    curve = OrbitCurve.through(point.equations, point.family, point.unknowns)
-    if not twice:
-        return curve, point.unknowns, point.direction
+    own = OrbitCurve.through(point.equations, point.family, point.unknowns)
     size = point.equations.size
-    moved = point.direction * curve.scales
-    equations, unknowns = point.equations.doubled(point.unknowns)
-    _, further = point.equations.doubled(point.unknowns + moved[:size])
-    doubled = OrbitCurve.through(equations, point.family, unknowns)
-    along = np.concatenate((further - unknowns, moved[size:])) / doubled.scales
-    return doubled, unknowns, along
+    moved = point.direction * own.scales
+    widened = point.equations.doubled if twice else point.equations.whole
+    equations, unknowns = widened(point.unknowns)
+    _, further = widened(point.unknowns + moved[:size])
+    curve = OrbitCurve.through(equations, point.family, unknowns)
+    along = np.concatenate((further - unknowns, moved[size:])) / curve.scales
+    return curve, unknowns, along
 
 
 def _across(curve: OrbitCurve, y: FloatArray, along: FloatArray) -> FloatArray:

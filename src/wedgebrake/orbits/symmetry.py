@@ -44,3 +44,9 @@ def prime_order(points: FloatArray, tolerance: float = _SAME) -> int:
             if np.all(apart <= tolerance):
                 return fewer
     return order
+
+
+def met(fewer: int) -> str:
+    """Words for the end of a branch whose orbit repeats after fewer periods there."""
+    of = "the synchronous orbit" if fewer == 1 else f"an orbit of {fewer} periods"
+    return f"period doubling of {of}"

@@ -66,6 +66,8 @@ def transition(
 
     Several vanish where the orbit is symmetric, or where one end shows in two margins.
     """
+    if chain.half:
+        return _halved(chain, unknowns, problem, ends)
     # The end of a piece shows in the margins of its neighbours too.
     column = min(end.column for end in ends)
     pieces = sorted(end.piece for end in ends if end.column == column)
@@ -76,7 +78,7 @@ def transition(
     (kind,) = kinds
     assert kind is not None  # noqa: S101 - excluded above
     found = Transition(kind)
-    if any(_jumps(chain.codes, piece, column, margins[piece], problem) for piece in pieces):
+    if any(_jumps(chain, unknowns, piece, column, margins[piece], problem) for piece in pieces):
         found.jump = True
         return found
     nodes = [
@@ -95,6 +97,22 @@ def transition(
         angle, velocity = chain.points(unknowns, problem)[0]
         nodes = [Node(chain.codes[pieces[0] - 1], float(velocity), float(angle))]
     found.nodes = nodes
+    return found
+
+
+def _halved(
+    chain: Chain, unknowns: FloatArray, problem: Any, ends: list[Margin]
+) -> Transition | None:
+    """The same for half an orbit: what happens in it happens in its mirror image."""
+    count = len(chain.codes)
+    both = [*ends, *(Margin(end.piece + count, end.column) for end in ends)]
+    found = transition(*chain.whole(unknowns), problem, both)
+    if found is not None:
+        half = len(found.nodes) // 2
+        kept = [place for place, piece in enumerate(found.grown) if piece < half]
+        found.nodes = found.nodes[:half]
+        found.grown = [found.grown[place] for place in kept]
+        found.shares = [found.shares[place] for place in kept]
     return found
 
 
@@ -125,10 +143,16 @@ def _kind(codes: tuple[int, ...], piece: int, column: int, margins: FloatArray) 
 
 
 def _jumps(
-    codes: tuple[int, ...], piece: int, column: int, margins: FloatArray, problem: Any
+    chain: Chain,
+    unknowns: FloatArray,
+    piece: int,
+    column: int,
+    margins: FloatArray,
+    problem: Any,
 ) -> bool:
-    """Whether breakaway, a jump of the torque, keeps what is put in from being short."""
-    code, after = codes[piece], codes[(piece + 1) % len(codes)]
+    """Whether a static peak keeps what is put in from being short."""
+    following = (piece + 1) % len(chain.codes)
+    code, after = chain.codes[piece], chain.codes[following]
     if column == kernel.CROSSING:
         return True
     side = 0
@@ -137,6 +161,9 @@ def _jumps(
         side = beyond if code == 0 else code if beyond == 0 else 0
     elif column == kernel.HOLDING and after == 0:
         side = -code
+    elif column == kernel.HOLDING:
+        # A rest in place of the reversal ends soon only where the torque goes outwards.
+        return bool(after * kernel.pull_rate(problem, unknowns[2 * following]) <= 0.0)
     return side != 0 and bool(kernel.breakaway(problem, side) != 0.0)
 
 
@@ -162,9 +189,6 @@ def _put_in(
         at = follower.first + (2.0 * np.pi * order if last else 0.0)
         new = [Node(-code if follower.code == 0 else 0, at, follower.angle)]
         share = 0.0
-        if last:
-            # What comes next begins the list: the new piece ends there.
-            share = 1.0
     nodes[piece + 1 : piece + 1] = new
     found.grown = [piece + 1, *(number + len(new) for number in found.grown)]
     found.shares = [share, *found.shares]

@@ -63,7 +63,7 @@ def entries(boundaries: Sequence[xr.Dataset]) -> list[Any]:
     found: dict[str, set[int]] = {}
     for one in boundaries:
         orders = found.setdefault(str(one.attrs["bifurcation"]), set())
-        orders.update(int(order) for order in np.unique(one["order"].to_numpy()))
+        orders.add(int(one.attrs["order"]))
     return [
         Line2D(
             [],

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.orbits.stretches import stretches
 from wedgebrake.plots import caption, cells, density, labels, looks, style
 from wedgebrake.plots.page import page
 from wedgebrake.plots.record import Record
@@ -206,25 +207,11 @@ def _curves(
         own = slice(first, last + 1)
         # A branch that another one was left for begins at the bifurcation of that one.
         marginal[first] |= origin[branch[first]] >= 0
-        for piece, holds in _pieces(stable[own], marginal[own]):
+        for begin, end, holds in stretches(stable[own], marginal[own]):
+            piece = slice(begin, end + 1)
             for height in heights[own][piece].T:
                 if np.any(np.isfinite(height)):
                     yield _Curve(values[own][piece], height, int(order[branch[first]]), holds)
-
-
-def _pieces(stable: np.ndarray, marginal: np.ndarray) -> list[tuple[slice, bool]]:
-    """Runs of points along a branch between changes of stability, each with the end of the last.
-
-    At a bifurcation, where a multiplier is on the unit circle but for rounding, stability is
-    that of the neighbours.
-    """
-    if stable.size < 2:
-        return [(slice(0, stable.size), bool(np.all(stable)))]
-    first, last = stable[:-1], stable[1:]
-    step = np.where(
-        marginal[:-1] == marginal[1:], first & last, np.where(marginal[:-1], last, first)
-    )
-    return [(slice(begin, end + 2), bool(step[begin])) for begin, end in cells.runs(step)]
 
 
 def _set_axes(axes: Axes, dataset: xr.Dataset, branches: _Branches, below: Record | None) -> None:

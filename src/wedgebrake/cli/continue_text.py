@@ -1,0 +1,126 @@
+"""What ``continue`` prints for a person."""
+
+from __future__ import annotations
+
+from itertools import zip_longest
+from typing import Any
+
+from wedgebrake.cli.continue_report import without_value
+from wedgebrake.cli.report import describe
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.kinds import Kind, Scenario
+
+# Lines of a table that a reader takes in.
+_MOST_LINES = 40
+_FILES = {"picture": "Picture", "data": "Data"}
+_SCENARIOS = {
+    Scenario.PERSISTENCE: "the motion goes on beyond, a little changed",
+    Scenario.FOLD: "two motions meet and end",
+    Scenario.JUMP: "no motion near by goes on",
+}
+_SOURCE = (
+    "Bifurcations of friction as in M. di Bernardo, C. J. Budd, A. R. Champneys and P. Kowalczyk,"
+    " Piecewise-smooth Dynamical Systems (2008), chapters 7 and 8."
+)
+
+
+def continue_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
+    """The report on branches of orbits in words."""
+    name = report["parameter"]["name"]
+    lines = [report["answer"], "", describe(system, [name]), _range(report)]
+    verdict = report["start"]["verdict"]
+    lines += [f"Begin, at {name} = {report['range'][0]:.6g}: {verdict}", "", *_branches(report)]
+    lines += ["", *_bifurcations(report)]
+    if report["boundaries"] is not None:
+        lines += ["", *_boundaries(report)]
+    lines += [*_meanings(report), "", _speed(report["speed"])]
+    lines += [f"{_FILES[what]}: {path}" for what, path in report["files"].items() if path]
+    return "\n".join(lines)
+
+
+def _range(report: dict[str, Any]) -> str:
+    parameter, (first, last) = report["parameter"], report["range"]
+    unit = "" if parameter["unit"] in ("1", "-") else f" {parameter['unit']}"
+    return (
+        f"Followed: {parameter['name']} from {first:.6g} to {last:.6g}{unit}"
+        f" ({parameter['meaning']}); method {report['method']}"
+    )
+
+
+def _branches(report: dict[str, Any]) -> list[str]:
+    name = report["parameter"]["name"]
+    lines = ["Branches of periodic motions, stable or not:"]
+    for one in report["branches"]:
+        begin, end = one["begin"], one["end"]
+        why = begin["why"]
+        if one["origin"] is not None:
+            why += f" of branch {report['bifurcations'][one['origin']]['branch'] + 1}"
+        ended = without_value(end["why"], name, end["value"])
+        lines.append(
+            f"  {one['number'] + 1}  {one['motion']}: begins at {name} = {begin['value']:.6g}"
+            f" ({why}), ends at {end['value']:.6g} ({ended})"
+        )
+        places = ", ".join(f"{run['from']:.6g} ... {run['to']:.6g}" for run in one["stable"])
+        lines.append(f"     stable for {name} = {places}" if places else "     nowhere stable")
+    return lines
+
+
+def _bifurcations(report: dict[str, Any]) -> list[str]:
+    found, name = report["bifurcations"], report["parameter"]["name"]
+    if not found:
+        return ["Bifurcations: none"]
+    shown = found[:_MOST_LINES]
+    rows = [["branch", name, "bifurcation", "of the motion", "what changes"]]
+    rows += [
+        [
+            str(one["branch"] + 1), f"{one['value']:.9g}", one["kind"], one["motion"],
+            "; ".join(one[what] for what in ("effect", "scenario", "change") if one[what]),
+        ]
+        for one in shown
+    ]  # fmt: skip
+    widths = [max(map(len, column)) for column in zip_longest(*rows, fillvalue="")]
+    lines = [f"Bifurcations: {len(found)}, along the branches (T: the period of the torque)"]
+    lines += [
+        "  " + "  ".join(f"{one:{width}}" for one, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    if len(found) > len(shown):
+        lines.append(f"  and {len(found) - len(shown)} more; --json lists each")
+    return lines
+
+
+def _boundaries(report: dict[str, Any]) -> list[str]:
+    boundaries = report["boundaries"]
+    if not boundaries:
+        return ["Boundaries: none; no bifurcation can be followed"]
+    names = " and ".join(boundaries[0]["values"])
+    lines = [f"Boundaries over {names}: {len(boundaries)} (--json has their points)"]
+    for one in boundaries:
+        origin = report["bifurcations"][one["bifurcation"]]
+        spans = ", ".join(
+            f"{name} {values.min():.6g} ... {values.max():.6g}"
+            for name, values in one["values"].items()
+        )
+        lines.append(
+            f"  {one['kind']}, {origin['motion']}, from {report['parameter']['name']} ="
+            f" {origin['value']:.6g}: {spans}; its ends: {one['begin']}, and {one['end']}"
+        )
+    return lines
+
+
+def _meanings(report: dict[str, Any]) -> list[str]:
+    """The words that occur in the table."""
+    found = report["bifurcations"]
+    if not found:
+        return []
+    kinds = [kind for kind in Kind if kind.value in {one["kind"] for one in found}]
+    scenarios = {one["scenario"] for one in found}
+    words = [(kind.value, kind.meaning) for kind in kinds]
+    words += [(one.value, text) for one, text in _SCENARIOS.items() if one.value in scenarios]
+    lines = ["", "In words:", *(f"  {word}: {meaning}" for word, meaning in words)]
+    return lines + ([_SOURCE] if any(kind.of_friction for kind in kinds) else [])
+
+
+def _speed(speed: dict[str, Any]) -> str:
+    text = f"{speed['points']} orbits in {speed['seconds']:.3g} s"
+    return text + (" (with compilation of the kernels)" if speed["with_compilation"] else "")
