@@ -48,6 +48,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/run.py
 	$(BIN)/python benchmarks/sweeps.py
 	$(BIN)/python benchmarks/paper.py
+	$(BIN)/python benchmarks/orbits.py
 
 paper: $(VENV)/.demo
 	@mkdir -p $(OUT)

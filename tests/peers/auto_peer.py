@@ -17,6 +17,7 @@ import os
 import re
 import shutil
 import subprocess
+import time
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -59,12 +60,14 @@ class Branch:
     """A branch: (point,) values of the parameter, (point, 2) peaks and multipliers; orbits.
 
     The multipliers of the first point are poor: AUTO has not fitted its mesh to it yet.
+    ``seconds``: how long AUTO itself ran.
     """
 
     values: np.ndarray
     peaks: np.ndarray
     multipliers: np.ndarray
     orbits: tuple[Orbit, ...]
+    seconds: float
 
     def of(self, *kinds: str) -> list[Orbit]:
         """The orbits of some kinds, in order along the branch."""
@@ -116,14 +119,16 @@ def branch(
         executable = here / "brake"
         executable.write_bytes(program())
         executable.chmod(0o755)
+        begin = time.perf_counter()
         run = subprocess.run(
             [str(executable)], cwd=here, capture_output=True, text=True, timeout=600, check=False,
             env={**os.environ, "OMP_NUM_THREADS": "1"},
         )  # fmt: skip
+        seconds = time.perf_counter() - begin
         # A constant that AUTO cannot read ends it early, and yet as a success.
         done = run.returncode == 0 and (here / "fort.7").exists()
         assert done, run.stdout[-2000:] + run.stderr[-2000:]
-        return _read(order, angular_frequency(system), here)
+        return _read(order, angular_frequency(system), here, seconds)
 
 
 def _write_numbers(system: wb.BrakedDriveline, here: Path) -> None:
@@ -191,7 +196,7 @@ def _write_constants(
     (here / "fort.2").write_text("".join(f"{key}={value}\n" for key, value in values.items()))
 
 
-def _read(order: int, omega: float, here: Path) -> Branch:
+def _read(order: int, omega: float, here: Path, seconds: float) -> Branch:
     """The branch from AUTO's tables: one row for each point, a block for each orbit kept."""
     rows = [line.split() for line in (here / "fort.7").read_text().splitlines()]
     rows = [row for row in rows if row[0] != "0"]
@@ -206,7 +211,7 @@ def _read(order: int, omega: float, here: Path) -> Branch:
         assert kind != FAILED, f"AUTO came to no orbit beyond {row[4]}"
         if label:
             orbits.append(Orbit(KINDS[kind], values[i], states[label], peaks[i], multipliers[i]))
-    return Branch(values, peaks, multipliers, tuple(orbits))
+    return Branch(values, peaks, multipliers, tuple(orbits), seconds)
 
 
 def _read_multipliers(order: int, here: Path) -> np.ndarray:

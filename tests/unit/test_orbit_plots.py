@@ -165,7 +165,7 @@ def boundary_of(kind="fold", order=1, *, number=30, turned=False, shift=0.0):
         "parameters": ["F0", "eta"] if turned else ["eta", "F0"],
         "system": json.dumps(SYSTEM.as_dict()),
     }
-    return xr.Dataset({"order": ("point", np.full(number, order))}, coords=coordinates, attrs=attrs)
+    return xr.Dataset(coords=coordinates, attrs={**attrs, "order": order})
 
 
 def every_boundary():

@@ -464,7 +464,11 @@ def write(problem, codes, order, unknowns, log):
         end += 0.0 if codes[j] == code else unknowns[2 * j]
         sin0, cos0 = math.sin(phase), math.cos(phase)
         at = period + 1
-        while circle * at < end and rows < log.shape[0] - (n - i):
+        # An event exactly at a period's begin is written after that period's row; a mark is it.
+        marks = codes[j] == code
+        while (circle * at < end or (circle * at == end and not marks)) and (
+            rows < log.shape[0] - (n - i)
+        ):
             tau = (circle * at - phase) / omega
             there, speed = theta + w_rest * tau, w_rest
             if code != 0:
@@ -483,6 +487,72 @@ def write(problem, codes, order, unknowns, log):
             rows += 1
             at += 1
     return rows
+
+
+@compiled
+def extremes(problem, codes, order, unknowns, out):
+    """Least and greatest velocity [rad/s] and angle [rad] of an orbit, into ``out`` (4,)."""
+    inertia, stiffness, amplitude, omega = problem[0], problem[2], problem[3], problem[4]
+    bounds, table, zero, w_rest = problem[5], problem[7], problem[8], problem[11]
+    w2, f = stiffness / inertia, amplitude / inertia
+    out[0] = out[2] = math.inf
+    out[1] = out[3] = -math.inf
+    n = codes.size
+    for i in range(n):
+        j = (i + 1) % n
+        code, before = codes[i], codes[i - 1]
+        marked = before == code
+        phase0 = 0.0 if marked else unknowns[2 * i]
+        phase1 = 2.0 * math.pi * order if j == 0 else 0.0
+        phase1 += 0.0 if codes[j] == code else unknowns[2 * j]
+        theta0 = unknowns[2 * i + 1]
+        w0 = unknowns[2 * i] if marked else speed_at(before, code, zero, bounds)
+        _widen(out, theta0, w0)
+        tau = (phase1 - phase0) / omega
+        if code == 0:
+            _widen(out, theta0 + w_rest * tau, w_rest)
+        if code == 0 or tau <= 0.0:
+            continue
+        row = table[index_of(code, zero)]
+        sin0, cos0 = math.sin(phase0), math.cos(phase0)
+        pull = entry(row, w2, omega, theta0, w0, sin0, cos0)
+        cells = 1 + int(max(omega, math.sqrt(w2), abs(row[G2])) * tau / _CELL)
+        begin, speed = 0.0, w0
+        rising = acceleration(row, w2, f, theta0, w0, sin0) > 0.0
+        for cell in range(1, cells + 1):
+            part = cell * tau / cells
+            sine, cosine = math.sin(phase0 + omega * part), math.cos(phase0 + omega * part)
+            theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, part, sine, cosine)
+            now = acceleration(row, w2, f, theta, w, sine) > 0.0
+            _widen(out, theta, w)
+            if now != rising:
+                _, there, top = extreme(
+                    row, w2, f, omega, theta0, w0, sin0, cos0, pull, phase0 / omega, begin, part,
+                    rising,
+                )  # fmt: skip
+                _widen(out, there, top)
+            if (w > 0.0) != (speed > 0.0):
+                # The angle is extreme where the velocity vanishes.
+                low, high = begin, part
+                for _ in range(50):
+                    middle = 0.5 * (low + high)
+                    sine = math.sin(phase0 + omega * middle)
+                    cosine = math.cos(phase0 + omega * middle)
+                    theta, there = state_at(
+                        row, w2, f, omega, theta0, w0, sin0, cos0, pull, middle, sine, cosine
+                    )
+                    if (there > 0.0) == (speed > 0.0):
+                        low = middle
+                    else:
+                        high = middle
+                _widen(out, theta, there)
+            begin, speed, rising = part, w, now
+
+
+@compiled
+def _widen(out, theta, w):
+    out[0], out[1] = min(out[0], w), max(out[1], w)
+    out[2], out[3] = min(out[2], theta), max(out[3], theta)
 
 
 @compiled

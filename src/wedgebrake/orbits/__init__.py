@@ -5,7 +5,9 @@ chain, strobe  the equations of an orbit: exact (a chain of pieces), smooth (a m
 family         the systems over one parameter, or two
 arclength      a curve of solutions, step by step
 margins        what ends a chain of pieces: the bifurcations that only friction has
-transitions    the chain beyond such an end
+transitions, beyond
+               the chain beyond such an end, and the orbit on it
+onset          of permanent sticking, in closed form
 locate         fold, period doubling and the others, to rounding in the parameter
 branch         one branch, point by point
 branches       branches and those that leave them, as one dataset

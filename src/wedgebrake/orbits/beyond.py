@@ -14,6 +14,8 @@ from wedgebrake.orbits.kinds import Kind, Scenario
 from wedgebrake.orbits.locate import Solution
 from wedgebrake.orbits.transitions import Margin, Transition, transition, violated
 
+ALL_SLIP_ENDS = "all slip ends, permanent sticking begins"
+PERMANENT = "permanent sticking: every angle that the brake holds is an equilibrium"
 # Lengths [rad] of what is put in, in the order in which they are tried.
 _LENGTHS = (1e-3, 1e-4, 1e-2)
 # First steps beyond, as shares of the longest.
@@ -55,8 +57,7 @@ def go_beyond(
         why = f"{found.kind.value}, beyond which the motion jumps"
         return Beyond(found.kind, effect, Scenario.JUMP, why=why)
     if not found.nodes:
-        why = "permanent sticking: every angle that the brake holds is an equilibrium"
-        return Beyond(found.kind, effect, Scenario.NONE, why=why)
+        return Beyond(found.kind, effect, Scenario.NONE, why=PERMANENT)
     new = Chain(tuple(node.code for node in found.nodes), chain.order, half=chain.half)
     started = _grown(curve, new, found, values) if found.grown else None
     if not found.grown:
@@ -87,7 +88,7 @@ def _grown(
             unknowns[end] += (1.0 - share) * length
             normal[begin] -= 1.0
             normal[end] += 1.0
-        there = OrbitCurve.through(chain, curve.family, unknowns)
+        there = OrbitCurve.through(chain, curve.family, unknowns, values)
         normal = normal * there.scales
         normal /= np.linalg.norm(normal)
         try:
@@ -109,7 +110,7 @@ def _joined(
 ) -> tuple[OrbitCurve, Solution] | None:
     """An orbit a little further on the side on which the shorter chain is one."""
     unknowns = _unknowns(found)
-    there = OrbitCurve.through(chain, curve.family, unknowns)
+    there = OrbitCurve.through(chain, curve.family, unknowns, values)
     along = np.zeros(unknowns.size + len(values))
     along[-1] = 1.0
     try:
@@ -141,7 +142,7 @@ def _effect(before: tuple[int, ...], after: tuple[int, ...], found: Transition) 
     if found.jump:
         return ""
     if not after:
-        return "all slip ends, permanent sticking begins"
+        return ALL_SLIP_ENDS
     words = []
     for word, test in (
         ("slip forwards", lambda code: code > 0),

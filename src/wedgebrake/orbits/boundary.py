@@ -22,7 +22,7 @@ from wedgebrake.orbits.equations import FloatArray, NoOrbitError, multipliers
 from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.kinds import Kind
 from wedgebrake.orbits.locate import Solution, tests
-from wedgebrake.orbits.ranges import Range, make_ranges, value_of
+from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check
 from wedgebrake.orbits.symmetry import met, prime_order
 from wedgebrake.orbits.transitions import Margin, violated
@@ -140,6 +140,8 @@ def boundaries(
     """
     chosen = check(system, order, method, rtol)
     allowed = [kind.value for kind in Kind if kind.can_be_followed(chosen)]
+    if isinstance(kinds, str):
+        raise InputError(f"kinds = {shown(kinds)}: must be a list of kinds, as [{shown(kinds)}].")
     for kind in kinds or ():
         if kind not in allowed:
             raise InputError(
@@ -170,12 +172,12 @@ class _Boundary:
         self.first, self.second, self.largest, self.most = first, second, step, points
         base = point.family.base
         self.family = Family(
-            base, (first.name, second.name), (first.scale, second.scale),
+            base, (first.name, second.name), (exact_scale(first), exact_scale(second)),
             method=point.family.method, rtol=point.family.rtol,
         )  # fmt: skip
-        self.orbits = OrbitCurve.through(point.equations, self.family, point.unknowns)
-        self.curve = BifurcationCurve(self.orbits, self._condition)
         values = (point.value, value_of(base, second.name))
+        self.orbits = OrbitCurve.through(point.equations, self.family, point.unknowns, values)
+        self.curve = BifurcationCurve(self.orbits, self._condition)
         for one, value in zip((first, second), values, strict=True):
             if not one.bounds[0] <= value <= one.bounds[1]:
                 raise InputError(

@@ -11,13 +11,14 @@ import numpy as np
 
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
-from wedgebrake.orbits.beyond import Beyond, go_beyond
+from wedgebrake.orbits.beyond import ALL_SLIP_ENDS, PERMANENT, Beyond, go_beyond
 from wedgebrake.orbits.chain import Chain, goes_through
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations import Equations, FloatArray, Measures, NoOrbitError, multipliers
 from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.kinds import Kind, Scenario
 from wedgebrake.orbits.locate import Solution, Step, first_end, smooth_bifurcations, tests
+from wedgebrake.orbits.onset import onset
 from wedgebrake.orbits.symmetry import is_symmetric, met, prime_order
 from wedgebrake.orbits.transitions import Margin, violated
 
@@ -148,13 +149,16 @@ class Branch(Iterator[BranchPoint]):
         self.step = _FIRST * self.largest
         start = self.start
         self._equations = start.equations
-        self._curve = OrbitCurve.through(start.equations, start.family, start.unknowns)
+        self._curve = OrbitCurve.through(
+            start.equations, start.family, start.unknowns, start.values
+        )
         y = self._curve.scaled(start.unknowns, start.values)
-        along = start.direction
-        if not along.size:
-            along = np.zeros(y.size)
-            along[-1] = 1.0 if self.rising else -1.0
+        held = np.zeros(y.size)
+        held[-1] = 1.0 if self.rising else -1.0
+        along = start.direction if start.direction.size else held
         y, matrix = newton(self._curve, y, along)
+        # Not by the last bit off the value that it is an orbit of.
+        y[-1] = start.values[-1] / self._curve.scales[-1] if not start.direction.size else y[-1]
         self._now = Solution(y, matrix, tangent(matrix, along))
         # Of an orbit that is symmetric, or of one period, nothing is met.
         self._leaves = True
@@ -213,6 +217,8 @@ class Branch(Iterator[BranchPoint]):
             if done:
                 return
             self.step *= _SHRINK
+        if self._comes_to_rest():
+            return
         where = self._parent_of(self._now, _NEARLY)
         self.met = bool(where)
         self._ahead = self._ahead or where or "no orbit was found further on"
@@ -220,20 +226,27 @@ class Branch(Iterator[BranchPoint]):
     def _try(self) -> bool:
         """One attempt at a step; whether it led on."""
         before = self._now
-        y, matrix = newton(self._curve, before.y + self.step * before.direction, before.direction)
+        low, high = (bound / self._curve.scales[-1] for bound in self.bounds)
+        guess = before.y + self.step * before.direction
+        outside = not low <= guess[-1] <= high
+        if outside:
+            # To the end of the range and no further: beyond, there may be no such system.
+            bound = low if guess[-1] < low else high
+            share = (bound - before.y[-1]) / before.direction[-1]
+            guess, held = before.y + share * before.direction, np.zeros(guess.size)
+            held[-1] = 1.0
+            guess[-1] = bound
+            y, matrix = newton(self._curve, guess, held)
+            y[-1] = bound
+        else:
+            y, matrix = newton(self._curve, guess, before.direction)
+            if not low <= y[-1] <= high:
+                return False
         after = Solution(y, matrix, tangent(matrix, before.direction))
         turn = float(after.direction @ before.direction)
         if turn < _TURN and self.step > _ANY_TURN * self.largest:
             return False
-        low, high = (bound / self._curve.scales[-1] for bound in self.bounds)
-        outside = not low <= y[-1] <= high
         step = Step(self._curve, before, after)
-        if outside:
-            bound = low if y[-1] < low else high
-            after = step.at(step.root(lambda at: float(at.y[-1] - bound)))
-            if abs(after.y[-1] - bound) > 1e-9 * (high - low):
-                return False
-            step = Step(self._curve, before, after)
         lacking = violated(self._curve.margins(after.y))
         if lacking:
             return self._end_of_chain(step, lacking)
@@ -261,7 +274,7 @@ class Branch(Iterator[BranchPoint]):
     def _rescale(self) -> None:
         """Measure in the scales of the present orbit, if it has outgrown those of the branch."""
         unknowns, values = self._curve.unscaled(self._now.y)
-        curve = OrbitCurve.through(self._equations, self.start.family, unknowns)
+        curve = OrbitCurve.through(self._equations, self.start.family, unknowns, values)
         ratio = curve.scales / self._curve.scales
         if np.all(ratio < _OUTGROWN) and np.all(ratio * _OUTGROWN > 1.0):
             return
@@ -302,6 +315,20 @@ class Branch(Iterator[BranchPoint]):
         if is_symmetric(self._equations, unknowns, self.start.family, values, tolerance):
             return "symmetry breaking of a symmetric orbit"
         return ""
+
+    def _comes_to_rest(self) -> bool:
+        """Whether permanent sticking begins just ahead: then its onset is the last point."""
+        found = onset(self._curve, self._now)
+        if found is None:
+            return False
+        unknowns, value = found
+        last = self._point(self._now)
+        bifurcation = Bifurcation(Kind.ADDING_SLIDING, ALL_SLIP_ENDS)
+        self._queue.append(
+            replace(last, values=(value,), unknowns=unknowns, bifurcation=bifurcation)
+        )
+        self._ahead = PERMANENT
+        return True
 
     def _value(self, at: Solution) -> float:
         return self._curve.unscaled(at.y)[1][0]

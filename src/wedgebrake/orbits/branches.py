@@ -14,7 +14,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.branch import Branch, BranchPoint
 from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.orbit import Orbit
-from wedgebrake.orbits.ranges import Range, make_ranges, value_of
+from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check, orbit
 from wedgebrake.orbits.switching import leaving
 
@@ -84,7 +84,8 @@ def continuation(
     equations, unknowns = orbit._solved
     family = Family(orbit.system, (over.name,), (over.scale,), method=orbit.method, rtol=orbit.rtol)
     start = BranchPoint(family, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
-    return Branch(start, over.bounds, over.last > over.first, float(step), int(points))
+    largest = float(step) * over.scale / exact_scale(over)
+    return Branch(start, over.bounds, over.last > over.first, largest, int(points))
 
 
 def branches(
@@ -179,48 +180,58 @@ def follow(
     settings: dict[str, Any] = {"step": step, "points": points}
     branch = continuation(first, **settings | {over.name: (over.first, over.last)})
     followed = [_followed(branch, -1, "begin of the range", progress)]
-    if opposite:
-        other = _opposite(first, over, branch)
-        if other is not None:
-            back = continuation(other, **settings | {over.name: (over.last, over.first)})
-            followed.append(_followed(back, -1, "end of the range", progress))
-    level, number = list(followed), 0
-    for _ in range(switch):
-        deeper: list[Followed] = []
-        for one in level:
-            for point in one.branch.bifurcations:
-                deeper += _leaving(point, number, branch, [*followed, *deeper], progress)
-                number += 1
-        followed += deeper
-        level = deeper
+    _follow_leaving(followed, 0, switch, progress)
+    other = _opposite(first, over, followed) if opposite else None
+    if other is not None:
+        back = continuation(other, **settings | {over.name: (over.last, over.first)})
+        followed.append(_followed(back, -1, "end of the range", progress))
+        _follow_leaving(followed, len(followed) - 1, switch, progress)
     return followed
 
 
-def _opposite(first: Orbit, over: Range, known: Branch) -> Orbit | None:
+def _follow_leaving(
+    followed: list[Followed],
+    root: int,
+    levels: int,
+    progress: Callable[[Branch], None] | None,
+) -> None:
+    """Append the branches that leave one of the list, those that leave these, and so on."""
+    begin, end = root, root + 1
+    for _ in range(levels):
+        for place in range(begin, end):
+            number = sum(len(one.branch.bifurcations) for one in followed[:place])
+            for point in followed[place].branch.bifurcations:
+                followed += _leaving(point, number, followed, progress)
+                number += 1
+        begin, end = end, len(followed)
+
+
+def _opposite(first: Orbit, over: Range, known: list[Followed]) -> Orbit | None:
     """The orbit that the motion settles to at the other end; None if there is none, or a known."""
     other = orbit(
         first.system.replace(**{over.name: over.last}), method=first.method, rtol=first.rtol
     )
     if not other.found:
         return None
-    last = known.points[-1]
-    if abs(last.value - over.last) <= _SAME * over.scale and last.order == other.order:
-        size = np.max(np.abs(other.points), axis=0) + 1e-300
-        for turn in range(other.order):
-            apart = np.abs(np.roll(other.points, turn, axis=0) - last.points) / size
-            if np.all(apart <= _ALIKE):
-                return None
+    size = np.max(np.abs(other.points), axis=0) + 1e-300
+    for one in known:
+        last = one.branch.points[-1]
+        if abs(last.value - over.last) <= _SAME * over.scale and last.order == other.order:
+            for turn in range(other.order):
+                apart = np.abs(np.roll(other.points, turn, axis=0) - last.points) / size
+                if np.all(apart <= _ALIKE):
+                    return None
     return other
 
 
 def _leaving(
     point: BranchPoint,
     number: int,
-    first: Branch,
     known: list[Followed],
     progress: Callable[[Branch], None] | None,
 ) -> list[Followed]:
     """The branches that leave a bifurcation and are not known yet."""
+    first = known[0].branch
     low, high = first.bounds
     for one in known:
         last = one.branch.points[-1]

@@ -16,6 +16,8 @@ from wedgebrake.orbits.flow import run
 
 # An orbit with a larger multiplier than this is left by rounding within its period.
 _FORGOTTEN = 1e6
+# What moves less than this share of the angle, in time of the torque, hardly moves.
+_SMALL = 1e-6
 # A velocity below this share of the motion's is that of rest.
 _AT_REST = 1e-13
 
@@ -74,15 +76,25 @@ class Chain:
         later[1::2] *= -1.0
         return np.concatenate((unknowns, later))
 
-    def scales(self, unknowns: FloatArray) -> FloatArray:
-        """A radian of phase (at a mark the velocity), and the largest angle."""
+    def scales(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """A radian of phase (at a mark the velocity), and the angle, of the orbit's size."""
+        slowest, fastest, least, greatest = self._extremes(unknowns, problem)
+        angle, velocity = max(abs(least), abs(greatest)), max(abs(slowest), abs(fastest))
+        omega = problem[4]
         scales = np.empty(self.size)
         scales[0::2] = 1.0
-        scales[1::2] = np.max(np.abs(unknowns[1::2])) + 1e-300
-        for node in range(len(self.codes)):
-            if self.is_mark(node):
-                scales[2 * node] = abs(unknowns[2 * node]) + 1e-300
+        scales[1::2] = max(angle, _SMALL * velocity / omega) or 1.0
+        if self.is_mark(0):
+            scales[0] = max(velocity, _SMALL * omega * angle) or 1.0
         return scales
+
+    def _extremes(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """Least and greatest velocity [rad/s] and angle [rad]."""
+        out = np.empty(4)
+        kernel.extremes(problem, self._every, self.order, self._all(unknowns), out)
+        if not np.all(np.isfinite(out)):
+            raise NoOrbitError
+        return out
 
     def residual(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """F(u)."""
@@ -132,9 +144,10 @@ class Chain:
         tally.clear(sums)
         tally.add(*tangent.split(problem), log, log.shape[0], sums)
         events = sum(not self.is_mark(i) for i in range(len(self.every)))
+        slowest, fastest, least, greatest = self._extremes(unknowns, problem)
         return Measures(
-            velocity_amplitude=0.5 * float(sums[tally.HIGH_W] - sums[tally.LOW_W]),
-            angle_amplitude=0.5 * float(sums[tally.HIGH_THETA] - sums[tally.LOW_THETA]),
+            velocity_amplitude=0.5 * float(fastest - slowest),
+            angle_amplitude=0.5 * float(greatest - least),
             stick_share=float(sums[tally.REST_TIME]) * system.excitation.frequency / self.order,
             sticks_forward=float(sums[tally.STICKS_FORWARD]) / self.order,
             sticks_backward=float(sums[tally.STICKS_BACKWARD]) / self.order,
@@ -157,7 +170,8 @@ class Chain:
             return False
         first, second = np.split(unknowns.reshape(-1, 2), 2)
         apart = np.abs(second - first * [1.0, -1.0] - [math.pi * self.order, 0.0])
-        return bool(np.all(apart <= tolerance * self.scales(unknowns).reshape(-1, 2)[:half]))
+        angle = np.max(np.abs(unknowns[1::2]))
+        return bool(np.all(apart <= tolerance * np.array([1.0, angle])))
 
     def doubled(self, unknowns: FloatArray) -> tuple[Chain, FloatArray]:
         """The same orbit, gone through twice."""
@@ -209,7 +223,7 @@ def goes_through(chain: Chain, unknowns: FloatArray, problem: Any) -> bool:
     if abs(trace) > _FORGOTTEN:
         return True
     angle, velocity = chain.points(unknowns, problem)[0]
-    if abs(velocity - problem[11]) <= _AT_REST * abs(chain.scales(unknowns)[1]) * problem[4]:
+    if abs(velocity - problem[11]) <= _AT_REST * np.max(np.abs(unknowns[1::2])) * problem[4]:
         velocity = problem[11]
     seen = from_log(
         run(problem, np.array([angle, velocity]), chain.order).log, problem, chain.order

@@ -28,9 +28,16 @@ class OrbitCurve:
     scales: FloatArray
 
     @classmethod
-    def through(cls, equations: Equations, family: Family, unknowns: FloatArray) -> OrbitCurve:
-        """The curve in the scales of one of its orbits."""
-        scales = equations.scales(unknowns) * np.sqrt(equations.size)
+    def through(
+        cls,
+        equations: Equations,
+        family: Family,
+        unknowns: FloatArray,
+        values: tuple[float, ...],
+    ) -> OrbitCurve:
+        """The curve in the scales of one of its orbits; raises ``NoOrbitError``."""
+        sizes = equations.scales(unknowns, family.problem(values))
+        scales = sizes * np.sqrt(equations.size)
         return cls(equations, family, np.concatenate((scales, family.scales)))
 
     def scaled(self, unknowns: FloatArray, values: tuple[float, ...]) -> FloatArray:

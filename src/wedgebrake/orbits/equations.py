@@ -46,7 +46,7 @@ class Equations(Protocol):
     def sequence(self) -> str:
         """The pieces in their order, in signs; empty where the equations do not know them."""
 
-    def scales(self, unknowns: FloatArray) -> FloatArray:
+    def scales(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """(size,) a change of each unknown that is no small one."""
 
     def residual(self, unknowns: FloatArray, problem: Any) -> FloatArray:

@@ -12,7 +12,7 @@ from wedgebrake.orbits.equations import FloatArray, NoOrbitError
 
 # Rows of the log for each period that is asked for, at first.
 _ROWS = 32
-_MOST_EVENTS = 1_000_000
+_MOST_EVENTS = 100_000
 _NO_POINTS = np.empty((0, 2))
 
 

@@ -13,8 +13,8 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations import Equations, FloatArray, Measures
 from wedgebrake.orbits.family import Family
 
-# Pieces of an orbit that are named one by one.
-_FEW_PIECES = 24
+# Pieces of an orbit that are named one by one, and those that its equations may have.
+_FEW_PIECES, MOST_PIECES = 24, 600
 
 
 class OrbitStatus(Enum):
@@ -26,6 +26,9 @@ class OrbitStatus(Enum):
     AT_REST = "at_rest"
     NO_RUN = "no_run"
     NOT_PERIODIC = "not_periodic"
+    NOT_SETTLED = "not_settled"
+    NOT_ISOLATED = "not_isolated"
+    TOO_LONG = "too_long"
 
     @property
     def sentence(self) -> str:
@@ -54,6 +57,19 @@ _SENTENCES = {
     OrbitStatus.NOT_PERIODIC: (
         "The motion settles to no periodic orbit. Give order, the number of periods of the torque"
         " in the wanted orbit, which may be unstable."
+    ),
+    OrbitStatus.NOT_SETTLED: (
+        "The motion has not settled within limit periods. Raise limit, or give order, the number"
+        " of periods of the torque in the wanted orbit."
+    ),
+    OrbitStatus.NOT_ISOLATED: (
+        "Without a torque, or without a spring, an orbit is one of many, moved in time or in angle:"
+        " none is isolated, as must be what is looked for. Give the driveline a spring, and the"
+        " excitation an amplitude."
+    ),
+    OrbitStatus.TOO_LONG: (
+        f"The orbit has more than {MOST_PIECES} pieces, too many for its equations. Look for one of"
+        " a lower order, or of a slower driveline."
     ),
 }
 
@@ -121,6 +137,8 @@ class Orbit:
     def _exponent(self, multiplier: complex) -> float:
         if multiplier == 0.0:
             return -math.inf
+        if not self.found:
+            return math.nan
         return math.log(abs(multiplier)) * self.system.excitation.frequency / self.order
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +39,11 @@ class Range:
     def attributes(self) -> dict[str, str]:
         """For the coordinate of a dataset."""
         return {"units": self.unit, "long_name": self.meaning}
+
+
+def exact_scale(over: Range) -> float:
+    """The power of two nearest to the width of a range: dividing by it rounds nothing."""
+    return float(2.0 ** round(math.log2(over.scale)))
 
 
 def make_ranges(system: BrakedDriveline, given: dict[str, Any], count: int) -> list[Range]:

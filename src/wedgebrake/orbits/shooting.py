@@ -19,7 +19,7 @@ from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations import Equations, FloatArray, NoOrbitError, multipliers
 from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.flow import run
-from wedgebrake.orbits.orbit import Orbit, OrbitStatus, told
+from wedgebrake.orbits.orbit import MOST_PIECES, Orbit, OrbitStatus, told
 from wedgebrake.orbits.strobe import Strobe
 from wedgebrake.orbits.symmetry import is_symmetric, prime_order
 from wedgebrake.orbits.transitions import violated
@@ -72,17 +72,20 @@ def orbit(
     """
     chosen = check(system, order, method, rtol)
     start = None if initial is None else check_state("initial", initial)
+    settling = protocol(None, "auto", limit)
     family = Family(system, method=chosen, rtol=float(rtol))
     if order is not None and start is not None:
         return _near(family, order, [np.array(start)])
-    answer, record = judge(system, start or (0.0, 0.0), chosen, protocol(None, "auto", limit))
+    answer, record = judge(system, start or (0.0, 0.0), chosen, settling)
     if answer[point.OUTCOME] != codes.COMPLETED:
         return Orbit(system, chosen, family.rtol, OrbitStatus.NO_RUN, order or 0)
     if answer[point.CLASS] == codes.AT_REST:
         return Orbit(system, chosen, family.rtol, OrbitStatus.AT_REST, order or 0)
     settled = int(answer[point.ORDER])
     if order is None and not settled:
-        return Orbit(system, chosen, family.rtol, OrbitStatus.NOT_PERIODIC, 0)
+        unsettled = answer[point.CLASS] == codes.UNDECIDED
+        why = OrbitStatus.NOT_SETTLED if unsettled else OrbitStatus.NOT_PERIODIC
+        return Orbit(system, chosen, family.rtol, why, 0)
     wanted = order or settled
     if wanted == settled:
         final = np.array([answer[point.FINAL_THETA], answer[point.FINAL_W]])
@@ -120,11 +123,17 @@ def _guesses(record: FloatArray, order: int) -> list[FloatArray]:
 
 def _near(family: Family, order: int, guesses: list[FloatArray]) -> Orbit:
     """The first orbit of this order that one of the guesses leads to."""
+    base = family.base
     status = OrbitStatus.NOT_CONVERGED
+    if base.driveline.stiffness == 0.0 or base.excitation.amplitude == 0.0:
+        status = OrbitStatus.NOT_ISOLATED
     for equations, unknowns in _candidates(family, order, guesses):
+        if equations.size > 2 * MOST_PIECES:
+            status = OrbitStatus.TOO_LONG
+            continue
         steps: list[float] = []
-        curve = OrbitCurve.through(equations, family, unknowns)
         try:
+            curve = OrbitCurve.through(equations, family, unknowns, ())
             y, _ = newton(curve, curve.scaled(unknowns, ()), None, steps)
             solved = curve.unscaled(y)[0]
             if not is_orbit(equations, solved, family.problem(())):

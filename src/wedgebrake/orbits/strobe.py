@@ -34,10 +34,13 @@ class Strobe:
         """Two unknowns for each period."""
         return 2 * self.order
 
-    def scales(self, unknowns: FloatArray) -> FloatArray:
-        """The largest angle and velocity."""
-        sizes = np.max(np.abs(unknowns.reshape(-1, 2)), axis=0) + 1e-300
-        return np.tile(sizes, self.order)
+    def scales(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """The angle, and the velocity that belongs to it, of the orbit's size."""
+        angle, velocity = np.max(np.abs(self._states(unknowns)), axis=0)
+        # At the section the one may vanish where the other is largest.
+        omega = problem.plant[4]
+        velocity = max(velocity, omega * angle) or 1.0
+        return np.tile([max(angle, velocity / omega), velocity], self.order)
 
     def residual(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """F(u)."""
@@ -98,7 +101,9 @@ class Strobe:
         start = (float(unknowns[0]), float(unknowns[1]))
         end = simulate(system, half, initial=start, method="smooth", times=()).attrs
         apart = np.abs([end["final_angle"] + start[0], end["final_velocity"] + start[1]])
-        return bool(np.all(apart <= tolerance * self.scales(unknowns)[:2]))
+        sizes = np.max(np.abs(self._states(unknowns)), axis=0)
+        omega = system.excitation.angular_frequency
+        return bool(np.max(apart * [omega, 1.0]) <= tolerance * np.max(sizes * [omega, 1.0]))
 
     def halved(self, unknowns: FloatArray) -> tuple[Strobe, FloatArray]:
         """The same: nothing is gained by symmetry."""

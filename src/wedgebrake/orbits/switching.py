@@ -36,13 +36,13 @@ def leaving(point: BranchPoint) -> list[tuple[BranchPoint, BranchPoint]]:
 
 def _met(point: BranchPoint, *, twice: bool) -> tuple[OrbitCurve, FloatArray, FloatArray]:
     """The curve that both branches lie on, unknowns there, and the direction of the known one."""
-    own = OrbitCurve.through(point.equations, point.family, point.unknowns)
+    own = OrbitCurve.through(point.equations, point.family, point.unknowns, point.values)
     size = point.equations.size
     moved = point.direction * own.scales
     widened = point.equations.doubled if twice else point.equations.whole
     equations, unknowns = widened(point.unknowns)
     _, further = widened(point.unknowns + moved[:size])
-    curve = OrbitCurve.through(equations, point.family, unknowns)
+    curve = OrbitCurve.through(equations, point.family, unknowns, point.values)
     along = np.concatenate((further - unknowns, moved[size:])) / curve.scales
     return curve, unknowns, along
 

@@ -239,8 +239,9 @@ def _on_creep(creep: FloatArray, cases: Sequence[Compared]) -> str:
     at = STEEPNESS.index(PAPER_STEEPNESS)
     alone = [one for one in cases if AT_REST == one.exact[1] != one.smoothed[1]]
     return (
-        "With Coulomb friction the wedge brake comes to rest for good where the holding interval"
-        f" is wider than the torque swings, F_0 > μ_s (α² − 1)/α = {bound:.4f} at α = {alpha:g}."
+        "With Coulomb friction the wedge brake can rest for good where the holding interval is"
+        f" wider than the torque swings, F_0 > μ_s (α² − 1)/α = {bound:.4f} at α = {alpha:g}; a"
+        " steep slope keeps a stick-slip orbit alive beside rest a little further, until a fold."
         f" What the smoothed law shows there is its own creep: {_names(alone)}. At F_0 ="
         f" {_CREEPING.F0:g}, η = 0, the creep reaches {creep[at]:.2g} rad/s at ξ ="
         f" {PAPER_STEEPNESS:g} and {creep[-1]:.2g} rad/s at ξ = {STEEPNESS[-1]:g}."

@@ -1,0 +1,553 @@
+"""Branches of orbits: that their points are orbits, and that what bifurcates does so."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+
+WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
+CONVENTIONAL = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional")
+TURNED = WEDGE.replace(drive_speed=20.0)
+OF_FRICTION = "sliding", "grazing"
+
+
+def follow(system: wb.BrakedDriveline, order: int | None = 1, **arguments) -> wb.Branch:
+    """A branch, to its end."""
+    branch = wb.continuation(wb.orbit(system, order), **arguments)
+    for _ in branch:
+        pass
+    return branch
+
+
+# Names of branches; each is followed once.
+BRANCHES = {
+    "wedge, force falls": lambda: follow(WEDGE, F0=(0.067, 0.03)),
+    "wedge, force rises": lambda: follow(WEDGE, F0=(0.067, 0.12)),
+    "wedge, eta": lambda: follow(wb.paper.system(eta=-10.0, F0=0.036), eta=(-10.0, -40.0)),
+    "wedge, slow torque": lambda: follow(WEDGE, f=(0.63, 0.15)),
+    "wedge, shaft turns": lambda: follow(WEDGE, drive_speed=(0.0, 6.0)),
+    "wedge, shaft turns fast": lambda: follow(TURNED, drive_speed=(20.0, 9.0)),
+    "wedge, angle": lambda: follow(WEDGE, angle=(0.34, 1.4)),
+    "conventional, eta": lambda: follow(CONVENTIONAL, eta=(12.0, -60.0)),
+    "conventional, force": lambda: follow(CONVENTIONAL, F0=(0.05, 0.9)),
+    "breakaway": lambda: follow(WEDGE.replace(static=0.31), f=(0.63, 0.15)),
+    "smooth": lambda: follow(
+        wb.paper.system(eta=-10.0, F0=0.05, friction="smoothed"), eta=(-10.0, -11.0), step=0.5
+    ),
+}
+_followed: dict[str, wb.Branch] = {}
+
+
+@pytest.fixture(params=BRANCHES)
+def branch(request) -> wb.Branch:
+    """Each of the branches in its turn."""
+    return known(request.param)
+
+
+def known(name: str) -> wb.Branch:
+    if name not in _followed:
+        _followed[name] = BRANCHES[name]()
+    return _followed[name]
+
+
+def _events(point: wb.BranchPoint) -> list[str]:
+    """Events of the simulated motion in the time of the orbit, in words."""
+    r = wb.simulate(point.system, periods=point.order, initial=tuple(point.points[0]), times=())
+    return [str(kind) for kind in r.event_kind.values]
+
+
+def _of_sequence(sequence: str) -> list[str]:
+    """Kinds of events of a cyclic sequence, by the numbers that datasets of runs give them."""
+    words = sequence.split()
+    numbers = []
+    for before, after in zip(words[-1:] + words[:-1], words, strict=True):
+        if before == after:
+            continue
+        if after == "0":
+            numbers.append("stick")
+        elif before == "0":
+            numbers.append("slip")
+        else:
+            numbers.append("reversal" if before[0] != after[0] else "breakpoint")
+    return numbers
+
+
+def _kinds(names: list[str]) -> dict[str, int]:
+    from wedgebrake.solvers.trajectory import EventKind
+
+    words = {str(int(kind)): kind.name.lower() for kind in EventKind}
+    found: dict[str, int] = {}
+    for name in names:
+        word = words.get(name, name)
+        for key in ("stick", "slip", "reversal", "breakpoint"):
+            if key in word:
+                found[key] = found.get(key, 0) + 1
+                break
+        else:
+            if word in ("release", "crossing", "apply", "contact"):
+                found["breakpoint"] = found.get("breakpoint", 0) + 1
+    return found
+
+
+def test_every_point_is_an_orbit(branch) -> None:
+    """The motion comes back to it; its error grows with the multiplier."""
+    for point in branch.points[::3]:
+        order = point.order
+        end = wb.simulate(
+            point.system, periods=order, initial=tuple(point.points[0]), times=()
+        ).attrs
+        apart = np.abs(np.array([end["final_angle"], end["final_velocity"]]) - point.points[0])
+        size = point.measures.angle_amplitude, point.measures.velocity_amplitude
+        growth = 1.0 + abs(point.multipliers[0])
+        room = 1e-6 if not point.sequence else 1e-8
+        assert np.all(apart <= room * growth * np.array(size) + 1e-15), (
+            point.value,
+            point.sequence,
+            apart,
+        )
+
+
+def test_simulated_events_are_those_of_the_sequence(branch) -> None:
+    """Counted by kind beside every bifurcation of friction, on both sides of it."""
+    points = branch.points
+    places = [
+        k
+        for k, point in enumerate(points)
+        if point.bifurcation and point.bifurcation.kind.value.endswith(OF_FRICTION)
+    ]
+    for k in places:
+        for side in (k - 1, k + 1):
+            if not 0 <= side < len(points) or points[side].bifurcation:
+                continue
+            if abs(points[side].multipliers[0]) > 1e4:
+                continue
+            seen = _kinds(_events(points[side]))
+            wanted = _kinds(_of_sequence(points[side].sequence))
+            assert seen == wanted, (points[side].value, points[side].sequence)
+
+
+def test_scenario_is_where_the_orbits_lie(branch) -> None:
+    """Persistence: on both sides of the value. Non-smooth fold: both on one side."""
+    points = branch.points
+    for k in range(1, len(points) - 1):
+        found = points[k].bifurcation
+        if found is None or not found.scenario.value:
+            continue
+        before, here, after = (points[k + i].value for i in (-1, 0, 1))
+        if points[k - 1].bifurcation or points[k + 1].bifurcation:
+            continue
+        across = (before - here) * (after - here) < 0.0
+        if found.scenario.value == "persistence":
+            assert across, (here, found.sentence)
+        elif found.scenario.value == "non-smooth fold":
+            assert not across, (here, found.sentence)
+
+
+def test_effect_is_a_difference_of_the_sequences(branch) -> None:
+    points = branch.points
+    for k in range(1, len(points) - 1):
+        found = points[k].bifurcation
+        if found is None or not found.kind.value.endswith(OF_FRICTION):
+            continue
+        before, after = (points[i].sequence.split() for i in (k - 1, k + 1))
+        assert before != after
+        for words, test in (
+            ("sticking", lambda piece: piece == "0"),
+            ("slip forwards", lambda piece: piece.startswith("+")),
+            ("slip backwards", lambda piece: piece.startswith("-")),
+        ):
+            had, has = any(map(test, before)), any(map(test, after))
+            assert (f"{words} begins" in found.effect) == (has and not had)
+            assert (f"{words} ends" in found.effect) == (had and not has)
+
+
+def test_smooth_bifurcations_are_where_multipliers_say(branch) -> None:
+    for point in branch.bifurcations:
+        first, second = point.multipliers
+        kind = point.bifurcation.kind.value
+        room = 1e-9 if point.sequence else 1e-5
+        if kind in ("fold", "branch point", "symmetry breaking"):
+            assert min(abs(first - 1.0), abs(second - 1.0)) <= 1e-7 + room
+        elif kind == "period doubling":
+            assert min(abs(first + 1.0), abs(second + 1.0)) <= room
+        elif kind == "Neimark-Sacker":
+            assert abs(first) == pytest.approx(1.0, abs=room)
+            assert first.imag != 0.0
+
+
+def test_stability_changes_only_at_bifurcations(branch) -> None:
+    points = branch.points
+    for before, after in pairwise(points):
+        if before.stable != after.stable:
+            assert before.bifurcation or after.bifurcation, (before.value, after.value)
+
+
+def test_every_branch_says_why_it_ends(branch) -> None:
+    """These stop at the end of their range, or where the motion itself does."""
+    assert branch.end.startswith("left the range") or (
+        branch.points[-1].bifurcation is not None
+        and ("permanent sticking" in branch.end or "jump" in branch.end)
+    ), (branch.end, branch.points[-1].value, branch.points[-1].sequence)
+
+
+class TestDirections:
+    def test_both_directions_find_the_same(self) -> None:
+        low, high = 0.05, 0.08
+        there = follow(WEDGE.replace(F0=high), F0=(high, low))
+        back = wb.continuation(
+            wb.orbit(WEDGE.replace(F0=low), 1, initial=tuple(there.points[-1].points[0])),
+            F0=(low, high),
+        )
+        for _ in back:
+            pass
+        assert back.end.startswith("left the range")
+        one = [(p.bifurcation.kind, p.value) for p in there.bifurcations]
+        two = [(p.bifurcation.kind, p.value) for p in back.bifurcations][::-1]
+        assert [kind for kind, _ in one] == [kind for kind, _ in two]
+        np.testing.assert_allclose([v for _, v in one], [v for _, v in two], atol=1e-10)
+
+    def test_a_fold_is_passed(self) -> None:
+        """Its value is the extreme of the branch's, to second order in the distance."""
+        points = known("wedge, force rises").points
+        folds = [k for k, p in enumerate(points)
+                 if p.bifurcation and p.bifurcation.kind.value == "fold"]  # fmt: skip
+        assert len(folds) == 2
+        for k, side in zip(folds, (1.0, -1.0), strict=True):
+            near = [p.value for p in points[k - 3 : k + 4]]
+            assert side * points[k].value >= max(side * value for value in near)
+        # Between both folds, three orbits at one force.
+        force = 0.097
+        assert points[folds[1]].value < force < points[folds[0]].value
+        values = np.array([p.value for p in points]) - force
+        assert np.count_nonzero(values[:-1] * values[1:] < 0.0) == 3
+
+
+class TestClosedForms:
+    def test_sliding_touches_rest_where_the_linear_oscillator_says(self) -> None:
+        """Carried along by a shaft, unstable for its falling slope: grazing-sliding.
+
+        While it slides, J theta'' + (c + R mu delta) theta' + k theta = T sin - M: the velocity
+        amplitude is omega T/|Z|, and reaches Omega at T = Omega |Z|/omega. The multipliers
+        until there are those of the free vibration.
+        """
+        system = wb.paper.system(eta=-1.5, F0=0.05, brake="conventional").replace(
+            drive_speed=0.5, amplitude=10.0, release=False
+        )
+        line, omega = system.driveline, system.excitation.angular_frequency
+        damping = line.damping * (1.0 - 1.5)
+        z = line.stiffness - line.inertia * omega**2 + 1j * omega * damping
+        wave = 10.0 / z  # of exp(i omega t), imaginary part
+        law = system.characteristic
+        mean = -(law.offsets[-1] + law.slopes[-1] * line.drive_speed) / line.stiffness
+        state = (mean + wave.imag, (1j * omega * wave).imag)
+        found = wb.orbit(system, 1, initial=state)
+        assert found.found
+        assert found.sequence == "+"
+        growth = math.exp(-0.5 * damping / line.inertia / system.excitation.frequency)
+        assert abs(found.multipliers[0]) == pytest.approx(growth, rel=1e-12)
+        assert not found.stable
+        limit = line.drive_speed * abs(z) / omega
+        assert limit > 10.0
+        branch = wb.continuation(found, amplitude=(10.0, 2.0 * limit))
+        first = next(point for point in branch if point.bifurcation)
+        assert first.bifurcation.kind.value == "grazing-sliding"
+        assert first.value == pytest.approx(limit, rel=1e-10)
+
+    @pytest.mark.parametrize("brake", ["wedge", "conventional"])
+    def test_permanent_sticking(self, brake) -> None:
+        """It begins where the torque's whole range can be held about one angle.
+
+        2 T = M(forwards) + M(backwards): F0 = (alpha^2 - 1)/alpha times mu... for the wedge,
+        F0 = 1 for a brake without amplification.
+        """
+        system = WEDGE if brake == "wedge" else CONVENTIONAL
+        lower, upper = system.characteristic.holding
+        limit = system.groups.F0 * 2.0 * system.excitation.amplitude / (upper - lower)
+        closed = 0.3 * (1.18**2 - 1.0) / 1.18 if brake == "wedge" else 1.0
+        assert limit == pytest.approx(closed, rel=1e-12)
+        # Steeper and flatter laws alike: eta is no part of it.
+        for eta in (-3.0, 0.0) if brake == "wedge" else (-6.0, 0.0):
+            begin = system.replace(eta=eta, F0=0.97 * limit)
+            found = follow(begin, F0=(0.97 * limit, 1.2 * limit))
+            last = found.bifurcations[-1]
+            assert "permanent sticking" in last.bifurcation.effect
+            assert last.value == pytest.approx(limit, rel=1e-7)
+            assert "permanent sticking" in found.end
+
+    def test_doubled_orbit_parts_as_a_square_root(self) -> None:
+        """The square of the distance of its two points is linear in the parameter."""
+        data = wb.branches(
+            wb.paper.system(eta=-10.0, F0=0.036), switch=1, step=0.005, eta=(-14.0, -17.5)
+        )
+        doubled = data.where(data.order == 2, drop=True)
+        at = float(data.bifurcation_value[list(data.bifurcation_kind.values).index(
+            "period doubling")])  # fmt: skip
+        gaps = (doubled.angle[:, 0] - doubled.angle[:, 1]).values
+        away = np.abs(doubled.eta.values - at)
+        near = (away > 1e-3) & (away < 0.1)
+        assert np.count_nonzero(near) >= 3
+        ratio = gaps[near] ** 2 / away[near]
+        slope = np.polyfit(away[near], ratio, 1)
+        np.testing.assert_allclose(np.polyval(slope, away[near]), ratio, rtol=0.02)
+        assert np.ptp(ratio) < 0.5 * np.mean(ratio)
+        assert np.max(np.abs(gaps)) > 0.0
+
+    def test_symmetry_breaking(self) -> None:
+        """The symmetric orbit of a symmetric brake goes on beyond it, unstable; a pair leaves.
+
+        At f = 0.504 the motion from rest is not its own mirror image half a period later.
+        """
+        data = wb.branches(CONVENTIONAL, switch=1, f=(0.63, 0.45), points=300)
+        kinds = list(data.bifurcation_kind.values)
+        assert "symmetry breaking" in kinds
+        assert data.branch_end.values[0].startswith("left the range")
+        value = float(data.bifurcation_value[kinds.index("symmetry breaking")])
+        assert 0.504 < value < 0.506
+
+        def skew(f: float) -> float:
+            found = wb.orbit(CONVENTIONAL.replace(f=f))
+            half = 0.5 / found.system.excitation.frequency
+            end = wb.simulate(found.system, half, initial=(found.angle, found.velocity),
+                              times=()).attrs  # fmt: skip
+            return abs(end["final_angle"] + found.angle) / found.angle_amplitude
+
+        assert skew(value + 1e-3) <= 1e-8
+        assert skew(value - 1e-3) > 1e-3
+
+
+class TestJump:
+    def test_beyond_a_jump_the_old_orbit_is_gone(self) -> None:
+        """With static friction above kinetic a slip that begins inside a stick is long."""
+        system = WEDGE.replace(static=0.31)
+        found = follow(system, f=(0.63, 0.05))
+        jumps = [p for p in found.bifurcations if p.bifurcation.scenario.value == "jump"]
+        assert len(jumps) == 1
+        at = jumps[0]
+        assert "jump" in found.end
+        before = found.points[-2]
+        side = math.copysign(1e-7, at.value - before.value)
+        counts = []
+        for value in (at.value - side, at.value + side):
+            r = wb.simulate(system.replace(f=value), periods=1, initial=tuple(at.points[0]),
+                            times=())  # fmt: skip
+            counts.append(r.sizes["event"])
+        assert counts[0] != counts[1]
+
+
+class TestEdges:
+    @pytest.mark.parametrize(
+        ("name", "last"),
+        [("kinetic", 0.0), ("damping", 0.0), ("initial_force", 0.0)],
+    )
+    def test_a_range_may_end_where_the_parameter_does(self, name, last) -> None:
+        """Zero is allowed: the branch reaches it, although there is nothing beyond."""
+        system = wb.paper.system(eta=0.0, F0=0.05, brake="conventional").replace(
+            damping=20.0, static=0.3
+        )
+        first = {"kinetic": 0.3, "damping": 20.0}.get(name, system.actuation.initial_force)
+        branch = follow(system, **{name: (first, last)})
+        assert branch.points[-1].value == pytest.approx(last, abs=1e-12 * first)
+        assert branch.end.startswith("left the range")
+
+    def test_kinetic_friction_from_the_static_one_down(self) -> None:
+        """The begin is at the edge of what is allowed, whatever rounding says."""
+        for kinetic in np.linspace(0.2, 0.6, 9):
+            system = CONVENTIONAL.replace(kinetic=float(kinetic), static=float(kinetic))
+            branch = wb.continuation(wb.orbit(system), kinetic=(float(kinetic), 0.1), points=3)
+            assert len(list(branch)) == 3
+
+    def test_from_no_torque_at_all(self) -> None:
+        """An equilibrium is an orbit: its velocity, zero, is no scale."""
+        system = wb.paper.system(eta=1.0, F0=0.067).replace(amplitude=0.0, drive_speed=3.0)
+        branch = follow(system, None, amplitude=(0.0, 50.0))
+        assert branch.end.startswith("left the range")
+        line, omega = system.driveline, system.excitation.angular_frequency
+        damping = line.damping + system.characteristic.slopes[-1]
+        z = line.stiffness - line.inertia * omega**2 + 1j * omega * damping
+        wave = (50.0 / z).imag
+        law = system.characteristic
+        mean = -(law.offsets[-1] + law.slopes[-1] * 3.0) / line.stiffness
+        assert branch.points[-1].points[0, 0] == pytest.approx(mean + wave, rel=1e-9)
+
+    def test_ranges_of_any_width(self) -> None:
+        found = wb.orbit(WEDGE, 1)
+        for ends in ((-24.0 - 1e-9, -24.0 + 1e-9), (-1e6, 1e6), (-24.0, 12.0)):
+            branch = wb.continuation(found, eta=ends)
+            for _ in branch:
+                pass
+            assert branch.points[-1].value == pytest.approx(ends[1], rel=1e-14)
+            assert branch.end.startswith("left the range")
+
+    def test_alpha_through_self_locking(self) -> None:
+        """The gain grows without bound towards alpha = 1: the branch ends before, and says so."""
+        branch = follow(wb.paper.system(eta=0.0, F0=0.01), alpha=(1.18, 0.9), points=400)
+        assert 1.0 < branch.points[-1].value < 1.18
+        assert branch.end
+        assert "left the range" not in branch.end
+
+
+class TestSteering:
+    def test_points(self) -> None:
+        for most in (2, 5):
+            branch = follow(WEDGE, eta=(-24.0, 12.0), points=most)
+            assert len(branch.points) == most
+            assert branch.end == f"stopped after {most} points"
+
+    def test_step(self) -> None:
+        """No step is longer than its share of the range."""
+        branch = follow(WEDGE, eta=(-24.0, 12.0), step=0.01)
+        values = np.array([point.value for point in branch.points])
+        # But for the bend of the branch beside its direction, at most tan(18 degrees) squared.
+        assert np.max(np.abs(np.diff(values))) <= 1.06 * 0.01 * 36.0
+        assert np.all(np.diff([point.arclength for point in branch.points]) >= 0.0)
+
+    def test_stop(self) -> None:
+        branch = wb.continuation(wb.orbit(WEDGE, 1), eta=(-24.0, 12.0))
+        assert branch.end == ""
+        first, second = next(branch), next(branch)
+        assert branch.points == [first, second]
+        branch.stop()
+        assert list(branch) == []
+        assert branch.end == "stopped by the user"
+        assert branch.points == [first, second]
+
+    def test_begin_is_the_orbit(self) -> None:
+        found = wb.orbit(WEDGE, 1)
+        branch = wb.continuation(found, eta=(-30.0, 12.0))
+        first = next(branch)
+        assert first.value == -24.0
+        np.testing.assert_allclose(first.points[0], (found.angle, found.velocity), rtol=1e-12)
+        assert next(branch).value > -24.0
+        assert next(wb.continuation(found, eta=(12.0, -30.0))).value == -24.0
+
+
+@pytest.fixture(scope="module")
+def data():
+    return wb.branches(wb.paper.system(eta=-10.0, F0=0.036), switch=1, eta=(-14.0, -18.0))
+
+
+class TestDataset:
+    def test_dimensions_and_kinds_of_numbers(self, data) -> None:
+        assert set(data.sizes) == {"point", "return", "multiplier", "branch_number", "bifurcation"}
+        assert data.sizes["multiplier"] == 2
+        assert data.sizes["return"] == int(data.order.max())
+        assert data.order.dtype == np.int16
+        assert data.stable.dtype == bool
+        assert data["branch"].dtype.kind == "i"
+        assert data.eta.attrs["units"] == "1"
+        assert data.eta.attrs["long_name"]
+        for name in ("velocity_amplitude", "angle_amplitude", "stick_share", "peak_torque",
+                     "events", "largest_exponent", "arclength"):  # fmt: skip
+            assert data[name].dims == ("point",)
+            assert np.all(np.isfinite(data[name]))
+        assert data.attrs["parameter"] == "eta"
+        assert json.loads(data.attrs["system"])["driveline"]["inertia"] == 1.0
+
+    def test_branches_are_contiguous(self, data) -> None:
+        numbers = data["branch"].values
+        assert np.all(np.diff(numbers) >= 0)
+        assert set(numbers) == set(range(data.sizes["branch_number"]))
+        for number in range(data.sizes["branch_number"]):
+            own = data.isel(point=numbers == number)
+            assert set(own.order.values) == {int(data.branch_order[number])}
+            assert np.all(np.diff(own.arclength) >= 0.0)
+
+    def test_bifurcations_are_points(self, data) -> None:
+        assert data.sizes["bifurcation"] >= 1
+        for one in range(data.sizes["bifurcation"]):
+            point = int(data.bifurcation_point[one])
+            assert float(data.eta[point]) == float(data.bifurcation_value[one])
+            assert int(data["branch"][point]) == int(data.bifurcation_branch[one])
+            assert data.bifurcation_sentence.values[one].startswith(
+                data.bifurcation_kind.values[one]
+            )
+
+    def test_origins(self, data) -> None:
+        assert int(data.branch_origin[0]) == -1
+        for number in range(1, data.sizes["branch_number"]):
+            origin = int(data.branch_origin[number])
+            if origin == -1:
+                continue
+            assert data.bifurcation_kind.values[origin] == data.branch_begin.values[number]
+            first = data.isel(point=data["branch"].values == number).eta.values[0]
+            assert first == pytest.approx(float(data.bifurcation_value[origin]), abs=1e-7)
+            assert data.branch_end.values[number]
+
+    def test_returns_beyond_the_order_are_nan(self, data) -> None:
+        for k in range(0, data.sizes["point"], 7):
+            order = int(data.order[k])
+            assert np.all(np.isfinite(data.angle[k, :order]))
+            assert np.all(np.isnan(data.velocity[k, order:]))
+
+    def test_points_are_continuous_along_a_branch(self, data) -> None:
+        """Which return is the first does not change from point to point."""
+        for number in range(data.sizes["branch_number"]):
+            own = data.isel(point=data["branch"].values == number)
+            angles = own.angle.values[:, : int(own.order[0])]
+            moved = np.max(np.abs(np.diff(angles, axis=0)))
+            assert moved <= 0.2 * float(own.angle_amplitude.max())
+
+    def test_amplitudes_are_those_of_a_dense_sampling(self, data) -> None:
+        """Half the range of velocity and angle."""
+        for k in (0, data.sizes["point"] // 2, data.sizes["point"] - 1):
+            system = wb.paper.system(eta=float(data.eta[k]), F0=0.036)
+            start = float(data.angle[k, 0]), float(data.velocity[k, 0])
+            r = wb.simulate(system, periods=int(data.order[k]), initial=start,
+                            samples_per_period=20_000)  # fmt: skip
+            for name in ("velocity", "angle"):
+                expected = 0.5 * float(np.ptp(r[name].values))
+                assert float(data[f"{name}_amplitude"][k]) == pytest.approx(expected, rel=1e-6)
+            # Largest at an event, which the sampling meets to a step.
+            brake = float(np.abs(r.brake_torque).max())
+            assert float(data.peak_torque[k]) == pytest.approx(brake, rel=1e-4)
+
+
+class TestArguments:
+    FOUND = wb.orbit(WEDGE, 1)
+
+    @pytest.mark.parametrize(
+        ("over", "words"),
+        [
+            ({}, "one parameter"),
+            ({"eta": (-30.0, 0.0), "F0": (0.01, 0.1)}, "one parameter"),
+            ({"et": (-30.0, 0.0)}, "'eta'"),
+            ({"eta": -24.0}, "two numbers"),
+            ({"eta": (-30.0, 0.0, 1.0)}, "two numbers"),
+            ({"eta": (-30.0, math.nan)}, "two numbers"),
+            ({"eta": (-24.0, -24.0)}, "equal"),
+            ({"eta": (-20.0, -14.0)}, "must contain -24"),
+            ({"F0": (0.0, 0.1)}, "F0"),
+            ({"damping": (-1.0, 1.0)}, "damping"),
+            ({"wrap_angle": (0.1, 1.0)}, "wrap_angle"),
+            ({"initial_angle": (0.1, 1.0)}, "initial_angle"),
+            ({"eta": (-30.0, 0.0), "step": 0.0}, "step"),
+            ({"eta": (-30.0, 0.0), "step": True}, "step"),
+            ({"eta": (-30.0, 0.0), "points": 1}, "points"),
+            ({"eta": (-30.0, 0.0), "points": 2.0}, "points"),
+        ],
+    )
+    def test_continuation(self, over, words) -> None:
+        with pytest.raises(wb.InputError, match=words):
+            wb.continuation(self.FOUND, **over)
+
+    def test_orbit(self) -> None:
+        with pytest.raises(wb.InputError, match="must be an Orbit"):
+            wb.continuation(WEDGE, eta=(-30.0, 0.0))
+        none = wb.orbit(wb.paper.system(eta=0.0, F0=0.5))
+        with pytest.raises(wb.InputError, match=r"not found.*Nothing slips"):
+            wb.continuation(none, eta=(-30.0, 0.0))
+
+    @pytest.mark.parametrize("switch", [-1, 21, 1.0, True, "a"])
+    def test_switch(self, switch) -> None:
+        with pytest.raises(wb.InputError, match="switch"):
+            wb.branches(WEDGE, eta=(-24.0, 0.0), switch=switch)
+
+    def test_no_orbit_to_begin_with(self) -> None:
+        with pytest.raises(wb.InputError, match=r"F0 = 0.5.*no orbit to begin"):
+            wb.branches(WEDGE, F0=(0.5, 0.01))
