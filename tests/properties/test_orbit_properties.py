@@ -114,6 +114,7 @@ def test_branches_are_orbits_and_end_for_a_reason(system, name, share):
     scale = value or (system.excitation.amplitude or 100.0) / (
         system.driveline.inertia * system.driveline.natural_frequency
     )
+    share = share if value else abs(share)  # none of them may be negative
     branch = wb.continuation(orbit, points=60, **{name: (value, value + 0.9 * share * abs(scale))})
     points = list(branch)
     assert branch.end

@@ -101,6 +101,7 @@ def dataset_of(*branches, parameter="eta", attributes=ETA):
         "parameter": parameter,
         "method": "exact",
         "system": json.dumps(SYSTEM.as_dict()),
+        "groups": json.dumps(SYSTEM.groups.as_dict()),
     }
     return xr.Dataset(data, coords=coordinates, attrs=attrs)
 
@@ -164,6 +165,7 @@ def boundary_of(kind="fold", order=1, *, number=30, turned=False, shift=0.0):
         "bifurcation": kind,
         "parameters": ["F0", "eta"] if turned else ["eta", "F0"],
         "system": json.dumps(SYSTEM.as_dict()),
+        "groups": json.dumps(SYSTEM.groups.as_dict()),
     }
     return xr.Dataset(coords=coordinates, attrs={**attrs, "order": order})
 

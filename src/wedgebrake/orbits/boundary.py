@@ -24,7 +24,7 @@ from wedgebrake.orbits.kinds import Kind
 from wedgebrake.orbits.locate import Solution, tests
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check
-from wedgebrake.orbits.symmetry import met, prime_order
+from wedgebrake.orbits.symmetry import is_odd, met, prime_order
 from wedgebrake.orbits.transitions import Margin, violated
 
 if TYPE_CHECKING:
@@ -168,6 +168,14 @@ class _Boundary:
         self, point: BranchPoint, first: Range, second: Range, step: float, points: int
     ) -> None:
         assert point.bifurcation is not None  # noqa: S101 - checked by the caller
+        ends = {first.name: first.last, second.name: second.last}
+        if point.equations is not point.equations.whole(point.unknowns)[0] and not is_odd(
+            point.family.base.replace(**ends)
+        ):
+            raise InputError(
+                f"{second.name}: takes the symmetry from the system, which the bifurcation has."
+                " Follow it over another parameter."
+            )
         self.bifurcation, self.equations = point.bifurcation, point.equations
         self.first, self.second, self.largest, self.most = first, second, step, points
         base = point.family.base

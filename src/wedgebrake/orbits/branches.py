@@ -17,6 +17,7 @@ from wedgebrake.orbits.orbit import Orbit
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check, orbit
 from wedgebrake.orbits.switching import leaving
+from wedgebrake.orbits.symmetry import is_odd
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,6 +83,9 @@ def continuation(
             f" is. Find the orbit at {over.name}={over.first:g} first, or widen the range."
         )
     equations, unknowns = orbit._solved
+    if not is_odd(orbit.system.replace(**{over.name: over.last})):
+        # An orbit that is its own mirror image does not stay so.
+        equations, unknowns = equations.whole(unknowns)
     family = Family(orbit.system, (over.name,), (over.scale,), method=orbit.method, rtol=orbit.rtol)
     start = BranchPoint(family, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
     largest = float(step) * over.scale / exact_scale(over)

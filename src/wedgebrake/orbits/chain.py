@@ -14,6 +14,8 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations import FloatArray, Measures, NoOrbitError
 from wedgebrake.orbits.flow import run
 
+# An orbit returns to this share of its size, times what a deviation has grown.
+_RETURNED = 1e-8
 # An orbit with a larger multiplier than this is left by rounding within its period.
 _FORGOTTEN = 1e6
 # What moves less than this share of the angle, in time of the torque, hardly moves.
@@ -215,7 +217,7 @@ def from_log(log: FloatArray, problem: Any, order: int) -> tuple[Chain, FloatArr
 
 
 def goes_through(chain: Chain, unknowns: FloatArray, problem: Any) -> bool:
-    """Whether the exact flow, which misses no event, goes through the pieces of a chain.
+    """Whether the exact flow, which misses no event, goes through a chain's pieces and returns.
 
     An orbit so unstable that rounding leaves it within its period is believed.
     """
@@ -225,9 +227,13 @@ def goes_through(chain: Chain, unknowns: FloatArray, problem: Any) -> bool:
     angle, velocity = chain.points(unknowns, problem)[0]
     if abs(velocity - problem[11]) <= _AT_REST * np.max(np.abs(unknowns[1::2])) * problem[4]:
         velocity = problem[11]
-    seen = from_log(
-        run(problem, np.array([angle, velocity]), chain.order).log, problem, chain.order
-    )
+    start = np.array([angle, velocity])
+    there = run(problem, start, chain.order)
+    apart = np.abs(there.end - start) * (problem[4], 1.0)
+    size = np.max(np.abs(unknowns[1::2])) * problem[4] + abs(velocity)
+    if np.max(apart) > _RETURNED * (1.0 + abs(trace)) * size:
+        return False
+    seen = from_log(there.log, problem, chain.order)
     if seen is None:
         return False
     codes_ = seen[0].codes

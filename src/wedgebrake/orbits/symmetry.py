@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations import Equations, FloatArray
 from wedgebrake.orbits.family import Family
 
@@ -22,16 +21,16 @@ def is_symmetric(
 ) -> bool:
     """Whether theta(t + nT/2) = -theta(t), for n odd, on a brake without a preferred direction."""
     system = family.system(values)
-    even = equations.order % 2 == 0
-    if even or system.driveline.drive_speed != 0.0 or not _odd(system.brake):
+    if equations.order % 2 == 0 or not is_odd(system):
         return False
     return equations.mirrored(unknowns, system, tolerance)
 
 
-def _odd(brake: Any) -> bool:
-    """Whether the brake amplifies in both directions alike."""
-    coefficients = np.array([0.05, 0.2, 0.4])
-    return all(brake.amplification(m) == -brake.amplification(-m) for m in coefficients)
+def is_odd(system: BrakedDriveline) -> bool:
+    """Whether both directions are alike: a brake that amplifies so, on a shaft that rests."""
+    gain = system.brake.amplification
+    alike = all(gain(m) == -gain(-m) for m in (0.05, 0.2, 0.4))
+    return alike and system.driveline.drive_speed == 0.0
 
 
 def prime_order(points: FloatArray, tolerance: float = _SAME) -> int:
