@@ -1,4 +1,4 @@
-"""Every example of the README runs."""
+"""Every example of the README and of the pages in docs runs."""
 
 import re
 import shutil
@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = ("README.md", "docs/orbits.md")
+README, ORBITS = ((ROOT / page).read_text(encoding="utf-8") for page in PAGES)
 
 
 def blocks(language):
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+    return re.findall(rf"```{language}\n(.*?)```", README + ORBITS, flags=re.DOTALL)
 
 
 @pytest.mark.parametrize("code", blocks("python"))
@@ -24,12 +25,12 @@ def test_python_examples(code, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     "line",
-    [
+    dict.fromkeys(
         line
         for block in blocks("sh")
         for line in block.splitlines()
         if line.startswith("wedgebrake")
-    ],
+    ),
 )
 def test_commands(line, tmp_path):
     program = str(Path(sys.executable).with_name("wedgebrake"))
@@ -47,6 +48,8 @@ def test_every_make_target_that_it_names_exists():
         assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE)
 
 
-def test_every_file_that_it_links_exists():
-    for target in re.findall(r"\]\((?!http)([^)#]+)\)", README):
-        assert (ROOT / target).exists(), target
+@pytest.mark.parametrize("page", PAGES)
+def test_every_file_that_it_links_exists(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for target in re.findall(r"\]\((?!http)([^)#]+)\)", text):
+        assert ((ROOT / page).parent / target).exists(), target
