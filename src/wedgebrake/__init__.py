@@ -47,9 +47,10 @@ if TYPE_CHECKING:
     from wedgebrake.model.study import Study, load_study
     from wedgebrake.model.system import BrakedDriveline
     from wedgebrake.orbits.boundary import boundaries, boundary
-    from wedgebrake.orbits.branch import Branch, BranchPoint
+    from wedgebrake.orbits.branch import Branch
     from wedgebrake.orbits.branches import branches, continuation
     from wedgebrake.orbits.orbit import Orbit
+    from wedgebrake.orbits.point import BranchPoint
     from wedgebrake.orbits.shooting import orbit
     from wedgebrake.plots.draw import plot
     from wedgebrake.solvers.solve import simulate
@@ -62,7 +63,7 @@ _HOMES = {
     "Actuation": "model.actuation",
     "BandBrake": "model.brakes",
     "Branch": "orbits.branch",
-    "BranchPoint": "orbits.branch",
+    "BranchPoint": "orbits.point",
     "Brake": "model.brakes",
     "BrakedDriveline": "model.system",
     "Characteristic": "model.characteristic",

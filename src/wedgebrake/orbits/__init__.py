@@ -1,16 +1,34 @@
 """Periodic orbits, stable or not: found, followed through parameters, and where they change.
 
-shooting       an orbit near a guess, by Newton's method
-chain, strobe  the equations of an orbit: exact (a chain of pieces), smooth (a map of periods)
+What an orbit is:
+
+equations      what the two ways to state it have in common
+chain          exactly, as a chain of pieces (``_kernels.chain``)
+strobe         with smooth friction, as a map from period to period
+flow           the exact flow over periods, from which chains are made
+symmetry       orbits that are their own mirror image, or repeat before their time
+orbit          one orbit, as it is told
+
+How it is found and followed:
+
+shooting       ``orbit``: near a guess, by Newton's method
 family         the systems over one parameter, or two
-arclength      a curve of solutions, step by step
-margins        what ends a chain of pieces: the bifurcations that only friction has
-transitions, beyond
-               the chain beyond such an end, and the orbit on it
-onset          of permanent sticking, in closed form
-locate         fold, period doubling and the others, to rounding in the parameter
+curves         orbits over a parameter, and bifurcations over two, as curves in scaled unknowns
+arclength      Newton's method and direction on a curve
+point          a point of a branch, and which bifurcation it is
 branch         one branch, point by point
-branches       branches and those that leave them, as one dataset
+switching      the branches that leave one
+branches       ``continuation`` and ``branches``: one, and all of them
+ranges         the parameter and its ends, checked
 stretches      from where to where a branch is stable
-boundary       a bifurcation followed in a second parameter
+dataset        branches as a dataset
+
+Where it changes:
+
+kinds          the bifurcations by name
+locate         their place, to rounding
+transitions    the chain of pieces beyond a bifurcation of friction
+beyond         the orbit on it
+onset          of permanent sticking, in closed form
+boundary       ``boundary`` and ``boundaries``: bifurcations in two parameters
 """

@@ -14,7 +14,6 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
-from wedgebrake.orbits.branch import BranchPoint
 from wedgebrake.orbits.branches import POINTS, STEP, SWITCH, begun, check_step, follow
 from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve
 from wedgebrake.orbits.dataset import multiplier_columns
@@ -22,6 +21,7 @@ from wedgebrake.orbits.equations import FloatArray, NoOrbitError, multipliers
 from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.kinds import Kind
 from wedgebrake.orbits.locate import Solution, tests
+from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check
 from wedgebrake.orbits.symmetry import is_odd, met, prime_order

@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
-from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
-from wedgebrake.orbits.beyond import ALL_SLIP_ENDS, PERMANENT, Beyond, go_beyond
+from wedgebrake.orbits.beyond import ALL_SLIP_ENDS, PERMANENT, go_beyond
 from wedgebrake.orbits.chain import Chain, goes_through
 from wedgebrake.orbits.curves import OrbitCurve
-from wedgebrake.orbits.equations import Equations, FloatArray, Measures, NoOrbitError, multipliers
-from wedgebrake.orbits.family import Family
-from wedgebrake.orbits.kinds import Kind, Scenario
+from wedgebrake.orbits.equations import NoOrbitError, multipliers
+from wedgebrake.orbits.kinds import Kind
 from wedgebrake.orbits.locate import Solution, Step, first_end, smooth_bifurcations, tests
 from wedgebrake.orbits.onset import onset
+from wedgebrake.orbits.point import Bifurcation, BranchPoint
 from wedgebrake.orbits.symmetry import is_symmetric, met, prime_order
 from wedgebrake.orbits.transitions import Margin, violated
 
@@ -34,87 +32,6 @@ _OUTGROWN = 1.5
 # second, they are; nearer than the third, where nothing is found further on.
 _MEETS, _COLLAPSED, _NEARLY = 1e-4, 1e-8, 1e-3
 _STOPPED = (NotConvergedError, NoOrbitError)
-
-
-@dataclass(frozen=True, eq=False)
-class BranchPoint:
-    """A periodic orbit on a branch.
-
-    values      : of the parameters
-    equations, unknowns : what it solves
-    multipliers : (larger, smaller modulus)
-    direction   : of the branch, in scaled unknowns
-    bifurcation : which one it is, if it is one
-    """
-
-    family: Family
-    values: tuple[float, ...]
-    equations: Equations
-    unknowns: FloatArray
-    multipliers: tuple[complex, complex]
-    direction: FloatArray
-    arclength: float = 0.0
-    bifurcation: Bifurcation | None = None
-
-    @property
-    def value(self) -> float:
-        """Of the first parameter."""
-        return self.values[0]
-
-    @property
-    def stable(self) -> bool:
-        """Whether small deviations die out."""
-        return abs(self.multipliers[0]) < 1.0
-
-    @property
-    def order(self) -> int:
-        """Periods of the torque in the orbit."""
-        return self.equations.order
-
-    @property
-    def sequence(self) -> str:
-        """The pieces of the orbit, as in "+ 0 -": forwards, rest, backwards."""
-        return self.equations.sequence
-
-    @cached_property
-    def measures(self) -> Measures:
-        """What the orbit does."""
-        problem = self.family.problem(self.values)
-        return self.equations.measures(self.unknowns, problem, self.system)
-
-    @cached_property
-    def points(self) -> FloatArray:
-        """(order, 2) Poincare points at t = 0, T, ...: angle [rad] and velocity [rad/s]."""
-        return self.equations.points(self.unknowns, self.family.problem(self.values))
-
-    @property
-    def system(self) -> BrakedDriveline:
-        """The system that it is an orbit of."""
-        return self.family.system(self.values)
-
-
-@dataclass(frozen=True)
-class Bifurcation:
-    """What happens at a point of a branch.
-
-    effect   : what of the motion begins or ends there, in words; empty if nothing does
-    scenario : of a bifurcation of friction, how the orbits on both sides lie
-    ends     : the margins that vanish
-    """
-
-    kind: Kind
-    effect: str = ""
-    scenario: Scenario = Scenario.NONE
-    change: str = ""
-    ends: tuple[Margin, ...] = ()
-
-    @property
-    def sentence(self) -> str:
-        """The bifurcation in a sentence."""
-        text = f"{self.kind.value}: {self.kind.meaning}"
-        for more in (self.effect, self.scenario.value, self.change):
-            text += f"; {more}" if more else ""
-        return f"{text}."
 
 
 @dataclass
@@ -260,10 +177,10 @@ class Branch(Iterator[BranchPoint]):
         if self._parent_of(after, _COLLAPSED):
             # Over to the branch that this one meets: it turns there, in a shorter step.
             return False
-        self._emit(step, step.length)
+        passed = self._passed(step, step.length)
         self._length += float(np.linalg.norm(after.y - before.y))
         self._now = after
-        self._queue.append(self._point(after))
+        self._queue.extend([*passed, self._point(after)])
         if outside:
             self._ahead = f"left the range at {self.start.family.names[0]} = {self._value(after):g}"
         grown = _GROW if turn > 0.5 * (1.0 + _TURN) else 1.0
@@ -293,14 +210,15 @@ class Branch(Iterator[BranchPoint]):
             if not near:
                 raise
             at = near[0]
-        self._ahead = self._parent_of(at)
-        if not self._ahead:
+        where = self._parent_of(at)
+        if not where:
             return False
-        self.met = True
         # A multiplier just comes to 1 where it turns.
         until = float(step.start.direction @ (at.y - step.start.y))
-        self._emit(step, until, (Kind.FOLD, Kind.BRANCH_POINT))
-        self._queue.append(self._point(at, length=float(np.linalg.norm(at.y - step.start.y))))
+        passed = self._passed(step, until, (Kind.FOLD, Kind.BRANCH_POINT))
+        last = self._point(at, length=float(np.linalg.norm(at.y - step.start.y)))
+        self._queue.extend([*passed, last])
+        self.met, self._ahead = True, where
         return True
 
     def _parent_of(self, at: Solution, tolerance: float = _MEETS) -> str:
@@ -333,8 +251,9 @@ class Branch(Iterator[BranchPoint]):
     def _value(self, at: Solution) -> float:
         return self._curve.unscaled(at.y)[1][0]
 
-    def _emit(self, step: Step, until: float, but: tuple[Kind, ...] = ()) -> None:
+    def _passed(self, step: Step, until: float, but: tuple[Kind, ...] = ()) -> list[BranchPoint]:
         """The bifurcations of the derivative inside a step, but those of some kinds."""
+        points = []
         for s, kind in smooth_bifurcations(step, until):
             if kind in but:
                 continue
@@ -345,7 +264,8 @@ class Branch(Iterator[BranchPoint]):
                 if is_symmetric(self._equations, unknowns, self.start.family, values):
                     found = Kind.SYMMETRY_BREAKING
             length = float(np.linalg.norm(at.y - step.start.y))
-            self._queue.append(self._point(at, Bifurcation(found), length))
+            points.append(self._point(at, Bifurcation(found), length))
+        return points
 
     def _end_of_chain(self, step: Step, lacking: list[Margin]) -> bool:
         """A bifurcation of friction: to its point, and on with the chain beyond."""
@@ -362,27 +282,27 @@ class Branch(Iterator[BranchPoint]):
                 return False
             self._ahead = "a change of the chain of pieces that is not known"
             return False
-        self._emit(step, s)
+        passed = self._passed(step, s)
         self._length += float(np.linalg.norm(at.y - step.start.y))
-        before = tests(self._curve, step.start.y)
-        bifurcation = Bifurcation(beyond.kind, beyond.effect, beyond.scenario, "", tuple(ends))
-        point = self._point(at, bifurcation)
-        if beyond.solution is None or beyond.equations is None:
-            self._queue.append(point)
+        point = self._point(at, Bifurcation(beyond.kind, beyond.effect, beyond.scenario))
+        self._queue.extend(passed)
+        if beyond.curve is None or beyond.equations is None or beyond.solution is None:
+            self._queue.append(_with(point, ends, ""))
             self._ahead = beyond.why
             return True
-        self._go_on(beyond)
-        change = _change(before, tests(self._curve, self._now.y))
-        bifurcation = Bifurcation(beyond.kind, beyond.effect, beyond.scenario, change, tuple(ends))
-        self._queue.append(replace(point, bifurcation=bifurcation))
-        self._queue.append(self._point(self._now))
+        here = tests(self._curve, at.y)
+        self._equations, self._curve, self._now = beyond.equations, beyond.curve, beyond.solution
+        change = _change(here, tests(self._curve, self._now.y))
+        self._queue.extend([_with(point, ends, change), self._point(self._now)])
         self.step = max(_FIRST * self.largest, 2.0 * _ANY_TURN * self.largest)
         return True
 
-    def _go_on(self, beyond: Beyond) -> None:
-        assert beyond.curve is not None and beyond.equations is not None  # noqa: S101, PT018
-        assert beyond.solution is not None  # noqa: S101
-        self._equations, self._curve, self._now = beyond.equations, beyond.curve, beyond.solution
+
+def _with(point: BranchPoint, ends: list[Margin], change: str) -> BranchPoint:
+    """The point, with which margins vanish there and what the multipliers do."""
+    assert point.bifurcation is not None  # noqa: S101 - it is one
+    told = replace(point.bifurcation, ends=tuple(ends), change=change)
+    return replace(point, bifurcation=told)
 
 
 def _change(before: dict[str, float], after: dict[str, float]) -> str:

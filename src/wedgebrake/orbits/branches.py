@@ -11,9 +11,10 @@ import numpy as np
 from wedgebrake.errors import InputError
 from wedgebrake.model.part import is_number, shown
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.orbits.branch import Branch, BranchPoint
+from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check, orbit
 from wedgebrake.orbits.switching import leaving

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
-from wedgebrake.orbits.branch import BranchPoint
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations import FloatArray, NoOrbitError, multipliers
 from wedgebrake.orbits.kinds import Kind
+from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.shooting import is_orbit
 
 # Distances from the meeting point, in scaled unknowns, in the order in which they are tried.

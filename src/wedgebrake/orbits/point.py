@@ -1,0 +1,94 @@
+"""A point of a branch: an orbit, and which bifurcation it is, if it is one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.equations import Equations, FloatArray, Measures
+from wedgebrake.orbits.family import Family
+from wedgebrake.orbits.kinds import Kind, Scenario
+from wedgebrake.orbits.transitions import Margin
+
+
+@dataclass(frozen=True)
+class Bifurcation:
+    """What happens at a point of a branch.
+
+    effect   : what of the motion begins or ends there, in words; empty if nothing does
+    scenario : of a bifurcation of friction, how the orbits on both sides lie
+    change   : which jump of the multipliers passes the unit circle, in words
+    ends     : the margins that vanish
+    """
+
+    kind: Kind
+    effect: str = ""
+    scenario: Scenario = Scenario.NONE
+    change: str = ""
+    ends: tuple[Margin, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """The bifurcation in a sentence."""
+        text = f"{self.kind.value}: {self.kind.meaning}"
+        for more in (self.effect, self.scenario.value, self.change):
+            text += f"; {more}" if more else ""
+        return f"{text}."
+
+
+@dataclass(frozen=True, eq=False)
+class BranchPoint:
+    """A periodic orbit on a branch.
+
+    values      : of the parameters
+    equations, unknowns : what it solves
+    multipliers : (larger, smaller modulus)
+    direction   : of the branch, in scaled unknowns
+    bifurcation : which one it is, if it is one
+    """
+
+    family: Family
+    values: tuple[float, ...]
+    equations: Equations
+    unknowns: FloatArray
+    multipliers: tuple[complex, complex]
+    direction: FloatArray
+    arclength: float = 0.0
+    bifurcation: Bifurcation | None = None
+
+    @property
+    def value(self) -> float:
+        """Of the first parameter."""
+        return self.values[0]
+
+    @property
+    def stable(self) -> bool:
+        """Whether small deviations die out."""
+        return abs(self.multipliers[0]) < 1.0
+
+    @property
+    def order(self) -> int:
+        """Periods of the torque in the orbit."""
+        return self.equations.order
+
+    @property
+    def sequence(self) -> str:
+        """The pieces of the orbit, as in "+ 0 -": forwards, rest, backwards."""
+        return self.equations.sequence
+
+    @cached_property
+    def measures(self) -> Measures:
+        """What the orbit does."""
+        problem = self.family.problem(self.values)
+        return self.equations.measures(self.unknowns, problem, self.system)
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """(order, 2) Poincare points at t = 0, T, ...: angle [rad] and velocity [rad/s]."""
+        return self.equations.points(self.unknowns, self.family.problem(self.values))
+
+    @property
+    def system(self) -> BrakedDriveline:
+        """The system that it is an orbit of."""
+        return self.family.system(self.values)
