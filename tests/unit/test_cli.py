@@ -42,20 +42,6 @@ PLANTS = {
 }
 
 
-@pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """The command line in this process, in an empty folder: (status, output, messages)."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str | Path) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["wedgebrake", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        return (stop.value.code or 0, *capsys.readouterr())
-
-    return call
-
-
 class TestHelp:
     def test_of_the_program(self, run):
         status, text, message = run("--help")

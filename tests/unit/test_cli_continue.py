@@ -18,9 +18,8 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from printed import names, strict_json, unwrapped
+from printed import names, unwrapped
 from wedgebrake.cli.continue_report import answer, stable_stretches
-from wedgebrake.cli.main import main
 from wedgebrake.orbits.branches import follow
 from wedgebrake.orbits.ranges import make_ranges
 
@@ -35,30 +34,9 @@ PLAIN = ["--over", "eta=-10:-12"]
 
 
 @pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """The command line in this process, in an empty folder: (status, output, messages)."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str | Path) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["wedgebrake", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        return (stop.value.code or 0, *capsys.readouterr())
-
-    return call
-
-
-@pytest.fixture
-def report(run):
+def report(answer):
     """The JSON of a continuation."""
-
-    def call(*arguments: str | Path) -> dict:
-        status, text, _ = run("continue", *arguments, "--json")
-        assert status == 0
-        assert text.count("\n") == 1
-        return strict_json(text)
-
-    return call
+    return lambda *arguments: answer("continue", *arguments)
 
 
 class TestHelp:

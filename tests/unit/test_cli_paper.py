@@ -14,7 +14,6 @@ import pytest
 
 import wedgebrake as wb
 from printed import names, strict_json, unwrapped
-from wedgebrake.cli.main import main
 from wedgebrake.cli.paper import ordered
 from wedgebrake.errors import InputError
 from wedgebrake.paper.claims import Part, Statement, Verdict
@@ -27,17 +26,9 @@ STARTS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
 @pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """The command line in this process, in an empty folder: (status, output, messages)."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str | Path) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["wedgebrake", "paper", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        return (stop.value.code or 0, *capsys.readouterr())
-
-    return call
+def run(run):
+    """The command paper."""
+    return lambda *arguments: run("paper", *arguments)
 
 
 @pytest.fixture

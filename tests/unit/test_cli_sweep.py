@@ -21,7 +21,6 @@ import xarray as xr
 
 import wedgebrake as wb
 from printed import names, strict_json, unwrapped
-from wedgebrake.cli.main import main
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.measures.classes import motion_word
 from wedgebrake.model.study import parse_study, schema
@@ -39,30 +38,9 @@ STARTS = ["--over", "initial_angle=-0.1:0.1:2", "--over", "initial_velocity=-5,5
 
 
 @pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """The command line in this process, in an empty folder: (status, output, messages)."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str | Path) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["wedgebrake", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        return (stop.value.code or 0, *capsys.readouterr())
-
-    return call
-
-
-@pytest.fixture
-def answer(run):
+def answer(answer):
     """The JSON of a sweep."""
-
-    def call(*arguments: str | Path) -> dict:
-        status, text, _ = run("sweep", *arguments, "--json")
-        assert status == 0
-        assert text.count("\n") == 1
-        return strict_json(text)
-
-    return call
+    return lambda *arguments: answer("sweep", *arguments)
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> bool:

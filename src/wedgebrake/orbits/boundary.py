@@ -15,6 +15,7 @@ from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
 from wedgebrake.orbits.branches import POINTS, STEP, SWITCH, begun, check_step, follow
+from wedgebrake.orbits.chain import Chain
 from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve
 from wedgebrake.orbits.dataset import multiplier_columns
 from wedgebrake.orbits.equations import FloatArray, NoOrbitError, multipliers
@@ -25,7 +26,7 @@ from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check
 from wedgebrake.orbits.symmetry import is_odd, met, prime_order
-from wedgebrake.orbits.transitions import Margin, violated
+from wedgebrake.orbits.transitions import Margin, transition, violated
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -300,7 +301,7 @@ class _Boundary:
                 return f"left the range of {one.name}"
         others = [end for end in self._lacking(at) if not self._is_own(end)]
         if others:
-            return "it meets another bifurcation of friction"
+            return self._met(at, others)
         fewer = prime_order(self._point(at).points, _MEETS)
         if fewer < self.equations.order:
             return met(fewer)
@@ -308,6 +309,16 @@ class _Boundary:
         if self.bifurcation.kind is Kind.NEIMARK_SACKER and not abs(trace) < 2.0:
             return "both multipliers are real: a resonance 1:1 or 1:2"
         return "" if math.isfinite(trace) else "the multipliers are infinite"
+
+    def _met(self, at: Solution, ends: list[Margin]) -> str:
+        """Words for the bifurcation of friction that ends the chain of pieces."""
+        unknowns, values = self.orbits.unscaled(at.y)
+        found = None
+        if isinstance(self.equations, Chain):
+            problem = self.family.problem(values)
+            found = transition(self.equations, unknowns, problem, ends)
+        name = "a bifurcation of friction" if found is None else found.kind.value
+        return f"it meets {name}"
 
     def _lacking(self, at: Solution) -> list[Margin]:
         return violated(self.orbits.margins(at.y))
