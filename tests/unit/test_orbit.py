@@ -103,6 +103,20 @@ def test_exponents_are_those_of_motion_and_sweep(system) -> None:
         assert mine == pytest.approx(theirs, rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.parametrize(("eta", "F0"), [(-10.0, 0.036), (-24.0, 0.067), (-24.0, 0.09)])
+def test_exponents_with_smooth_friction_are_those_of_motion_and_sweep(eta, F0) -> None:
+    """All three from the variational equation; the sweep has tolerances of its own."""
+    system = wb.paper.system(eta=eta, F0=F0, friction="smoothed")
+    found, seen = wb.orbit(system), wb.motion(system)
+    assert found.order == seen.order
+    assert seen.exponent_error == 0.0
+    assert seen.largest_exponent == pytest.approx(found.exponents[0], rel=1e-5)
+    if not math.isnan(seen.second_exponent):
+        assert seen.second_exponent == pytest.approx(found.exponents[1], rel=1e-5)
+    swept = wb.sweep(system, F0=[F0], periods=90, transient=60)
+    assert float(swept["largest_exponent"][0]) == pytest.approx(found.exponents[0], rel=1e-5)
+
+
 def test_multipliers_are_those_of_differences_of_the_flow() -> None:
     for system, order in FOUND.values():
         found = wb.orbit(system, order)

@@ -153,6 +153,9 @@ def crowd(count=30):
     return dataset_of(branch(eta, middle(eta), True, *found))
 
 
+ETA_SPAN, F0_SPAN = (-70.0, 20.0), (0.0, 0.2)
+
+
 def boundary_of(kind="fold", order=1, *, number=30, turned=False, shift=0.0):
     """A straight line from (-60, 0.02) to (12, 0.08), upwards by a shift."""
     share = np.linspace(0.0, 1.0, number)
@@ -164,6 +167,7 @@ def boundary_of(kind="fold", order=1, *, number=30, turned=False, shift=0.0):
         "kind": "boundary",
         "bifurcation": kind,
         "parameters": ["F0", "eta"] if turned else ["eta", "F0"],
+        "ranges": json.dumps([F0_SPAN, ETA_SPAN] if turned else [ETA_SPAN, F0_SPAN]),
         "system": json.dumps(SYSTEM.as_dict()),
         "groups": json.dumps(SYSTEM.groups.as_dict()),
     }

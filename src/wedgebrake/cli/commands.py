@@ -407,6 +407,9 @@ def continue_(
     to standard error. Of [run], initial, method and rtol count, and max_events and max_steps
     for the points beneath.
 
+    Stable means against small disturbances: other motions may live beside a stable one. Seconds for
+    a few branches; minutes where there are many, as near self-locking or with smooth friction.
+
     Exit status 2 where there is no orbit to begin with. Ctrl-C ends at once (exit status 1),
     and nothing is written.
     """

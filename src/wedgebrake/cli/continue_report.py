@@ -83,11 +83,17 @@ def _branch(number: int, one: Followed) -> dict[str, Any]:
         "origin": one.origin if one.origin >= 0 else None,
         "begin": {"value": points[0].value, "why": one.begin},
         "end": {"value": points[-1].value, "why": one.branch.end},
-        "stable": [
-            {"from": points[first].value, "to": points[last].value}
-            for first, last in stable_stretches(one)
-        ],
+        "stable": [_stretch(points[first : last + 1]) for first, last in stable_stretches(one)],
     }
+
+
+def _stretch(points: list[BranchPoint]) -> dict[str, Any]:
+    """From where to where a branch is stable, and how it vibrates there: [least, greatest]."""
+    found: dict[str, Any] = {"from": points[0].value, "to": points[-1].value}
+    for name in ("velocity_amplitude", "stick_share", "peak_torque"):
+        values = [getattr(point.measures, name) for point in points]
+        found[name] = [min(values), max(values)]
+    return found
 
 
 def _bifurcation(number: int, branch: int, point: BranchPoint) -> dict[str, Any]:

@@ -24,6 +24,12 @@ _SOURCE = (
 )
 
 
+_STABLE = (
+    "  Stable: small disturbances die out. Other motions may live beside a stable one; a sweep over"
+    " initial_angle and initial_velocity shows which is reached from where."
+)
+
+
 def continue_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     """The report on branches of orbits in words."""
     name = report["parameter"]["name"]
@@ -60,9 +66,34 @@ def _branches(report: dict[str, Any]) -> list[str]:
             f"  {one['number'] + 1}  {one['motion']}: begins at {name} = {begin['value']:.6g}"
             f" ({why}), ends at {end['value']:.6g} ({ended})"
         )
-        places = ", ".join(f"{run['from']:.6g} ... {run['to']:.6g}" for run in one["stable"])
-        lines.append(f"     stable for {name} = {places}" if places else "     nowhere stable")
-    return lines
+        lines += [f"     stable for {name} = {_stretch(run)}" for run in one["stable"]]
+        if not one["stable"]:
+            lines.append("     nowhere stable")
+    last = report["range"][1]
+    if all(one["begin"]["why"] != "end of the range" for one in report["branches"]):
+        lines.append(
+            f"  No other branch begins at {name} = {last:.6g}: what settles there is on one of"
+            " these, or not periodic."
+        )
+    return [*lines, _STABLE]
+
+
+def _stretch(run: dict[str, Any]) -> str:
+    """From where to where, and how it vibrates there."""
+    ends = run["from"], run["to"]
+    digits = next((n for n in (6, 8) if f"{ends[0]:.{n}g}" != f"{ends[1]:.{n}g}"), 10)
+    speed, torque = run["velocity_amplitude"], run["peak_torque"]
+    text = f"{ends[0]:.{digits}g} ... {ends[1]:.{digits}g}"
+    text += f"  (velocity amplitude {_span(speed)} rad/s, brake torque up to {torque[1]:.4g} N m"
+    share = run["stick_share"]
+    if share[1] > 0.0:
+        text += f", sticking {_span([100.0 * one for one in share])} % of the time"
+    return f"{text})"
+
+
+def _span(ends: list[float]) -> str:
+    low, high = (f"{one:.3g}" for one in ends)
+    return low if low == high else f"{low} to {high}"
 
 
 def _bifurcations(report: dict[str, Any]) -> list[str]:
@@ -93,17 +124,17 @@ def _boundaries(report: dict[str, Any]) -> list[str]:
     boundaries = report["boundaries"]
     if not boundaries:
         return ["Boundaries: none; no bifurcation can be followed"]
-    names = " and ".join(boundaries[0]["values"])
+    names = ", ".join(boundaries[0]["values"])
     lines = [f"Boundaries over {names}: {len(boundaries)} (--json has their points)"]
     for one in boundaries:
         origin = report["bifurcations"][one["bifurcation"]]
-        spans = ", ".join(
-            f"{name} {values.min():.6g} ... {values.max():.6g}"
-            for name, values in one["values"].items()
-        )
+        ends = [
+            "(" + ", ".join(f"{values[place]:.6g}" for values in one["values"].values()) + ")"
+            for place in (0, -1)
+        ]
         lines.append(
-            f"  {one['kind']}, {origin['motion']}, from {report['parameter']['name']} ="
-            f" {origin['value']:.6g}: {spans}; its ends: {one['begin']}, and {one['end']}"
+            f"  {one['kind']}, {origin['motion']}: from ({names}) = {ends[0]} ({one['begin']}) to"
+            f" {ends[1]} ({one['end']})"
         )
     return lines
 

@@ -34,6 +34,8 @@ _OF_RUN = ("initial", "method", "rtol", "max_events", "max_steps")
 # Columns of points beneath branches of the exact method. Smooth ones take a minute, and the
 # cells of a map are many: those are drawn where they are asked for.
 _COLUMNS, _MOST_COLUMNS = 200, 10_000
+# Periods for which a motion of a map may take to settle.
+_PATIENCE = 2000
 
 
 @dataclass(frozen=True)
@@ -247,8 +249,11 @@ def _simulated(order: Order, hear: Callable[[Progress], None]) -> xr.Dataset:
     settings: dict[str, Any] = {name: getattr(run, name) for name in _OF_RUN}
     for name, ends in order.ranges.items():
         settings[name] = np.linspace(*ends, order.columns)
-    sweep = bifurcation if order.second is None else regime_map
-    return sweep(order.study.system, **settings, progress=hear)
+    if order.second is None:
+        return bifurcation(order.study.system, **settings, progress=hear)
+    # Near a boundary motions settle slowly.
+    settings |= {"transient": "auto", "limit": _PATIENCE}
+    return regime_map(order.study.system, **settings, progress=hear)
 
 
 @dataclass(frozen=True)

@@ -83,6 +83,8 @@ def tangent(matrix: FloatArray, along: FloatArray) -> FloatArray:
 def _solved(matrix: FloatArray, values: FloatArray) -> FloatArray:
     """The solution of a square system whose rows are radians, velocities and torques."""
     sizes = np.max(np.abs(matrix), axis=1)
+    if not np.all(np.isfinite(sizes)) or not np.all(np.isfinite(values)):
+        raise NotConvergedError
     sizes[sizes == 0.0] = 1.0
     try:
         return np.linalg.solve(matrix / sizes[:, None], values / sizes)

@@ -13,7 +13,7 @@ from wedgebrake.orbits.beyond import ALL_SLIP_ENDS, PERMANENT, go_beyond
 from wedgebrake.orbits.chain import Chain, goes_through
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations import NoOrbitError, multipliers
-from wedgebrake.orbits.kinds import Kind
+from wedgebrake.orbits.kinds import Kind, Scenario
 from wedgebrake.orbits.locate import Solution, Step, first_end, smooth_bifurcations, tests
 from wedgebrake.orbits.onset import onset
 from wedgebrake.orbits.point import Bifurcation, BranchPoint
@@ -87,6 +87,12 @@ class Branch(Iterator[BranchPoint]):
     def bifurcations(self) -> list[BranchPoint]:
         """The points so far that are bifurcations."""
         return [point for point in self.points if point.bifurcation is not None]
+
+    @property
+    def jumps(self) -> bool:
+        """Whether its last point is one beyond which the motion jumps."""
+        told = self.points[-1].bifurcation if len(self.points) > 1 else None
+        return told is not None and told.scenario is Scenario.JUMP
 
     def stop(self, why: str = "stopped by the user") -> None:
         """No point comes after those that are there."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -18,17 +19,23 @@ from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check, orbit
 from wedgebrake.orbits.switching import leaving
-from wedgebrake.orbits.symmetry import is_odd
+from wedgebrake.orbits.symmetry import is_odd, prime_order
 
 if TYPE_CHECKING:
     import xarray as xr
 
 STEP, POINTS, SWITCH = 0.02, 2000, 2
-_MOST_POINTS, _MOST_LEVELS, _MOST_ORDER = 1_000_000, 20, 64
+_MOST_POINTS, _MOST_LEVELS = 1_000_000, 20
+# Orbits of more periods are not looked for where branches leave: their windows are narrow.
+_MOST_ORDER = 16
 # Ends of branches nearer than this share of the range are one bifurcation.
 _SAME = 1e-6
 # Poincare points nearer than this share of their size are those of one orbit.
 _ALIKE = 1e-5
+# The same for an orbit at another value near by.
+_LIKE = 0.02
+# How far beside the end of a branch the one that it has met is begun, as a share of the range.
+_ASIDE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -120,7 +127,8 @@ def branches(
         Of the orbit that it begins with, as for ``wb.orbit``.
     switch : int
         How many times over branches that leave a branch are followed (at period doublings,
-        symmetry breakings, branch points): 0 none, 1 those that leave the first, ...
+        symmetry breakings, branch points, and where the motion jumps): 0 none, 1 those that
+        leave the first, ... Of more than 16 periods none is.
     opposite : bool
         Whether a second branch begins at the other end, with the motion that settles there,
         unless the first one has come there.
@@ -205,9 +213,14 @@ def _follow_leaving(
     for _ in range(levels):
         for place in range(begin, end):
             number = sum(len(one.branch.bifurcations) for one in followed[:place])
-            for point in followed[place].branch.bifurcations:
+            branch = followed[place].branch
+            for point in branch.bifurcations:
                 followed += _leaving(point, number, followed, progress)
                 number += 1
+            if branch.jumps:
+                followed += _beyond_jump(branch, number - 1, followed, progress)
+            if branch.met:
+                followed += _parents(branch, place, followed, progress)
         begin, end = end, len(followed)
 
 
@@ -250,6 +263,73 @@ def _leaving(
         begin = point.bifurcation.kind.value if point.bifurcation is not None else ""
         found.append(_followed(branch, number, begin, progress))
     return found
+
+
+def _beyond_jump(
+    branch: Branch,
+    number: int,
+    known: list[Followed],
+    progress: Callable[[Branch], None] | None,
+) -> list[Followed]:
+    """The branch of the motion that is found just beyond a jump, if it is not known yet."""
+    before, last = branch.points[-2:]
+    low, high = branch.bounds
+    onward = math.copysign(_SAME * (high - low), last.value - before.value)
+    value, (name,), family = last.value + onward, last.family.names, last.family
+    if not low < value < high:
+        return []
+    found = orbit(
+        family.base.replace(**{name: value}), initial=(last.points[0, 0], last.points[0, 1]),
+        method=family.method, rtol=family.rtol,
+    )  # fmt: skip
+    if not found.found or _is_near(found, value, known):
+        return []
+    end = high if onward > 0.0 else low
+    step = branch.largest * family.scales[0] / (high - low)
+    further = continuation(found, step=step, points=branch.most, **{name: (value, end)})
+    return [_followed(further, number, "beyond a jump", progress)]
+
+
+def _parents(
+    branch: Branch,
+    place: int,
+    known: list[Followed],
+    progress: Callable[[Branch], None] | None,
+) -> list[Followed]:
+    """Both ways along the branch that one has met at its end, if it is not known yet."""
+    last, family, (low, high) = branch.points[-1], branch.points[-1].family, branch.bounds
+    fewer = prime_order(last.points, _LIKE)
+    (name,) = family.names
+    # A little beside, so that one of the two passes the bifurcation where they meet.
+    value = last.value + _ASIDE * (high - low) * (1.0 if last.value < 0.5 * (low + high) else -1.0)
+    found = orbit(
+        family.base.replace(**{name: value}), fewer, initial=(last.points[0, 0], last.points[0, 1]),
+        method=family.method, rtol=family.rtol,
+    )  # fmt: skip
+    if not found.found or _is_near(found, value, known):
+        return []
+    step = branch.largest * family.scales[0] / (high - low)
+    begin = f"beside the end of branch {place + 1}"
+    both = [
+        continuation(found, step=step, points=branch.most, **{name: ends})
+        for ends in ((value, low), (value, high))
+    ]
+    return [_followed(one, -1, begin, progress) for one in both]
+
+
+def _is_near(found: Orbit, value: float, known: list[Followed]) -> bool:
+    """Whether a branch passes by the value with an orbit like it."""
+    size = np.max(np.abs(found.points), axis=0) + 1e-300
+    for one in known:
+        alike = [point for point in one.branch.points if point.order == found.order]
+        values = [point.value for point in alike]
+        if not alike or not min(values) <= value <= max(values):
+            continue
+        nearest = min(alike, key=lambda point: abs(point.value - value))
+        apart = np.abs(nearest.points - found.points) / size
+        if abs(nearest.value - value) <= one.branch.largest and np.all(apart <= _LIKE):
+            return True
+    return False
 
 
 def _followed(

@@ -116,6 +116,6 @@ def difference(
             steps.append(0.0)
         else:
             steps.append(_DIFFERENCE)
-    if sum(steps) == 0.0:
+    if sum(steps) == 0.0 or not all(np.all(np.isfinite(end)) for end in ends):
         raise NoOrbitError
     return np.asarray((ends[0] - ends[1]) / sum(steps))

@@ -36,16 +36,20 @@ def assemble(system: BrakedDriveline, over: Range, followed: list[Followed]) -> 
     points = [point for one in followed for point in one.branch.points]
     numbers = np.repeat(np.arange(len(followed)), [len(one.branch.points) for one in followed])
     coordinates = {
-        over.name: ("point", [point.value for point in points], over.attributes()),
-        "branch": ("point", numbers.astype(np.int32), {"long_name": "number of the branch"}),
+        over.dim: ("point", [point.value for point in points], over.attributes()),
+        "branch": (
+            "point",
+            numbers.astype(np.int32),
+            {"long_name": "number of the branch, from 0"},
+        ),
     }
     method = points[0].family.method
     return xr.Dataset(
-        {**_of_points(points), **_of_branches(followed), **_of_bifurcations(points, numbers)},
+        {**_of_points(points), **_of_branches(followed), **_of_bifurcations(points, numbers, over)},
         coords=coordinates,
         attrs={
             "kind": "orbits",
-            "parameter": over.name,
+            "parameter": over.dim,
             "range": [over.first, over.last],
             "method": method,
             "system": json.dumps(system.as_dict()),
@@ -80,10 +84,22 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
     return {
         "angle": (dims, section[:, :, 0], {"units": "rad", "long_name": f"angle {where}"}),
         "velocity": (dims, section[:, :, 1], {"units": "rad/s", "long_name": f"velocity {where}"}),
-        "order": ("point", np.array([point.order for point in points], dtype=np.int16)),
-        "stable": ("point", np.array([point.stable for point in points])),
-        "sequence": ("point", np.array([point.sequence for point in points], dtype=object)),
-        "arclength": ("point", np.array([point.arclength for point in points])),
+        "order": (
+            "point", np.array([point.order for point in points], dtype=np.int16),
+            {"units": "1", "long_name": "periods of the torque in the orbit"},
+        ),
+        "stable": (
+            "point", np.array([point.stable for point in points]),
+            {"long_name": "whether small deviations, that keep a rest, die out"},
+        ),
+        "sequence": (
+            "point", np.array([point.sequence for point in points], dtype=object),
+            {"long_name": "pieces in order: + forwards, - backwards, 0 rest, +1 the next piece"},
+        ),
+        "arclength": (
+            "point", np.array([point.arclength for point in points]),
+            {"units": "1", "long_name": "length along the branch, in the scales of its unknowns"},
+        ),
         **multiplier_columns(points),
         "largest_exponent": (
             "point", exponents, {"units": "1/s", "long_name": "largest Lyapunov exponent"},
@@ -115,7 +131,7 @@ def _of_branches(followed: list[Followed]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _of_bifurcations(points: list[BranchPoint], numbers: np.ndarray) -> dict[str, Any]:
+def _of_bifurcations(points: list[BranchPoint], numbers: np.ndarray, over: Range) -> dict[str, Any]:
     places = [place for place, point in enumerate(points) if point.bifurcation is not None]
     found = [point.bifurcation for point in points if point.bifurcation is not None]
     words = {
@@ -129,7 +145,11 @@ def _of_bifurcations(points: list[BranchPoint], numbers: np.ndarray) -> dict[str
             f"bifurcation_{name}": ("bifurcation", np.array(values, dtype=object))
             for name, values in words.items()
         },
-        "bifurcation_value": ("bifurcation", np.array([points[place].value for place in places])),
+        "bifurcation_value": (
+            "bifurcation",
+            np.array([points[place].value for place in places]),
+            over.attributes(),
+        ),
         "bifurcation_point": ("bifurcation", np.array(places, dtype=np.int64)),
         "bifurcation_branch": ("bifurcation", numbers[places].astype(np.int32)),
     }

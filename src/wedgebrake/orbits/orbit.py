@@ -55,8 +55,9 @@ _SENTENCES = {
         " at a limit; a simulation says which. Give initial, or change the system."
     ),
     OrbitStatus.NOT_PERIODIC: (
-        "The motion settles to no periodic orbit. Give order, the number of periods of the torque"
-        " in the wanted orbit, which may be unstable."
+        "The motion settles to no periodic orbit: it is chaotic, or a second frequency is in it."
+        " Give order, as order 1 for the synchronous orbit, which is unstable then, or begin"
+        " elsewhere."
     ),
     OrbitStatus.NOT_SETTLED: (
         "The motion has not settled within limit periods. Raise limit, or give order, the number"
@@ -82,7 +83,8 @@ class Orbit:
     rtol          : tolerance of "smooth"
     order         : periods of the torque in the orbit
     angle, velocity : its state at t = 0 [rad], [rad/s]
-    multipliers   : Floquet multipliers over the orbit, the larger modulus first
+    multipliers   : Floquet multipliers over the orbit, the larger modulus first; of deviations
+                    that keep a rest, where mu_s > mu_k would free the brake at any push
     sequence      : its pieces in their order, "+" forwards, "-" backwards, "0" rest, "+1" the
                     next piece of the brake's law (as after release); empty for smooth laws
     points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...
@@ -152,8 +154,8 @@ class Orbit:
         if not self.sequence:
             return f"{text}."
         count = len(self.sequence.split())
-        pieces = self.sequence if count <= _FEW_PIECES else f"{count} in number"
-        return f"{text}; pieces {pieces}."
+        pieces = f"pieces {self.sequence}" if count <= _FEW_PIECES else f"{count} pieces"
+        return f"{text}; {pieces}."
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""

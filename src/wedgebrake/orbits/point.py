@@ -41,6 +41,10 @@ class Bifurcation:
 class BranchPoint:
     """A periodic orbit on a branch.
 
+    Beside what is below: ``value`` of the parameter, ``order``, ``stable``, ``sequence``, the
+    Poincare ``points``, ``measures`` (amplitudes, sticks, peak torque), and its ``system``;
+    ``wb.orbit(point.system, point.order, initial=tuple(point.points[0]))`` is it again.
+
     values      : of the parameters
     equations, unknowns : what it solves
     multipliers : (larger, smaller modulus)

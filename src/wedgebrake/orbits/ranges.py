@@ -12,15 +12,21 @@ from wedgebrake.model.part import is_finite, is_number, shown
 from wedgebrake.model.swept import INITIAL, refuse_doubled, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
 
+# Names of what a dataset holds of an orbit.
+TAKEN = ("angle", "velocity")
+
 
 @dataclass(frozen=True)
 class Range:
     """A parameter, where it begins, and where it is to go.
 
+    dim           : its coordinate in a dataset: its name, but "brake_angle" for the angle of the
+                    brake, since ``angle`` there is that of the driveline
     unit, meaning : for the coordinate of a dataset
     """
 
     name: str
+    dim: str
     first: float
     last: float
     unit: str
@@ -52,11 +58,13 @@ def make_ranges(system: BrakedDriveline, given: dict[str, Any], count: int) -> l
     Raises ``InputError`` for another number of them, an unknown name, a group beside the
     parameter that it sets, or ends that are no two different numbers that the system takes.
     """
-    words = {1: "one parameter", 2: "two parameters"}[count]
+    words, example = {
+        1: ("one parameter with its ends", "eta=(12, -60)"),
+        2: ("two parameters with their ends", "eta=(12, -60), F0=(0.01, 0.1)"),
+    }[count]
     if len(given) != count:
         raise InputError(
-            f"{', '.join(given) or 'no parameter'}: must be {words} with its ends, for example"
-            " eta=(12, -60)."
+            f"{', '.join(given) or 'no parameter'}: must be {words}, for example {example}."
         )
     ranges = [_range(system, name, ends) for name, ends in given.items()]
     for name in given:
@@ -79,12 +87,20 @@ def _range(system: BrakedDriveline, name: str, ends: Any) -> Range:
         raise InputError(f"{name} = {shown(ends)}: the ends are equal. Change one of them.")
     for end in (first, last):
         system.replace(**{name: end})
-    return Range(name, first, last, *allowed[name])
+    return Range(name, _dim(system, name), first, last, *allowed[name])
+
+
+def _dim(system: BrakedDriveline, name: str) -> str:
+    return f"{_owner(system, name)}_{name}" if name in TAKEN else name
+
+
+def _owner(system: BrakedDriveline, name: str) -> str:
+    """The part that has a parameter."""
+    return next(part for part in PARTS if name in type(getattr(system, part)).model_fields)
 
 
 def value_of(system: BrakedDriveline, name: str) -> float:
     """The value of a parameter or group of a system."""
     if name in SETTERS:
         return float(getattr(system.groups, name))
-    part = next(part for part in PARTS if name in type(getattr(system, part)).model_fields)
-    return float(getattr(getattr(system, part), name))
+    return float(getattr(getattr(system, _owner(system, name)), name))

@@ -85,11 +85,11 @@ def transition(
         Node(code, float(unknowns[2 * i]), float(unknowns[2 * i + 1]))
         for i, code in enumerate(chain.codes)
     ]
-    # From the last on, so that numbers before stay what they are.
-    for piece in reversed(pieces):
+    # From the last on, so that numbers before stay what they are, but where the first goes too.
+    begun = [nodes[piece] for piece in pieces]
+    for piece, node in zip(reversed(pieces), reversed(begun), strict=True):
         if column == kernel.DURATION:
-            shift = len(chain.codes) - len(nodes) if nodes[0].code != chain.codes[0] else 0
-            nodes = _taken_out(nodes, piece - shift, 2.0 * np.pi * chain.order)
+            nodes = _taken_out(nodes, nodes.index(node), 2.0 * np.pi * chain.order)
         else:
             _put_in(nodes, piece, column, margins[piece], found, chain.order)
     _drop_mark(chain, nodes, found)

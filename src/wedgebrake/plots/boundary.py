@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from wedgebrake.errors import InputError
 from wedgebrake.plots import caption, cells, looks, style
@@ -40,10 +39,10 @@ def boundary(
         rows, sentences = [min(0.75 * width, HIGHEST)], caption.about(dataset, names)
         with page(width, rows, [("", entries(every))], sentences) as (figure, grid):
             axes = figure.add_subplot(grid[0])
+            spans = json.loads(dataset.attrs["ranges"])
             for name, way in zip(names, "xy", strict=True):
-                values = np.concatenate([one[name].to_numpy() for one in every])
                 getattr(axes, f"set_{way}label")(cells.label(dataset[name]))
-                getattr(axes, f"set_{way}lim")(_limits(values))
+                getattr(axes, f"set_{way}lim")(spans[dataset.attrs["parameters"].index(name)])
             style.few_ticks(axes)
             draw(axes, names, every)
         return figure
@@ -107,12 +106,6 @@ def parameters(dataset: Any, argument: str) -> list[str]:
             f"{argument} = {type(dataset).__name__}: must be the result of wb.boundary(...)."
         )
     return [str(name) for name in attributes["parameters"]]
-
-
-def _limits(values: np.ndarray) -> tuple[float, float]:
-    """Limits of an axis round the values of a parameter."""
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    return style.margins(low, high, 0.01 * max(abs(low), abs(high)))
 
 
 def _line(kind: str) -> dict[str, Any]:
