@@ -208,3 +208,33 @@ class TestArguments:
         """A word is not a list of its letters."""
         with pytest.raises(wb.InputError, match=r"'fold'|list|collection"):
             wb.boundaries(WEDGE, kinds="fold", F0=(0.01, 0.1), eta=(-30.0, -20.0))
+
+
+def test_onset_of_permanent_sticking_is_left_out() -> None:
+    """It is no end of a chain; of the others there is a curve."""
+    system = wb.paper.system(eta=-3.0, F0=0.09)
+    ends = {"F0": (0.09, 0.12), "eta": (-10.0, 0.0)}
+    found = wb.boundaries(system, switch=0, opposite=False, **ends)
+    assert all(one.sizes["point"] > 1 for one in found)
+    branch = wb.continuation(wb.orbit(system), F0=(0.09, 0.12))
+    onset = list(branch)[-1]
+    assert "permanent sticking" in onset.bifurcation.effect
+    assert not onset.can_be_followed
+    with pytest.raises(
+        wb.InputError, match="onset of permanent sticking, which cannot be followed"
+    ):
+        wb.boundary(onset, **ends)
+
+
+def test_second_parameter_is_that_of_the_point() -> None:
+    """The stiffness changes the group f; the curve begins at the f that the point has."""
+    system = wb.paper.system(eta=-10.0, F0=0.036)
+    value = system.driveline.stiffness
+    branch = wb.continuation(wb.orbit(system), stiffness=(value, 1.5 * value))
+    point = next(one for one in branch if one.can_be_followed)
+    curve = wb.boundary(point, stiffness=(0.5 * value, 2.0 * value), f=(0.2, 1.0))
+    apart = np.hypot(
+        curve["stiffness"].values / point.value - 1.0,
+        curve["f"].values / point.system.groups.f - 1.0,
+    )
+    assert np.min(apart) < 1e-9

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -551,3 +552,69 @@ class TestArguments:
     def test_no_orbit_to_begin_with(self) -> None:
         with pytest.raises(wb.InputError, match=r"F0 = 0.5.*no orbit to begin"):
             wb.branches(WEDGE, F0=(0.5, 0.01))
+
+
+class TestReviewed:
+    """What trial users and a hostile reader found wrong once."""
+
+    def test_over_the_angle_of_the_brake(self) -> None:
+        """Its name is that of a result: the coordinate is called otherwise, as in sweeps."""
+        system = wb.paper.system(eta=-10.0, F0=0.036)
+        data = wb.branches(system, angle=(0.45, 0.4), switch=0, opposite=False)
+        assert data.attrs["parameter"] == "brake_angle"
+        assert data["brake_angle"].values[[0, -1]] == pytest.approx([0.45, 0.4])
+        assert data["angle"].dims == ("point", "return")
+        assert wb.plot(data).axes
+
+    def test_two_rests_of_a_symmetric_orbit_end_together(self) -> None:
+        """From either side, where both vanish and where both are put in."""
+        system = wb.paper.system(eta=-10.0, F0=0.036, brake="conventional")
+        found = []
+        for ends in ((0.3, 0.45), (0.45, 0.3)):
+            data = wb.branches(system, f=ends, switch=0, opposite=False)
+            assert str(data["branch_end"][0].item()).startswith("left the range")
+            found.append(sorted(data["bifurcation_value"].values))
+        np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
+
+    def test_smooth_branch_goes_through_a_symmetry_breaking(self) -> None:
+        """There its equations are singular; the branch that leaves links both points."""
+        system = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional", friction="smoothed")
+        data = wb.branches(system, f=(0.53, 0.47), switch=1, opposite=False)
+        assert list(data["bifurcation_kind"].values[:2]) == ["symmetry breaking"] * 2
+        pair = data.isel(point=np.flatnonzero(data["branch"].values == 1))
+        ends = sorted(data["bifurcation_value"].values[:2])
+        assert float(pair["f"][0]) == pytest.approx(ends[1], rel=1e-6)
+        assert float(pair["f"][-1]) == pytest.approx(ends[0], rel=1e-4)
+
+    def test_turning_shaft_that_comes_to_rest(self) -> None:
+        """At the end the system is symmetric, and so is its orbit: no meeting of branches."""
+        branch = follow(CONVENTIONAL.replace(drive_speed=2.0), drive_speed=(2.0, 0.0))
+        assert branch.end == "left the range at drive_speed = 0"
+
+    def test_motion_beyond_a_jump_is_found(self) -> None:
+        """With a static peak the motion jumps, here by little; another branch begins there."""
+        band = wb.load_study(Path(__file__).parents[2] / "examples" / "band.toml").system
+        data = wb.branches(
+            band.replace(amplitude=100.0), drive_speed=(7.0, 9.0), switch=1, opposite=False
+        )
+        assert data["bifurcation_scenario"].values[1] == "jump"
+        assert list(data["branch_begin"].values) == ["begin of the range", "beyond a jump"]
+        first, second = (
+            data["velocity_amplitude"].values[data["branch"].values == one] for one in (0, 1)
+        )
+        assert second[0] == pytest.approx(first[-1], rel=1e-2)
+
+    def test_parents_of_a_branch_are_followed(self) -> None:
+        """From the 8T motion at the far end over 4T to 2T, each with its period doubling."""
+        data = wb.branches(wb.paper.system(eta=-10.0, F0=0.036), eta=(-21.0, -22.0))
+        kinds, values = data["bifurcation_kind"].values, data["bifurcation_value"].values
+        doublings = values[kinds == "period doubling"]
+        assert np.any(np.abs(doublings + 21.7898354) < 1e-6)
+        assert {4, 8} <= set(data["order"].values.tolist())
+
+    def test_pole_of_a_multiplier_is_no_bifurcation(self) -> None:
+        """Where the end of a rest becomes tangent a multiplier goes through infinity."""
+        branch = follow(wb.paper.system(eta=-10.0, F0=0.036), static=(0.3, 0.6))
+        for point in branch.bifurcations:
+            if not point.bifurcation.kind.of_friction:
+                assert abs(point.multipliers[0]) < 1e3

@@ -121,7 +121,11 @@ class TestJson:
         settled = wb.bifurcation(SYSTEM, eta=near, transient="auto")
         assert settled["order"].to_numpy().tolist() == [1, 2]
         first, second = told["branches"]
-        assert first["stable"] == [{"from": -15.0, "to": doubling["value"]}]
+        [stretch] = first["stable"]
+        assert (stretch["from"], stretch["to"]) == (-15.0, doubling["value"])
+        alone = wb.orbit(SYSTEM.replace(eta=-15.0))
+        assert stretch["velocity_amplitude"][0] == pytest.approx(alone.velocity_amplitude)
+        assert stretch["stick_share"] == [0.0, 0.0]
         assert second["origin"] == doubling["number"]
         assert second["stable"][0]["from"] == pytest.approx(doubling["value"], rel=1e-9)
 
@@ -165,7 +169,10 @@ class TestWords:
             "\nFollowed: eta from -15 to -18 (slope of the actuation force",
             "\nBegin, at eta = -15: synchronous orbit, stable: multipliers ",
             "\n  1  synchronous: begins at eta = -15 (begin of the range), ends at -18 (left the",
-            f"\n     stable for eta = -15 ... {value}\n",
+            f"\n     stable for eta = -15 ... {value}  (velocity amplitude ",
+            "rad/s, brake torque up to 333.3 N m)\n",
+            "\n  No other branch begins at eta = -18: what settles there is on one of these",
+            "\n  Stable: small disturbances die out. Other motions may live beside",
             f"\n  2  2T-periodic: begins at eta = {value} (period doubling of branch 1), ends at",
             "\nIn words:\n  period doubling: an orbit of twice the period branches off",
         ):
@@ -218,8 +225,12 @@ class TestWords:
 
     def test_boundaries(self, run):
         _, text, _ = run("continue", PAPER, *ETA, "--and", "F0=0.033:0.04", "--switch", "0")
-        assert "\nBoundaries over eta and F0: 1 (--json has their points)\n" in text
-        assert re.search(r"\n  period doubling, synchronous, from eta = -16\.\d+: eta -1", text)
+        assert "\nBoundaries over eta, F0: 1 (--json has their points)\n" in text
+        assert re.search(
+            r"\n  period doubling, synchronous: from \(eta, F0\) = \(-16\.9\d+, 0\.033\) \(left the"
+            r" range of F0\) to \(-15\.69\d+, 0\.04\) \(left the range of F0\)\n",
+            text,
+        )
 
     def test_answer_is_that_of_the_points(self):
         """Between the ends of a stretch all points are stable, and none is just beyond."""

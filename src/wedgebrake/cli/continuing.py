@@ -227,11 +227,7 @@ def _boundaries(
 ) -> list[tuple[BranchPoint, xr.Dataset]]:
     """The bifurcations with their boundaries over both parameters."""
     points = [
-        point
-        for one in followed
-        for point in one.branch.bifurcations
-        if point.bifurcation is not None
-        and point.bifurcation.kind.can_be_followed(point.family.method)
+        point for one in followed for point in one.branch.bifurcations if point.can_be_followed
     ]
     limits: dict[str, Any] = {name: order.settings[name] for name in ("step", "points")}
     found = []

@@ -17,7 +17,7 @@ from wedgebrake.orbits.transitions import Margin, Transition, transition, violat
 ALL_SLIP_ENDS = "all slip ends, permanent sticking begins"
 PERMANENT = "permanent sticking: every angle that the brake holds is an equilibrium"
 # Lengths [rad] of what is put in, in the order in which they are tried.
-_LENGTHS = (1e-3, 1e-4, 1e-2)
+_LENGTHS = (1e-3, 1e-4, 1e-2, 1e-5, 1e-6, 1e-7)
 # First steps beyond, as shares of the longest.
 _STEPS = (1e-3, 1e-4, 1e-2)
 

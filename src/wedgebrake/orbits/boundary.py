@@ -41,6 +41,8 @@ _TESTS = {
 }
 # Steps as shares of the longest, and what is too small to go on with.
 _FIRST, _SMALLEST, _GROW, _TURN = 0.1, 1e-5, 1.5, 0.95
+# A margin that vanishes all along a curve is no more than this below zero.
+_VANISHING = 1e-7
 # Orbits nearer than this share of their size are one where curves meet.
 _MEETS = 1e-4
 # A curve that comes back to its begin within a step has closed.
@@ -74,20 +76,21 @@ def boundary(
         Over ``point``, from one end to the other: both parameters, the multipliers of the
         orbit, and its Poincare point at t = 0. ``attrs`` say the kind and why it ends.
 
-    Raises ``InputError`` for arguments that are wrong, for a branch point, and for a symmetry
-    breaking of an orbit with smooth friction: where branches cross the equations are singular.
+    Raises ``InputError`` for arguments that are wrong, for a branch point and for a symmetry
+    breaking of an orbit with smooth friction, where branches cross and the equations are
+    singular, and for the onset of permanent sticking, which is known in closed form.
     """
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:
         raise InputError(
             f"point = {shown(point)}: must be a bifurcation, one of Branch.bifurcations."
         )
-    method = point.family.method
-    if not bifurcation.kind.can_be_followed(method):
+    if not point.can_be_followed:
+        onset = bifurcation.kind.of_friction and not bifurcation.ends
+        what = "onset of permanent sticking" if onset else bifurcation.kind.value
         raise InputError(
-            f"point: is a {bifurcation.kind.value}, which cannot be followed with method"
-            f" {method!r}. Follow a fold, a period doubling, a Neimark-Sacker bifurcation or one of"
-            " friction."
+            f"point: is a {what}, which cannot be followed with method {point.family.method!r}."
+            " Follow a fold, a period doubling, a Neimark-Sacker bifurcation or one of friction."
         )
     check_step(step, points)
     ranges = make_ranges(point.family.base, parameters, 2)
@@ -122,7 +125,7 @@ def boundaries(
     Parameters
     ----------
     system : BrakedDriveline
-        What is changed. Its own value of the second parameter is where the first is followed.
+        What is changed. Its own second parameter is held while the first is followed.
     kinds : collection of str
         Which ones, for example ``["period doubling", "grazing-sliding"]``. Default: all that
         can be followed.
@@ -157,7 +160,9 @@ def boundaries(
     wanted = [
         point
         for point in found
-        if point.bifurcation is not None and point.bifurcation.kind.value in (kinds or allowed)
+        if point.bifurcation is not None
+        and point.bifurcation.kind.value in (kinds or allowed)
+        and point.can_be_followed
     ]
     return [boundary(point, step=step, points=points, **parameters) for point in wanted]
 
@@ -184,7 +189,7 @@ class _Boundary:
             base, (first.name, second.name), (exact_scale(first), exact_scale(second)),
             method=point.family.method, rtol=point.family.rtol,
         )  # fmt: skip
-        values = (point.value, value_of(base, second.name))
+        values = (point.value, value_of(point.system, second.name))
         self.orbits = OrbitCurve.through(point.equations, self.family, point.unknowns, values)
         self.curve = BifurcationCurve(self.orbits, self._condition)
         for one, value in zip((first, second), values, strict=True):
@@ -199,7 +204,8 @@ class _Boundary:
         """What vanishes on the curve."""
         if self.bifurcation.kind in _TESTS:
             return tests(self.orbits, y)[_TESTS[self.bifurcation.kind]]
-        end = self.bifurcation.ends[0]
+        # Of several that vanish together that of what is short, as in ``transition``.
+        end = min(self.bifurcation.ends, key=lambda one: one.column)
         return float(self.orbits.margins(y)[end.piece, end.column])
 
     def dataset(self, ranges: list[Range]) -> xr.Dataset:
@@ -300,10 +306,12 @@ class _Boundary:
         for one, value in zip((self.first, self.second), values, strict=True):
             if not one.bounds[0] <= value <= one.bounds[1]:
                 return f"left the range of {one.name}"
-        others = [end for end in self._lacking(at) if not self._is_own(end)]
+        others = self._lacking(at)
         if others:
             return self._met(at, others)
-        fewer = prime_order(self._point(at).points, _MEETS)
+        there = self._point(at)
+        omega = there.system.excitation.angular_frequency
+        fewer = prime_order(there.points, omega, _MEETS)
         if fewer < self.equations.order:
             return met(fewer)
         trace, _ = self.orbits.invariants(at.y)
@@ -322,13 +330,6 @@ class _Boundary:
         return f"it meets {name}"
 
     def _lacking(self, at: Solution) -> list[Margin]:
-        return violated(self.orbits.margins(at.y))
-
-    def _is_own(self, end: Margin) -> bool:
-        """Whether a margin vanishes all along: one of the bifurcation, or of its neighbours."""
-        if not self.bifurcation.kind.of_friction:
-            return False
-        count = self.equations.size // 2
-        return any(
-            (end.piece - own.piece) % count in (0, 1, count - 1) for own in self.bifurcation.ends
-        )
+        """The margins that are missed, but those that vanish all along."""
+        margins = self.orbits.margins(at.y)
+        return [end for end in violated(margins) if not margins[end] >= -_VANISHING]

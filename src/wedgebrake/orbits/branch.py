@@ -17,7 +17,7 @@ from wedgebrake.orbits.kinds import Kind, Scenario
 from wedgebrake.orbits.locate import Solution, Step, first_end, smooth_bifurcations, tests
 from wedgebrake.orbits.onset import onset
 from wedgebrake.orbits.point import Bifurcation, BranchPoint
-from wedgebrake.orbits.symmetry import is_symmetric, met, prime_order
+from wedgebrake.orbits.symmetry import is_odd, is_symmetric, met, prime_order
 from wedgebrake.orbits.transitions import Margin, violated
 
 # Steps as shares of the largest: the first one, and the one that is too small to go on with.
@@ -26,6 +26,8 @@ _GROW, _SHRINK = 1.5, 0.5
 # The direction may turn by so much in a step (cosine); steps of this share of the largest may
 # turn as they like, as at the corner of a fold.
 _TURN, _ANY_TURN = 0.95, 1e-3
+# Bifurcations of the derivative are looked for up to this share of the way to one of friction.
+_SHORT_OF = 1.0 - 1e-6
 # Scales that have changed by this factor are renewed.
 _OUTGROWN = 1.5
 # Where branches meet, orbits nearer than this share of their size may be one; nearer than the
@@ -77,6 +79,8 @@ class Branch(Iterator[BranchPoint]):
         # Not by the last bit off the value that it is an orbit of.
         y[-1] = start.values[-1] / self._curve.scales[-1] if not start.direction.size else y[-1]
         self._now = Solution(y, matrix, tangent(matrix, along))
+        # At the one value where a system is symmetric its orbits are; that is no meeting.
+        self._odd = all(is_odd(start.family.system((bound,))) for bound in self.bounds)
         # Of an orbit that is symmetric, or of one period, nothing is met.
         self._leaves = True
         self._leaves = not self._parent_of(self._now, _COLLAPSED)
@@ -232,11 +236,15 @@ class Branch(Iterator[BranchPoint]):
         if not self._leaves:
             return ""
         unknowns, values = self._curve.unscaled(at.y)
-        points = self._equations.points(unknowns, self.start.family.problem(values))
-        fewer = prime_order(points, tolerance)
+        family = self.start.family
+        points = self._equations.points(unknowns, family.problem(values))
+        omega = family.system(values).excitation.angular_frequency
+        fewer = prime_order(points, omega, tolerance)
         if fewer < self._equations.order:
             return met(fewer)
-        if is_symmetric(self._equations, unknowns, self.start.family, values, tolerance):
+        if self._odd and is_symmetric(
+            self._equations, unknowns, self.start.family, values, tolerance
+        ):
             return "symmetry breaking of a symmetric orbit"
         return ""
 
@@ -288,7 +296,8 @@ class Branch(Iterator[BranchPoint]):
                 return False
             self._ahead = "a change of the chain of pieces that is not known"
             return False
-        passed = self._passed(step, s)
+        # Not the poles that multipliers may have there.
+        passed = self._passed(step, _SHORT_OF * s)
         self._length += float(np.linalg.norm(at.y - step.start.y))
         point = self._point(at, Bifurcation(beyond.kind, beyond.effect, beyond.scenario))
         self._queue.extend(passed)

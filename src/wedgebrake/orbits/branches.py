@@ -19,7 +19,7 @@ from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check, orbit
 from wedgebrake.orbits.switching import leaving
-from wedgebrake.orbits.symmetry import is_odd, prime_order
+from wedgebrake.orbits.symmetry import alike, is_odd, prime_order
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +34,8 @@ _SAME = 1e-6
 _ALIKE = 1e-5
 # The same for an orbit at another value near by.
 _LIKE = 0.02
+# Ends of branches may miss what they meet by this share of the range.
+_NEAR = 1e-3
 # How far beside the end of a branch the one that it has met is begun, as a share of the range.
 _ASIDE = 1e-3
 
@@ -231,14 +233,12 @@ def _opposite(first: Orbit, over: Range, known: list[Followed]) -> Orbit | None:
     )
     if not other.found:
         return None
-    size = np.max(np.abs(other.points), axis=0) + 1e-300
+    omega = other.system.excitation.angular_frequency
     for one in known:
         last = one.branch.points[-1]
-        if abs(last.value - over.last) <= _SAME * over.scale and last.order == other.order:
-            for turn in range(other.order):
-                apart = np.abs(np.roll(other.points, turn, axis=0) - last.points) / size
-                if np.all(apart <= _ALIKE):
-                    return None
+        near = abs(last.value - over.last) <= _SAME * over.scale
+        if near and last.order == other.order and alike(last.points, other.points, omega, _ALIKE):
+            return None
     return other
 
 
@@ -251,11 +251,14 @@ def _leaving(
     """The branches that leave a bifurcation and are not known yet."""
     first = known[0].branch
     low, high = first.bounds
+    omega = point.system.excitation.angular_frequency
     for one in known:
         last = one.branch.points[-1]
-        near = abs(last.value - point.value) <= _SAME * (high - low)
-        if near and one.branch.met and last.order in (point.order, 2 * point.order):
-            return []
+        near = abs(last.value - point.value) <= _NEAR * (high - low)
+        if near and one.branch.met and last.order % point.order == 0:
+            repeated = np.tile(point.points, (last.order // point.order, 1))
+            if last.order <= 2 * point.order and alike(last.points, repeated, omega, _LIKE):
+                return []
     found = []
     for origin, start in leaving(point) if 2 * point.order <= _MOST_ORDER else ():
         rising = start.direction[-1] > 0.0
@@ -298,7 +301,7 @@ def _parents(
 ) -> list[Followed]:
     """Both ways along the branch that one has met at its end, if it is not known yet."""
     last, family, (low, high) = branch.points[-1], branch.points[-1].family, branch.bounds
-    fewer = prime_order(last.points, _LIKE)
+    fewer = prime_order(last.points, last.system.excitation.angular_frequency, _LIKE)
     (name,) = family.names
     # A little beside, so that one of the two passes the bifurcation where they meet.
     value = last.value + _ASIDE * (high - low) * (1.0 if last.value < 0.5 * (low + high) else -1.0)
@@ -319,15 +322,15 @@ def _parents(
 
 def _is_near(found: Orbit, value: float, known: list[Followed]) -> bool:
     """Whether a branch passes by the value with an orbit like it."""
-    size = np.max(np.abs(found.points), axis=0) + 1e-300
+    omega = found.system.excitation.angular_frequency
     for one in known:
-        alike = [point for point in one.branch.points if point.order == found.order]
-        values = [point.value for point in alike]
-        if not alike or not min(values) <= value <= max(values):
+        same = [point for point in one.branch.points if point.order == found.order]
+        values = [point.value for point in same]
+        if not same or not min(values) <= value <= max(values):
             continue
-        nearest = min(alike, key=lambda point: abs(point.value - value))
-        apart = np.abs(nearest.points - found.points) / size
-        if abs(nearest.value - value) <= one.branch.largest and np.all(apart <= _LIKE):
+        nearest = min(same, key=lambda point: abs(point.value - value))
+        near = abs(nearest.value - value) <= one.branch.largest * nearest.family.scales[0]
+        if near and alike(nearest.points, found.points, omega, _LIKE):
             return True
     return False
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from wedgebrake.orbits.arclength import newton, tangent
+from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations import FloatArray
 from wedgebrake.orbits.kinds import Kind
@@ -16,6 +16,10 @@ from wedgebrake.orbits.transitions import Margin
 
 # A margin that jumps through zero has no root there.
 _ROOT = 1e-6
+# Between points so near (as a share of the step) a solution may be interpolated.
+_NARROW = 0.5
+# A multiplier that goes through infinity, as where the end of a rest becomes tangent, is no root.
+_POLE = 1e-6
 # Margins that vanish within this share of a step vanish together.
 _TOGETHER = 1e-6
 
@@ -46,14 +50,34 @@ class Step:
             slope = max(float(direction @ base.direction), 0.1)
             guess = base.y + (s - near) / slope * base.direction
             guess += (s - float(direction @ (guess - self.start.y))) * direction
-            y, matrix = newton(self.curve, guess, direction)
-            self._found[s] = Solution(y, matrix, tangent(matrix, base.direction))
+            try:
+                y, matrix = newton(self.curve, guess, direction)
+                self._found[s] = Solution(y, matrix, tangent(matrix, base.direction))
+            except NotConvergedError:
+                self._found[s] = self._between(s)
         return self._found[s]
+
+    def _between(self, s: float) -> Solution:
+        """Between its neighbours, where the equations are singular: branches meet there."""
+        below = [known for known in self._found if known < s]
+        above = [known for known in self._found if known > s]
+        if not below or not above or min(above) - max(below) > _NARROW * self.length:
+            raise NotConvergedError
+        low, high = max(below), min(above)
+        one, other = self._found[low], self._found[high]
+        y = one.y + (s - low) / (high - low) * (other.y - one.y)
+        return Solution(y, self.curve.linearize(y)[1], one.direction)
 
     def root(self, function: Callable[[Solution], float], until: float | None = None) -> float:
         """Where a function that changes sign between the ends vanishes."""
         last = self.length if until is None else until
-        return float(brentq(lambda s: function(self.at(s)), 0.0, last, xtol=1e-15, rtol=1e-14))
+        try:
+            found = brentq(
+                lambda s: function(self.at(s)), 0.0, last, xtol=1e-15, rtol=1e-14, maxiter=500
+            )
+        except (RuntimeError, ValueError):  # no change of sign after all, or one without a root
+            raise NotConvergedError from None
+        return float(found)
 
 
 def tests(curve: OrbitCurve, y: FloatArray) -> dict[str, float]:
@@ -75,6 +99,10 @@ def smooth_bifurcations(step: Step, until: float) -> list[tuple[float, Kind]]:
         if not first[name] * last[name] < 0.0:
             continue
         s = step.root(lambda at, name=name: tests(curve, at.y)[name], until)  # type: ignore[misc]
+        if abs(tests(curve, step.at(s).y)[name]) > _POLE * max(
+            abs(first[name]), abs(last[name]), 1
+        ):
+            continue
         kind = _kind(name, step, s, until)
         if kind is not None:
             found.append((s, kind))

@@ -67,6 +67,15 @@ class BranchPoint:
         return self.values[0]
 
     @property
+    def can_be_followed(self) -> bool:
+        """Whether it is a bifurcation that ``wb.boundary`` can follow in a second parameter."""
+        found = self.bifurcation
+        if found is None or not found.kind.can_be_followed(self.family.method):
+            return False
+        # The onset of permanent sticking is no end of a chain.
+        return not found.kind.of_friction or bool(found.ends)
+
+    @property
     def stable(self) -> bool:
         """Whether small deviations die out."""
         return abs(self.multipliers[0]) < 1.0

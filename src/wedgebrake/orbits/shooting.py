@@ -141,7 +141,7 @@ def _near(family: Family, order: int, guesses: list[FloatArray]) -> Orbit:
         except _FAILED:
             continue
         points = equations.points(solved, family.problem(()))
-        if prime_order(points) < order:
+        if prime_order(points, base.excitation.angular_frequency) < order:
             status = OrbitStatus.OF_LOWER_ORDER
             continue
         if is_symmetric(equations, solved, family, ()):

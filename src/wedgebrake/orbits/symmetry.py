@@ -33,16 +33,32 @@ def is_odd(system: BrakedDriveline) -> bool:
     return alike and system.driveline.drive_speed == 0.0
 
 
-def prime_order(points: FloatArray, tolerance: float = _SAME) -> int:
-    """The fewest periods after which an orbit repeats, from its Poincare points (order, 2)."""
+def prime_order(points: FloatArray, omega: float, tolerance: float = _SAME) -> int:
+    """The fewest periods after which an orbit repeats.
+
+    points    : (order, 2) Poincare points;  omega : of the torque [rad/s]
+    tolerance : as a share of the orbit's size, in velocities. Angle or velocity alone may vanish
+                at the section.
+    """
     order = int(points.shape[0])
-    size = np.max(np.abs(points), axis=0) + 1e-300
+    scaled = points * [omega, 1.0]
+    size = float(np.max(np.abs(scaled))) + 1e-300
     for fewer in range(1, order):
         if order % fewer == 0:
-            apart = np.abs(points - np.roll(points, fewer, axis=0)) / size
-            if np.all(apart <= tolerance):
+            apart = np.abs(scaled - np.roll(scaled, fewer, axis=0))
+            if np.all(apart <= tolerance * size):
                 return fewer
     return order
+
+
+def alike(one: FloatArray, other: FloatArray, omega: float, tolerance: float) -> bool:
+    """Whether two orbits of one order are the same, at any shift by whole periods."""
+    first, second = one * [omega, 1.0], other * [omega, 1.0]
+    size = float(np.max(np.abs(second))) + 1e-300
+    return any(
+        bool(np.all(np.abs(np.roll(first, turn, axis=0) - second) <= tolerance * size))
+        for turn in range(first.shape[0])
+    )
 
 
 def met(fewer: int) -> str:
