@@ -48,7 +48,8 @@ if TYPE_CHECKING:
     from wedgebrake.model.system import BrakedDriveline
     from wedgebrake.orbits.boundary import boundaries, boundary
     from wedgebrake.orbits.branch import Branch
-    from wedgebrake.orbits.branches import branches, continuation
+    from wedgebrake.orbits.branches import branches
+    from wedgebrake.orbits.continuation import continuation
     from wedgebrake.orbits.orbit import Orbit
     from wedgebrake.orbits.point import BranchPoint
     from wedgebrake.orbits.shooting import orbit
@@ -89,7 +90,7 @@ _HOMES = {
     "boundaries": "orbits.boundary",
     "boundary": "orbits.boundary",
     "branches": "orbits.branches",
-    "continuation": "orbits.branches",
+    "continuation": "orbits.continuation",
     "energy": "measures.energy",
     "load_study": "model.study",
     "motion": "measures.motion",

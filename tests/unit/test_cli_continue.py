@@ -20,8 +20,8 @@ import xarray as xr
 import wedgebrake as wb
 from printed import names, unwrapped
 from wedgebrake.cli.continue_report import answer, stable_stretches
-from wedgebrake.orbits.branches import follow
 from wedgebrake.orbits.ranges import make_ranges
+from wedgebrake.orbits.skeleton import follow
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
 EXAMPLES = Path(__file__).parents[2] / "examples"

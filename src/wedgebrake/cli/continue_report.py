@@ -11,9 +11,9 @@ from wedgebrake._version import __version__
 from wedgebrake.cli.continuing import Order, Outcome
 from wedgebrake.cli.report import versions
 from wedgebrake.measures.classes import MotionClass, motion_word
-from wedgebrake.orbits.branches import Followed
 from wedgebrake.orbits.kinds import Kind
 from wedgebrake.orbits.point import BranchPoint
+from wedgebrake.orbits.skeleton import Followed
 from wedgebrake.orbits.stretches import stretches
 
 if TYPE_CHECKING:

@@ -17,12 +17,13 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study
 from wedgebrake.orbits.boundary import boundary
 from wedgebrake.orbits.branch import Branch
-from wedgebrake.orbits.branches import Followed, check_step, follow
+from wedgebrake.orbits.continuation import check_step
 from wedgebrake.orbits.dataset import assemble
 from wedgebrake.orbits.orbit import Orbit, OrbitStatus
 from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, make_ranges, value_of
 from wedgebrake.orbits.shooting import check, orbit
+from wedgebrake.orbits.skeleton import Followed, follow
 from wedgebrake.sweeps.maps import bifurcation, regime_map
 from wedgebrake.sweeps.progress import Progress
 

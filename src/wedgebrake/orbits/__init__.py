@@ -18,7 +18,9 @@ arclength      Newton's method and direction on a curve
 point          a point of a branch, and which bifurcation it is
 branch         one branch, point by point
 switching      the branches that leave one
-branches       ``continuation`` and ``branches``: one, and all of them
+continuation   ``continuation``: the branch of an orbit
+skeleton       all branches from the ends of a range
+branches       ``branches``: them as one dataset
 ranges         the parameter and its ends, checked
 stretches      from where to where a branch is stable
 dataset        branches as a dataset

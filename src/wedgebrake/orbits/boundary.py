@@ -14,8 +14,9 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
-from wedgebrake.orbits.branches import POINTS, STEP, SWITCH, begun, check_step, follow
+from wedgebrake.orbits.branches import begun
 from wedgebrake.orbits.chain import Chain
+from wedgebrake.orbits.continuation import POINTS, STEP, check_step
 from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve
 from wedgebrake.orbits.dataset import multiplier_columns
 from wedgebrake.orbits.equations import FloatArray, NoOrbitError, multipliers
@@ -25,6 +26,7 @@ from wedgebrake.orbits.locate import Solution, tests
 from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check
+from wedgebrake.orbits.skeleton import SWITCH, follow
 from wedgebrake.orbits.symmetry import is_odd, met, prime_order
 from wedgebrake.orbits.transitions import Margin, transition, violated
 

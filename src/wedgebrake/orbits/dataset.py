@@ -14,8 +14,8 @@ from wedgebrake.orbits.ranges import Range
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wedgebrake.orbits.branches import Followed
     from wedgebrake.orbits.point import BranchPoint
+    from wedgebrake.orbits.skeleton import Followed
 
 # Measures of a point, with unit and meaning.
 _MEASURES = {
