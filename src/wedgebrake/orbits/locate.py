@@ -20,6 +20,8 @@ _ROOT = 1e-6
 _NARROW = 0.5
 # A multiplier that goes through infinity, as where the end of a rest becomes tangent, is no root.
 _POLE = 1e-6
+# Functions larger than this at both ends of a step are not expected to vanish twice between.
+_FAR = 0.1
 # Margins that vanish within this share of a step vanish together.
 _TOGETHER = 1e-6
 
@@ -68,12 +70,17 @@ class Step:
         y = one.y + (s - low) / (high - low) * (other.y - one.y)
         return Solution(y, self.curve.linearize(y)[1], one.direction)
 
-    def root(self, function: Callable[[Solution], float], until: float | None = None) -> float:
+    def root(
+        self,
+        function: Callable[[Solution], float],
+        until: float | None = None,
+        since: float = 0.0,
+    ) -> float:
         """Where a function that changes sign between the ends vanishes."""
         last = self.length if until is None else until
         try:
             found = brentq(
-                lambda s: function(self.at(s)), 0.0, last, xtol=1e-15, rtol=1e-14, maxiter=500
+                lambda s: function(self.at(s)), since, last, xtol=1e-15, rtol=1e-14, maxiter=500
             )
         except (RuntimeError, ValueError):  # no change of sign after all, or one without a root
             raise NotConvergedError from None
@@ -92,31 +99,53 @@ def tests(curve: OrbitCurve, y: FloatArray) -> dict[str, float]:
 
 def smooth_bifurcations(step: Step, until: float) -> list[tuple[float, Kind]]:
     """(s, kind) of the bifurcations of the orbit's derivative, in order of s up to ``until``."""
-    curve = step.curve
-    first, last = tests(curve, step.start.y), tests(curve, step.at(until).y)
+    first, last = tests(step.curve, step.start.y), tests(step.curve, step.at(until).y)
     found: list[tuple[float, Kind]] = []
     for name in first:
-        if not first[name] * last[name] < 0.0:
-            continue
-        s = step.root(lambda at, name=name: tests(curve, at.y)[name], until)  # type: ignore[misc]
-        if abs(tests(curve, step.at(s).y)[name]) > _POLE * max(
-            abs(first[name]), abs(last[name]), 1
-        ):
-            continue
-        kind = _kind(name, step, s, until)
-        if kind is not None:
-            found.append((s, kind))
+
+        def value(at: Solution, name: str = name) -> float:
+            return tests(step.curve, at.y)[name]
+
+        size = max(abs(first[name]), abs(last[name]), 1.0)
+        for begin, end in _changes(step, value, until, first[name], last[name]):
+            s = step.root(value, end, begin)
+            kind = _kind(name, step, s, (begin, end))
+            if kind is not None and abs(value(step.at(s))) <= _POLE * size:
+                found.append((s, kind))
     return sorted(found, key=lambda one: one[0])
 
 
-def _kind(name: str, step: Step, s: float, until: float) -> Kind | None:
+def _changes(
+    step: Step, value: Callable[[Solution], float], until: float, first: float, last: float
+) -> list[tuple[float, float]]:
+    """Intervals of s in each of which a function changes its sign, two if it does so twice."""
+    if first * last < 0.0:
+        return [(0.0, until)]
+    if min(abs(first), abs(last)) > _FAR:
+        return []
+    half = 0.5 * until
+    middle = value(step.at(half))
+    turn = half
+    if middle * first > 0.0:
+        # The extreme of the parabola through the three.
+        bend = first - 2.0 * middle + last
+        turn = half + 0.25 * until * (first - last) / bend if bend != 0.0 else half
+        if not 0.0 < turn < until or middle * bend < 0.0:
+            return []
+        middle = value(step.at(turn))
+    return [(0.0, turn), (turn, until)] if middle * first < 0.0 else []
+
+
+def _kind(name: str, step: Step, s: float, ends: tuple[float, float]) -> Kind | None:
+    """Which bifurcation it is at s, between the ends; None: none after all."""
     if name == "minus one":
         return Kind.PERIOD_DOUBLING
     if name == "torus":
         trace, _ = step.curve.invariants(step.at(s).y)
         # Two real multipliers, one the inverse of the other, are no torus.
         return Kind.NEIMARK_SACKER if abs(trace) < 2.0 else None
-    turns = step.start.direction[-1] * step.at(until).direction[-1] < 0.0
+    begin, end = (step.at(one).direction[-1] for one in ends)
+    turns = begin * end < 0.0
     return Kind.FOLD if turns else Kind.BRANCH_POINT
 
 
