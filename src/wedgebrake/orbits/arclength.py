@@ -23,9 +23,6 @@ class Curve(Protocol):
     def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F(y), (m,), and its derivative, (m, m + 1); raises ``NoOrbitError``."""
 
-    def residual(self, y: FloatArray) -> FloatArray:
-        """F(y) alone."""
-
 
 class NotConvergedError(ArithmeticError):
     """Newton's method found no solution near its guess."""

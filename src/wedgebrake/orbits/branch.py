@@ -63,8 +63,8 @@ class Branch(Iterator[BranchPoint]):
 
     def __post_init__(self) -> None:
         self._queue: deque[BranchPoint] = deque()
-        self._ahead = ""
-        self._length = 0.0
+        # Why the branch ends once its points are given out, and what held up the present step.
+        self._ahead = self._hindrance = ""
         self.step = _FIRST * self.largest
         start = self.start
         self._equations = start.equations
@@ -136,6 +136,7 @@ class Branch(Iterator[BranchPoint]):
 
     def _advance(self) -> None:
         """One step: its points go into the queue."""
+        self._hindrance = ""
         while self.step >= _SMALLEST * self.largest:
             try:
                 done = self._try()
@@ -148,7 +149,7 @@ class Branch(Iterator[BranchPoint]):
             return
         where = self._parent_of(self._now, _NEARLY)
         self.met = bool(where)
-        self._ahead = self._ahead or where or "no orbit was found further on"
+        self._ahead = where or self._hindrance or "no orbit was found further on"
 
     def _try(self) -> bool:
         """One attempt at a step; whether it led on."""
@@ -294,7 +295,8 @@ class Branch(Iterator[BranchPoint]):
         if beyond is None:
             if self.step > _ANY_TURN * self.largest:
                 return False
-            self._ahead = "a change of the chain of pieces that is not known"
+            # A shorter step may yet lead on.
+            self._hindrance = "a change of the chain of pieces that is not known"
             return False
         # Not the poles that multipliers may have there.
         passed = self._passed(step, _SHORT_OF * s)

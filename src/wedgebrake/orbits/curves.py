@@ -87,10 +87,6 @@ class BifurcationCurve:
     orbits: OrbitCurve
     condition: Callable[[FloatArray], float]
 
-    def residual(self, y: FloatArray) -> FloatArray:
-        """(F, g)."""
-        return np.append(self.orbits.residual(y), self.condition(y))
-
     def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(F, g) and its derivative, that of g from differences."""
         values, matrix = self.orbits.linearize(y)
