@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-import re
-import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, get_args
@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import Field, model_validator
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model import toml
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part, is_finite, is_number, named, parameter, shown
 from wedgebrake.model.swept import SWEEP_SETTINGS, Sweep, parse_sweep, sweep_schema
@@ -21,10 +22,6 @@ from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table
 Method = Literal["exact", "smooth", "ode14x"]
 METHODS: tuple[str, ...] = get_args(Method)
 _State = Annotated[float, Field(ge=-1e12, le=1e12)]
-_LARGEST = 1_000_000  # bytes; a study is a page, not a data set
-# Names of so many parts, a.b.c, that tomllib takes minutes for them: its time goes with
-# their square.
-_DEEPEST = 100
 # What stands in for an SI value until the group that sets it is applied: as in
 # wb.paper.system, so that the same groups give the same system there, to the last bit.
 _PLACEHOLDERS = {"slope": 0.0, "frequency": 10.0, "amplitude": 500.0, "angle": 0.34}
@@ -126,6 +123,15 @@ class Study:
         system = self.system.replace(**for_system) if for_system else self.system
         return Study(system, Run(**{**settings, **for_run}), self._swept(**for_sweep))
 
+    def to_toml(self) -> str:
+        """The study as the text of a study file: ``wb.read_study`` gives it back, bit for bit.
+
+        Raises ``InputError`` for what a study file cannot hold.
+        """
+        from wedgebrake.model.study_text import study_text
+
+        return study_text(self)
+
     def _swept(self, **settings: Any) -> Sweep:
         sweep = settings.pop("sweep", self.sweep)
         if not isinstance(sweep, Sweep):
@@ -162,20 +168,41 @@ def load_study(path: str | Path) -> Study:
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"path = {shown(path)}: must be the path of a study file (TOML).")
     path = Path(path)
+    with _about(str(path)):
+        return parse_study(toml.read(_content(path)))
+
+
+def read_study(content: bytes | str) -> Study:
+    """The study that stands in a text (TOML), as ``load_study`` reads it from a file.
+
+    Raises ``InputError`` that names what is wrong.
+    """
+    if not isinstance(content, bytes | str):
+        raise InputError(
+            f"content = {shown(content)}: must be what stands in a study file (TOML). Give text,"
+            " or bytes; of a path use wb.load_study(...)."
+        )
+    with _about("study"):
+        return parse_study(toml.read(content))
+
+
+@contextmanager
+def _about(what: str) -> Iterator[None]:
+    """Set before an error what was read."""
     try:
-        return parse_study(_tables(_text(path)))
+        yield
     except InputError as error:
         lines = str(error).split("\n")
         raise InputError(
-            "\n  ".join([f"{path}:", *lines] if lines[1:] else [f"{path}: {error}"])
+            "\n  ".join([f"{what}:", *lines] if lines[1:] else [f"{what}: {error}"])
         ) from None
 
 
-def _text(path: Path) -> str:
+def _content(path: Path) -> bytes:
     try:
         with path.open("rb") as file:
             # Not read to the end: it may be a device that has none.
-            content = file.read(_LARGEST + 1)
+            return file.read(toml.LARGEST + 1)
     except FileNotFoundError:
         raise InputError(
             "no such file. Give the path of a study file; examples/paper.toml is one."
@@ -185,44 +212,6 @@ def _text(path: Path) -> str:
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
         raise InputError(f"cannot be read ({why}). Give the path of a study file.") from None
-    if len(content) > _LARGEST:
-        raise InputError(f"is larger than {_LARGEST} bytes: must be a study file, a page of text.")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("is not text: must be a study file (TOML, in UTF-8).") from None
-    if not text.strip():
-        raise InputError("is empty. Fill it, beginning from a copy of examples/paper.toml.")
-    return text
-
-
-def _tables(text: str) -> dict[str, Any]:
-    too_deep = InputError(
-        "is nested too deeply. A study has tables and their parameters, nothing deeper."
-    )
-    names = re.split(r"[\n,={}\[\]]", text)
-    if any(len(re.findall(r"[^\s.]\s*\.", name)) > _DEEPEST for name in names):
-        raise too_deep
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise too_deep from None
-    except ValueError as error:  # also for a number of thousands of digits
-        why = str(error).split("; use sys.")[0]
-        why = why if len(why) <= 200 else why[:197] + "..."
-        raise InputError(
-            f"is not TOML: {why}{_line_of(why, text)}. A line reads name = value, under a [table],"
-            " each name once; a text stands in quotation marks, a number reads 0.5 or 5e-4."
-        ) from None
-
-
-def _line_of(why: str, text: str) -> str:
-    """The line that tomllib complains about."""
-    found = re.search(r"at line (\d+)", why)
-    if found is None:
-        return ""
-    line = text.split("\n")[int(found[1]) - 1]
-    return f" in {shown(line.strip())}"
 
 
 def parse_study(tables: dict[str, Any]) -> Study:

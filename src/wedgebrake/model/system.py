@@ -62,6 +62,11 @@ class BrakedDriveline(Part):
         return hash(tuple(getattr(self, name) for name in PARTS))
 
     @property
+    def stated(self) -> dict[str, float]:
+        """The groups that were given in the place of SI values, as they were given."""
+        return dict(self._stated)
+
+    @property
     def groups(self) -> Groups:
         """The normalised groups (docs/theory.md, section 2)."""
         computed = _groups.compute(self)

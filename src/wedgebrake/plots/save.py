@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import os
-import secrets
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.errors import InputError, OutputError
+from wedgebrake.errors import InputError
+from wedgebrake.model.files import write
 from wedgebrake.plots import style
 
 if TYPE_CHECKING:
@@ -67,26 +66,3 @@ def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
     with style.use():
         figure.savefig(content, format=kind, dpi=dpi, metadata=_METADATA[kind])
     return content.getvalue()
-
-
-def write(target: Path, content: bytes) -> None:
-    """A file, complete or, after an error, as it was: written beside it, then renamed.
-
-    Raises ``OutputError`` where nothing can be written.
-    """
-    beside = target.with_name(f".{target.name}.{secrets.token_hex(6)}.part")
-    try:
-        try:
-            with beside.open("xb") as file:
-                file.write(content)
-            beside.replace(target)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                beside.unlink()
-            raise
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(
-            f"path = {str(target)!r}: cannot be written ({reason}). Make room, or choose"
-            " a folder that exists and that you may write to."
-        ) from None

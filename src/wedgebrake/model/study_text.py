@@ -1,0 +1,148 @@
+"""A study as the text of a study file, to the last bit."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from wedgebrake.errors import InputError
+from wedgebrake.model import toml
+from wedgebrake.model.brakes import Brake
+from wedgebrake.model.files import write
+from wedgebrake.model.friction import Friction
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.part import Part, labels, shown
+from wedgebrake.model.study import Study, parse_study
+from wedgebrake.model.swept import SWEEP_SETTINGS, Sweep, sweepable
+from wedgebrake.model.system import PARTS, BrakedDriveline
+
+_Tables = dict[str, dict[str, Any]]
+
+
+def save_study(study: Study, path: str | os.PathLike[str]) -> Path:
+    """Write a study file (TOML), whole or not at all; ``load_study`` gives the study back.
+
+    Returns the path.
+
+    Raises ``InputError`` for what a study file cannot hold or a path that names no file,
+    ``OutputError`` where nothing can be written.
+    """
+    if not isinstance(study, Study):
+        raise InputError(f"study = {shown(study)}: must be a Study. Use wb.Study(system, run).")
+    if not isinstance(path, str | os.PathLike) or not Path(path).name:
+        raise InputError(f"path = {shown(path)}: must name a file, for example 'study.toml'.")
+    target = Path(path)
+    write(target, study_text(study).encode())
+    return target
+
+
+def study_text(study: Study) -> str:
+    """A study as TOML, with a unit or a meaning beside each value.
+
+    Values that were left to their defaults are left out. A group that was stated stands
+    instead of the SI value that it sets, where it gives that value to the last bit.
+
+    Raises ``InputError`` for what a study file cannot hold: parts without a kind, values
+    that are no numbers and no text, or too many of them.
+    """
+    tables = _tables(study)
+    _state_groups(tables, study.system)
+    comments = _comments(study)
+    text = "\n".join(toml.table(name, table, comments[name]) for name, table in tables.items())
+    _check(text, study)
+    return text
+
+
+def _tables(study: Study) -> _Tables:
+    """Everything in SI values."""
+    tables: _Tables = {}
+    for name in PARTS:
+        part = getattr(study.system, name)
+        kind = {"kind": _kind(name, part)} if isinstance(part, Brake | Friction) else {}
+        tables[name] = {**kind, **_given(part)}
+    tables["groups"] = {}
+    tables["run"] = _given(study.run)
+    tables["sweep"] = _of_sweep(study.sweep)
+    return {name: table for name, table in tables.items() if table or name in (*PARTS, "groups")}
+
+
+def _kind(name: str, part: Brake | Friction) -> str:
+    if not part.kind:
+        raise InputError(
+            f"{name} = {type(part).__name__}: has no kind, so that no study file can name it. Use"
+            " a brake or friction law with a kind, or keep the program that makes it."
+        )
+    return part.kind
+
+
+def _given(part: Part) -> dict[str, Any]:
+    """What a part was given, in the order of its fields."""
+    values = {name: getattr(part, name) for name in type(part).model_fields}
+    known = part.model_fields_set
+    return {name: value for name, value in values.items() if name in known and value is not None}
+
+
+def _of_sweep(sweep: Sweep) -> dict[str, Any]:
+    axes = {
+        name: _given(values) if isinstance(values, Part) else values for name, values in sweep.axes
+    }
+    settings = {name: value for name, value in _given(sweep).items() if name in SWEEP_SETTINGS}
+    return {**axes, **settings}
+
+
+def _state_groups(tables: _Tables, system: BrakedDriveline) -> None:
+    """Put the groups that were stated in the place of what they set, where that is exact."""
+    places = {name: _owner(system, SETTERS[name].target) for name in system.stated}
+    trial: _Tables = {part: dict(tables[part]) for part in PARTS}
+    for name, part in places.items():
+        trial[part].pop(SETTERS[name].target, None)
+    read = parse_study({**trial, "groups": system.stated}).system
+    for name, part in places.items():
+        target = SETTERS[name].target
+        before, after = (getattr(getattr(one, part), target) for one in (system, read))
+        if repr(before) == repr(after):  # tells 0.0 from -0.0
+            tables[part].pop(target, None)
+            tables["groups"][name] = system.stated[name]
+    if not tables["groups"]:
+        del tables["groups"]
+
+
+def _owner(system: BrakedDriveline, target: str) -> str:
+    """The part that has a parameter."""
+    return next(part for part in PARTS if target in type(getattr(system, part)).model_fields)
+
+
+def _comments(study: Study) -> dict[str, dict[str, str]]:
+    """What stands beside the values of each table, by name: the unit, or the meaning."""
+    parts = {name: getattr(study.system, name) for name in PARTS}
+    comments = {name: dict(_words(part)) for name, part in {**parts, "run": study.run}.items()}
+    comments["groups"] = {name: setter.meaning for name, setter in SETTERS.items()}
+    axes = {name: _with_unit(*one) for name, one in sweepable(study.system).items()}
+    comments["sweep"] = {**axes, **dict(_words(study.sweep))}
+    return comments
+
+
+def _words(part: Part) -> Iterator[tuple[str, str]]:
+    for name, field in type(part).model_fields.items():
+        unit = labels(field).get("unit", "1")
+        words = (field.description or "").split(";")[0]
+        yield name, words if unit in ("1", "-") else str(unit)
+
+
+def _with_unit(unit: str, meaning: str) -> str:
+    return meaning if unit == "1" else f"{meaning} [{unit}]"
+
+
+def _check(text: str, study: Study) -> None:
+    """Refuse a text that does not give the study back: parts and sweeps of one's own may not."""
+    try:
+        read = parse_study(toml.read(text))
+    except InputError as error:
+        raise InputError(f"study: a study file cannot hold it. {error}") from None
+    if read != study:
+        raise InputError(
+            "study: a study file cannot hold it: read back, it would differ. Use numbers and"
+            " texts alone in parts of your own."
+        )
