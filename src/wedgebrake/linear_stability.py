@@ -21,12 +21,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
+from wedgebrake.model.part import is_finite, is_number, shown
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
+
+# Of a speed: for the slope of a smooth law by differences; so near is a corner met.
+_STEP, _CORNER = 1e-5, 1e-9
 
 
 @dataclass(frozen=True)
@@ -135,6 +140,52 @@ def stability(system: BrakedDriveline) -> Stability:
     )
 
 
+def damping_at(system: BrakedDriveline, speed: float) -> float:
+    """Damping of small vibration about sliding at one speed: c + d(R F_mu)/dv [N m s/rad].
+
+    Unlike ``stability`` it counts how friction varies with speed, and the release: at the speed
+    of the shaft it decides whether steady sliding is stable, at or above zero or below. Where
+    the torque has a corner, the smaller damping of both sides.
+
+    speed : sliding velocity of the driveline [rad/s], signed, not 0
+
+    Infinite where the brake locks itself. Raises ``InputError`` for a speed that is 0 or no
+    number.
+    """
+    if not is_number(speed) or not is_finite(speed) or speed == 0.0:
+        raise InputError(
+            f"speed = {shown(speed)}: must be a finite number other than 0, the sliding velocity"
+            " in rad/s; at rest the brake holds."
+        )
+    damping = system.driveline.damping
+    if isinstance(system.friction, SetValuedFriction):
+        law = system.characteristic
+        near = _CORNER * abs(speed)
+        first, last = np.searchsorted(law.breakpoints, (speed - near, speed + near))
+        pieces = slice(int(first), int(last) + 1)
+        if not np.all(np.isfinite(law.offsets[pieces])):
+            return math.inf
+        return damping + float(law.slopes[pieces].min())
+    step = _STEP * abs(speed)
+    torques = [_torque(system, speed + way * step) for way in (-2.0, -1.0, 0.0, 1.0, 2.0)]
+    if not all(math.isfinite(one) for one in torques):
+        return math.inf
+    twice_before, before, here, after, twice_after = torques
+    # Second order from either side, so that a corner is not averaged away.
+    left = (3.0 * here - 4.0 * before + twice_before) / (2.0 * step)
+    right = (4.0 * after - 3.0 * here - twice_after) / (2.0 * step)
+    return damping + min(left, right)
+
+
+def _torque(system: BrakedDriveline, speed: float) -> float:
+    """Torque of the brake R F_mu at a sliding velocity [N m], for a smooth friction law."""
+    radius = system.brake.radius
+    friction = system.friction
+    assert isinstance(friction, SmoothFriction)  # noqa: S101 - the only other family
+    gain = system.brake.amplification(friction.coefficient(radius * speed))
+    return radius * system.actuation.force(speed) * gain
+
+
 def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
     line, brake, slope = system.driveline, system.brake, system.actuation.slope
     gain = abs(brake.amplification(side * system.friction.reference))
@@ -191,9 +242,11 @@ def _as_eta(system: BrakedDriveline, slope: float | None) -> float | None:
 def _self_locking(system: BrakedDriveline) -> str:
     kinetic = system.friction.reference
     static = max(kinetic, float(getattr(system.friction, "static", kinetic)))
-    if system.brake.locks(kinetic):
+    # With a table the brake may slide at the speeds where friction is least.
+    least = min(getattr(system.friction, "coefficients", (kinetic,)))
+    if system.brake.locks(least):
         return "kinetic"
-    return "static" if system.brake.locks(static) else "none"
+    return "static" if system.brake.locks(max(static, kinetic)) else "none"
 
 
 def _verdict(
@@ -316,7 +369,7 @@ def _widths(system: BrakedDriveline, values: dict[str, Any]) -> tuple[FloatArray
 def _growth(loss: FloatArray, eta: FloatArray, width: FloatArray) -> FloatArray:
     """Largest real part of h +- sqrt(h^2 - 1), h over the natural frequency."""
     h = -0.5 * loss * (1.0 + eta / width)
-    root = np.sqrt(np.maximum(h * h - 1.0, 0.0))
-    # h + root, written as 1/(h - root) where the sum of real roots would cancel.
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
+        root = np.sqrt(np.maximum(h * h - 1.0, 0.0))
+        # h + root, written as 1/(h - root) where the sum of real roots would cancel.
         return np.asarray(np.where((root > 0.0) & (h < 0.0), 1.0 / (h - root), h + root))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from wedgebrake.linear_stability import damping_at
 
 
 def test_a_map_agrees_with_the_verdict_point_by_point():
@@ -73,3 +74,65 @@ def test_without_friction_or_spring():
     free = wb.stability(wb.paper.system(eta=0.0).replace(stiffness=0.0))
     assert not free.stable  # a free shaft never comes back
     assert free.forward.eigenvalues[0] == 0.0
+
+
+def test_damping_at_a_speed_is_that_of_stability_where_friction_is_constant():
+    for brake in ("wedge", "conventional"):
+        system = wb.paper.system(eta=-0.5, brake=brake)
+        verdict = wb.stability(system)
+        assert damping_at(system, 1.0) == pytest.approx(verdict.forward.damping, rel=1e-12)
+        assert damping_at(system, -1.0) == pytest.approx(verdict.backward.damping, rel=1e-12)
+        beyond = system.actuation.release_speed
+        assert damping_at(system, 1.001 * beyond) == system.driveline.damping
+
+
+@pytest.mark.parametrize("speed", [0.4, 2.0, -0.7])
+@pytest.mark.parametrize("law", ["tabulated", "smoothed"])
+def test_damping_at_a_speed_is_how_small_vibration_fades_or_grows(law, speed):
+    """Beside steady sliding the deviation goes as exp(-d t/2J): measured on the response."""
+    laws = {
+        "tabulated": wb.TabulatedFriction(speeds=(0, 0.2, 1.0), coefficients=(0.4, 0.33, 0.3)),
+        "smoothed": wb.SmoothedFriction(kinetic=0.3, static=0.4, decay=4.0),
+    }
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, damping=0.1, stiffness=400.0, drive_speed=speed),
+        brake=wb.ConventionalBrake(radius=0.2),
+        friction=laws[law],
+        actuation=wb.Actuation(initial_force=300.0, slope=2.0),
+        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=20.0 / (2.0 * np.pi)),
+    )
+    coefficient = 0.2 * (300.0 + 2.0 * abs(speed))
+    friction = laws[law]
+    if law == "smoothed":
+        coefficient *= friction.coefficient(0.2 * speed)
+    else:
+        mu = np.interp(0.2 * abs(speed), friction.speeds, friction.coefficients)
+        # The torque, not the coefficient, is linear between the points of a table.
+        ends = [0.2 * (300.0 + 2.0 * v / 0.2) * m for v, m in ((0, 0.4), (0.2, 0.33), (1.0, 0.3))]
+        coefficient = np.sign(speed) * np.interp(0.2 * abs(speed), (0, 0.2, 1.0), ends)
+        assert mu == pytest.approx(abs(coefficient) / (0.2 * (300 + 2 * abs(speed))), rel=1e-2)
+    # J theta'' + c theta' + k theta + R F_mu = 0 with theta' = 0.
+    rest = -coefficient / 400.0
+    small = 1e-5
+    response = wb.simulate(
+        system,
+        duration=2.0,
+        initial=(rest + small, 0.0),
+        rtol=1e-12 if law == "smoothed" else 1e-9,
+        times=np.linspace(0, 2.0, 4001),
+    )
+    time, angle = response["time"].values, response["angle"].values - rest
+    peaks = np.flatnonzero((angle[1:-1] > angle[:-2]) & (angle[1:-1] > angle[2:])) + 1
+    rate = np.polyfit(time[peaks], np.log(angle[peaks]), 1)[0]
+    assert -2.0 * rate == pytest.approx(damping_at(system, speed), abs=0.02, rel=0.02)
+
+
+def test_damping_where_the_brake_locks_or_rests():
+    locked = wb.paper.system(alpha=0.9)
+    assert damping_at(locked, 1.0) == np.inf
+    assert np.isfinite(damping_at(locked, -1.0))
+    smooth = wb.paper.system(alpha=0.9, friction="smoothed")
+    assert damping_at(smooth, 1.0) == np.inf
+    for speed in (0.0, np.nan, "1"):
+        with pytest.raises(wb.InputError, match="speed = "):
+            damping_at(locked, speed)

@@ -48,7 +48,7 @@ class Arcs:
     before: FloatArray
     after: FloatArray
 
-    def block(self, rows: slice) -> Arcs:
+    def block(self, rows: slice | NDArray[np.intp]) -> Arcs:
         """Some of the arcs."""
         return Arcs(*(getattr(self, field.name)[rows] for field in fields(self)))
 

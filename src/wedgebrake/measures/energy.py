@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
 from wedgebrake.measures import arcs as _arcs
+from wedgebrake.measures.along import Along
+from wedgebrake.measures.machine import Machine, machine
 from wedgebrake.measures.sticking import inside, span
-from wedgebrake.measures.torque import Law, Machine, holding, law_along, machine
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,7 +94,7 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     first, last = _periods(response, low, period)
     times = response["poincare_time"].to_numpy()[first : last + 1]
     along = _arcs.arcs(response, times[0], times[-1], _SAME * period)
-    _check_gaps(along, given, period)
+    check_gaps(along, given, period, "the energy balance")
     parts = _integrals(response, given, along, times)
     angle = response["poincare_angle"].to_numpy()[first : last + 1]
     velocity = response["poincare_velocity"].to_numpy()[first : last + 1]
@@ -118,54 +119,15 @@ def _integrals(
     return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
 
 
-class _Motion:
+class _Motion(Along):
     """The motion along arcs, and its integrals over each period."""
 
     def __init__(
         self, response: xr.Dataset, given: Machine, along: _arcs.Arcs, times: FloatArray
     ) -> None:
-        self.given, self.along = given, along
         self.count = times.size - 1
-        middle = along.middle
-        self.period = np.searchsorted(times, middle) - 1
-        # Time since the period began: the phase keeps its digits in long runs.
-        self.local = along.start - times[self.period]
-        begun = np.searchsorted(response["stick_start"].to_numpy(), middle)
-        ended = np.searchsorted(response["stick_end"].to_numpy(), middle)
-        self.stuck = begun > ended
-        self.rest = self.stuck & given.set_valued
-        self.law: Law = law_along(response, given, along)
-        self.holding = holding(given, response.attrs.get("method", ""))
-        self.first, self.last = self._accelerations()
-
-    def drive(self, x: FloatArray) -> FloatArray:
-        """The torque T [N m] at the shares x of the arcs."""
-        phase = self.local[:, None] + x * self.along.length[:, None]
-        torque = self.given.excitation
-        return np.asarray(torque.amplitude * np.sin(torque.angular_frequency * phase))
-
-    def _accelerations(self) -> tuple[FloatArray, FloatArray]:
-        """Accelerations [rad/s^2] at both ends of the arcs, on their side of a jump (eq. 1)."""
-        along, line = self.along, self.given.driveline
-        velocity = np.column_stack((along.before, along.after))
-        angle = np.column_stack((along.angle, along.angle + along.rise))
-        pull = self.drive(np.array([0.0, 1.0])) - line.damping * velocity - line.stiffness * angle
-        brake = self.law(velocity + line.drive_speed)
-        first, last = ((pull - brake) / line.inertia).T
-        return first, last
-
-    def state(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(velocity, sliding velocity [rad/s], brake torque [N m]) at the shares x of the arcs."""
-        along, line = self.along, self.given.driveline
-        rest = self.rest[:, None]
-        even = (along.rise / along.length)[:, None]
-        velocity = np.where(rest, even, along.velocity(x, self.first, self.last))
-        sliding = np.where(rest, 0.0, velocity + line.drive_speed)
-        # At rest the brake holds what equilibrium demands.
-        angle = along.angle[:, None] + x * along.rise[:, None]
-        held = self.drive(x) - line.damping * velocity - line.stiffness * angle
-        held = np.clip(held, *self.holding)  # beyond it by rounding, or by a fixed step
-        return velocity, sliding, np.where(rest, held, self.law(velocity + line.drive_speed))
+        self.period = np.searchsorted(times, along.middle) - 1
+        super().__init__(response, given, along, along.start - times[self.period])
 
     def integrals(self) -> dict[str, FloatArray]:
         """Everything that is integrated along the motion, and the peak torque."""
@@ -232,7 +194,8 @@ def _periods(response: xr.Dataset, low: float, period: float) -> tuple[int, int]
     )
 
 
-def _check_gaps(along: _arcs.Arcs, given: Machine, period: float) -> None:
+def check_gaps(along: _arcs.Arcs, given: Machine, period: float, what: str) -> None:
+    """Raise ``InputError`` for states too far apart for an integral; ``what`` needs it."""
     natural = given.driveline.natural_frequency
     limit = _FORCED * period
     if natural > 0.0:
@@ -240,8 +203,8 @@ def _check_gaps(along: _arcs.Arcs, given: Machine, period: float) -> None:
     widest = float(np.max(along.length))
     if widest > limit * (1.0 + 1e-6):
         raise InputError(
-            f"response: its states lie up to {widest:g} s apart, but the energy balance needs"
-            f" {limit:g} s or less. Simulate with samples_per_period of at least"
+            f"response: its states lie up to {widest:g} s apart, but {what} needs {limit:g} s or"
+            f" less. Simulate with samples_per_period of at least"
             f" {int(np.ceil(period / limit - 1e-6))} and without `times` that leave gaps."
         )
 

@@ -1,15 +1,7 @@
-"""The torque of the brake along the arcs of a response.
-
-Each function here gives a law for a set of arcs: it takes sliding velocities (n, m) [rad/s],
-one row for each arc, and gives the torques R F_mu (n, m) [N m]. The law of the system serves
-where the response can be read back into one; else what was recorded at the samples.
-"""
+"""The torque of the brake over a stretch of a response: mean, mean size, peak."""
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,159 +9,159 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
-from wedgebrake.measures.arcs import Arcs
-from wedgebrake.model.actuation import Actuation
-from wedgebrake.model.characteristic import Characteristic
-from wedgebrake.model.driveline import Driveline
-from wedgebrake.model.excitation import HarmonicTorque
-from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
-from wedgebrake.model.study import parse_study
-from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.measures import arcs as _arcs
+from wedgebrake.measures.along import Along
+from wedgebrake.measures.energy import check_gaps
+from wedgebrake.measures.machine import machine
+from wedgebrake.model.part import is_finite, is_number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-Law = Callable[[FloatArray], FloatArray]
+
+# States closer than this share of a period are one.
+_SAME = 1e-12
 
 
 @dataclass(frozen=True)
-class Machine:
-    """What a response says of its system; ``system`` is None where its laws are not known."""
+class BrakeTorque:
+    """The brake's torque R F_mu over a stretch of time [N m].
 
-    driveline: Driveline
-    actuation: Actuation
-    excitation: HarmonicTorque
-    radius: float
-    set_valued: bool
-    system: BrakedDriveline | None
-
-    def force(self, speed: FloatArray) -> FloatArray:
-        """Actuation force [N] at sliding velocities [rad/s] (eq. 3)."""
-        given = self.actuation
-        value = given.initial_force + given.slope * np.abs(speed)
-        return np.maximum(value, 0.0) if given.release else value
-
-
-def machine(response: xr.Dataset) -> Machine:
-    """The machine of a response.
-
-    Raises ``InputError`` where the response does not describe it.
+    mean      : its mean, positive against forward motion
+    mean_size : the mean of its magnitude
+    peak      : its largest magnitude, on both sides of every jump and at rest
     """
-    try:
-        tables: dict[str, Any] = json.loads(response.attrs["system"])
-        parts = (
-            Driveline(**tables["driveline"]),
-            Actuation(**tables["actuation"]),
-            HarmonicTorque(**tables["excitation"]),
-        )
-        radius, kind = float(tables["brake"]["radius"]), tables["friction"]["kind"]
-    except (AttributeError, KeyError, TypeError, ValueError):
+
+    mean: float
+    mean_size: float
+    peak: float
+
+
+def brake_torque(
+    response: xr.Dataset, start: float | None = None, stop: float | None = None
+) -> BrakeTorque:
+    """Mean, mean size and peak of the brake's torque (docs/theory.md, section 10).
+
+    Every integral is one over the motion between the recorded states. Of "exact" responses
+    the mean is exact: between events the torque is linear in the velocity, whose integral is
+    the angle. Laws and accuracy are otherwise those of ``energy``.
+
+    response    : as ``simulate`` gives it
+    start, stop : of the stretch [s], for example whole periods; default: what was sampled
+
+    Raises ``InputError`` for a dataset that is no response, a stretch outside of it, and
+    samples too far apart: more than a tenth of the torque's period or a quarter of the
+    natural one.
+    """
+    given = machine(response)
+    period = given.excitation.period
+    low, high = _stretch(response, start, stop, period)
+    times = response["time"].to_numpy()
+    along = _arcs.arcs(response, times[0], times[-1], _SAME * period)
+    along = along.block(slice(*_touched(along, low, high)))
+    check_gaps(along, given, period, "the torque of the brake")
+    local = along.start - np.floor(along.middle / period) * period
+    motion = Along(response, given, along, local)
+    # How much of the first and the last arc belongs to it.
+    begin = np.clip((low - along.start) / along.length, 0.0, 1.0)
+    end = np.clip((high - along.start) / along.length, 0.0, 1.0)
+    return _over(motion, begin, end, response.attrs.get("method") == "exact")
+
+
+def _touched(along: _arcs.Arcs, low: float, high: float) -> tuple[int, int]:
+    """The first of the arcs that reach into a stretch, and the one behind the last."""
+    first = int(np.searchsorted(along.start, low, side="right")) - 1
+    behind = int(np.searchsorted(along.start, high))
+    return max(first, 0), max(behind, 1)
+
+
+def _over(motion: Along, begin: FloatArray, end: FloatArray, exact: bool) -> BrakeTorque:
+    """The torque from the shares ``begin`` to the shares ``end`` of the arcs, (n,) each."""
+    length = motion.along.length
+    ends = motion.state(np.column_stack((begin, end)))[2]
+    # Of whole arcs of an exact solution the integral is known, and so is that of the magnitude
+    # unless the sign changes inside.
+    known = np.full(length.size, exact and motion.given.system is not None)
+    known &= (begin == 0.0) & (end == 1.0)
+    changes = np.flatnonzero(known & (ends[:, 0] * ends[:, 1] < 0.0))
+    at = ends[changes, 0] / (ends[changes, 0] - ends[changes, 1])
+    known[changes] = False
+    others = np.flatnonzero(~known)
+    others = others[~np.isin(others, changes)]
+    rows = np.concatenate((others, changes, changes))
+    low = np.concatenate((begin[others], np.zeros(at.size), at))
+    high = np.concatenate((end[others], at, np.ones(at.size)))
+    integrals = (length * _means(motion))[known]
+    torque = motion.rows(rows).state(low[:, None] + (high - low)[:, None] * _arcs.NODES)[2]
+    shares = ((high - low) * length[rows])[:, None] * _arcs.WEIGHTS
+    span = float(np.sum((end - begin) * length))
+    sizes = (np.abs(ends), np.abs(torque), np.abs(_turning(motion, begin, end)))
+    return BrakeTorque(
+        mean=float(np.sum(integrals) + np.sum(shares * torque)) / span,
+        mean_size=float(np.sum(np.abs(integrals)) + np.sum(shares * sizes[1])) / span,
+        peak=max(float(np.max(size, initial=0.0)) for size in sizes),
+    )
+
+
+def _means(motion: Along) -> FloatArray:
+    """The mean torque [N m] of each arc of an exact solution.
+
+    A torque that is linear in the velocity has the mean that belongs to the mean velocity; at
+    rest it is what equilibrium demands of a shaft that turns evenly.
+    """
+    along, given = motion.along, motion.given
+    line, drive = given.driveline, given.excitation
+    even = along.rise / along.length
+    middle = drive.angular_frequency * (motion.local + 0.5 * along.length)
+    held = drive.amplitude * np.sin(middle) * np.sinc(drive.frequency * along.length)
+    held = held - line.damping * even - line.stiffness * (along.angle + 0.5 * along.rise)
+    slid = motion.law((even + line.drive_speed)[:, None])[:, 0]
+    return np.where(motion.rest, held, slid)
+
+
+def _turning(motion: Along, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """The torque [N m] where it turns inside an arc: with the velocity, or at rest by itself."""
+    along, given = motion.along, motion.given
+    drive = given.excitation
+    ends = np.column_stack((motion.local, motion.local + along.length))
+    rate = drive.amplitude * drive.angular_frequency * np.cos(drive.angular_frequency * ends)
+    held = rate - (given.driveline.stiffness * along.rise / along.length)[:, None]
+    first, last = np.where(
+        motion.rest[:, None], held, np.column_stack((motion.first, motion.last))
+    ).T
+    turns = np.flatnonzero(first * last < 0.0)
+    x = first[turns] / (first[turns] - last[turns])
+    inside = (x > begin[turns]) & (x < end[turns])
+    return motion.rows(turns[inside]).state(x[inside][:, None])[2]
+
+
+def _stretch(response: xr.Dataset, start: Any, stop: Any, period: float) -> tuple[float, float]:
+    """The stretch [s], checked; a bound less than a sample outside is moved to the end there."""
+    times = response["time"].to_numpy() if "time" in response.coords else np.empty(0)
+    if times.size < 2 or "stick_start" not in response.data_vars:
         raise InputError(
-            f"response = {type(response).__name__}: must be a dataset that describes its system in"
-            " attrs['system']. Use the result of wb.simulate(...)."
-        ) from None
-    system = _system(tables)
-    if system is not None:
-        set_valued = isinstance(system.friction, SetValuedFriction)
-    else:
-        known = Friction.kinds.get(kind, Friction)
-        set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)
-    return Machine(*parts, radius, set_valued, system)
-
-
-def _system(tables: dict[str, Any]) -> BrakedDriveline | None:
-    """The system itself; None for laws of the user's own, which no table holds."""
-    try:
-        return parse_study({name: tables[name] for name in PARTS}).system
-    except InputError:
-        return None
-
-
-def law_along(response: xr.Dataset, given: Machine, along: Arcs) -> Law:
-    """The torque of the sliding brake along the arcs."""
-    drive_speed = given.driveline.drive_speed
-    middle = along.middle_velocity + drive_speed
-    forward = middle > 0.0
-    if given.system is None:
-        return _recorded(response, given, forward)
-    if given.set_valued:
-        return _piecewise(given.system.characteristic, middle)
-    return _smooth(given.system, forward)
-
-
-def holding(given: Machine, method: str) -> tuple[float, float]:
-    """(lower, upper) torque that the brake holds at rest [N m]."""
-    if given.system is None or not given.set_valued:
-        return -math.inf, math.inf
-    law = given.system.characteristic
-    if method == "ode14x":  # its band ends at the kinetic torques, eqs. (17) and (18)
-        first = law.first_forward
-        return float(law.offsets[first - 1]), float(law.offsets[first])
-    return law.holding
-
-
-def _piecewise(law: Characteristic, middle: FloatArray) -> Law:
-    """A characteristic; at and about rest the line of the direction of motion."""
-    first = law.first_forward
-    # Where a self-locking brake cannot slide, a direction is rounding.
-    forward = (middle > 0.0) == np.isfinite(law.offsets[law.piece(middle)])
-    direction = forward[:, None]
-
-    def torque(v: FloatArray) -> FloatArray:
-        v = _kept(v, direction)
-        piece = law.piece(v)
-        piece = np.where(direction, np.maximum(piece, first), np.minimum(piece, first - 1))
-        return np.asarray(law.offsets[piece] + law.slopes[piece] * v)
-
-    return torque
-
-
-def _smooth(system: BrakedDriveline, forward: NDArray[np.bool_]) -> Law:
-    """A smooth law, as the solver has it; an arc keeps its direction of motion."""
-    from wedgebrake._kernels.along import torques
-    from wedgebrake.solvers.laws import brake_law, friction_law
-
-    assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - what is not set-valued
-    laws = (*friction_law(system.friction), *brake_law(system.brake))
-    force = system.actuation
-    numbers = (system.brake.radius, force.initial_force, force.slope, force.release)
-    direction = forward[:, None]
-
-    def torque(v: FloatArray) -> FloatArray:
-        v = _kept(v, direction)
-        out = np.empty(v.size)
-        torques(*laws, *numbers, v.ravel(), out)
-        return out.reshape(v.shape)
-
-    return torque
-
-
-def _kept(v: FloatArray, forward: NDArray[np.bool_]) -> FloatArray:
-    """Sliding velocities in the direction that an arc has: a crossing of zero would be rounding."""
-    return np.where(forward, np.maximum(v, 0.0), np.minimum(v, 0.0))
-
-
-def _recorded(response: xr.Dataset, given: Machine, forward: NDArray[np.bool_]) -> Law:
-    """R F_a F_mu/F_a, with the ratio as a function of speed read off the samples."""
-    sliding = response["velocity"].to_numpy() + given.driveline.drive_speed
-    force = given.force(sliding)
-    usable = (force != 0.0) & np.isfinite(response["brake_torque"].to_numpy())
-    if given.set_valued:
-        usable &= (sliding != 0.0) & (response["sticking"].to_numpy() == 0)
-    sliding, torques = sliding[usable], response["brake_torque"].to_numpy()[usable]
-    ratio = torques / (given.radius * force[usable])
-    if not given.set_valued:  # a smooth law vanishes at rest
-        sliding, ratio = np.append(sliding, 0.0), np.append(ratio, 0.0)
-    order = np.argsort(sliding, kind="stable")
-    sliding, ratio = sliding[order], ratio[order]
-    tables = [(sliding[mine], ratio[mine]) for mine in (sliding <= 0.0, sliding >= 0.0)]
-
-    def torque(v: FloatArray) -> FloatArray:
-        backward, forwards = (
-            np.interp(v, *table) if table[0].size else np.zeros(v.shape) for table in tables
+            f"response = {type(response).__name__} with {times.size} samples: must be the result of"
+            " wb.simulate(...), with two samples or more."
         )
-        gain = np.where(forward[:, None], forwards, backward)
-        return np.asarray(given.radius * given.force(v) * gain)
-
-    return torque
+    first, last = float(times[0]), float(times[-1])
+    beside = (last - first) / (times.size - 1)
+    bounds = []
+    for name, given, default in (("start", start, first), ("stop", stop, last)):
+        value = default if given is None else given
+        if not is_number(value) or not is_finite(value):
+            raise InputError(
+                f"{name} = {shown(value)}: must be a finite number of seconds, or None."
+            )
+        if not first - beside < value < last + beside:
+            raise InputError(
+                f"{name} = {shown(value)}: must be a time of the response that was sampled,"
+                f" {first:g} s to {last:g} s. Choose one there, or simulate for longer."
+            )
+        bounds.append(float(min(max(value, first), last)))
+    if not bounds[1] - bounds[0] > _SAME * period:
+        raise InputError(
+            f"start = {bounds[0]!r} and stop = {bounds[1]!r}: there is nothing between them. Make"
+            " stop the later one."
+        )
+    return bounds[0], bounds[1]

@@ -20,6 +20,10 @@ orbits       branches over a parameter, stable and unstable, with their bifurcat
 boundary     bifurcations over two parameters, alone or over a map
 labels       letters beside symbols, clear of all else
 
+Of sliding:
+
+stability    linear stability over two groups, with lines of equal margin
+
 In and out:
 
 draw         ``plot(dataset)``: the picture that suits a dataset

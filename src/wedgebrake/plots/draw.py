@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
     "wb.simulate(...), wb.poincare(...), wb.spectrum(...), wb.bifurcation(...),"
-    " wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...), or wb.sweep(...) over"
-    " one or two parameters"
+    " wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
+    " wb.stability_map(...), or wb.sweep(...) over one or two parameters"
 )
 
 
@@ -39,6 +39,7 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
     ``basins``                              basins of attraction
     ``branches``                              branches of periodic orbits, bifurcations
     ``boundary``                            line of a bifurcation over two parameters
+    ``stability_map`` (two axes)            map of linear stability
     ======================================  =============================================
 
     dataset : xarray.Dataset
@@ -75,6 +76,7 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
     from wedgebrake.plots.cells import axes_of
+    from wedgebrake.plots.stability import VARIABLES as STABILITY
 
     names = getattr(dataset, "data_vars", {})
     kind = getattr(dataset, "attrs", {}).get("kind")
@@ -86,6 +88,10 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         from wedgebrake.plots.boundary import boundary
 
         return boundary, (dataset,)
+    if all(name in names for name in STABILITY):
+        from wedgebrake.plots.stability import stability_map
+
+        return stability_map, (dataset,)
     swept = axes_of(dataset)
     if swept:
         return _of_sweep(swept, "attractor" in names), (dataset,)

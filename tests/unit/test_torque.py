@@ -1,0 +1,267 @@
+"""The brake's torque over a stretch: against closed forms, the equation of motion, and sums.
+
+Nothing here uses the integrals of ``wedgebrake.measures``: the mean follows from the equation
+of motion, the rest from dense samples.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson
+
+import wedgebrake as wb
+
+PAPER = wb.paper.system()
+BAND = wb.BrakedDriveline(
+    driveline=wb.Driveline(inertia=1.0, damping=0.02, stiffness=1e4, drive_speed=2.0),
+    brake=wb.BandBrake(radius=0.2, wrap_angle=4.0),
+    friction=wb.CoulombFriction(kinetic=0.25, static=0.30),
+    actuation=wb.Actuation(initial_force=300.0),
+    excitation=wb.HarmonicTorque(amplitude=100.0, frequency=15.0),
+)
+FALLING = wb.TabulatedFriction(speeds=(0.0, 0.1, 0.3), coefficients=(0.4, 0.3, 0.25))
+SHOE = wb.LeadingShoeBrake(radius=0.2, actuation_arm=0.2, normal_arm=0.1, friction_arm=0.08)
+SYSTEMS = {
+    "wedge, sticks and releases": PAPER,
+    "wedge, sticks both ways": PAPER.replace(eta=0.0, F0=0.034),
+    "wedge, static peak": PAPER.replace(static=0.33, eta=-30.0),
+    "conventional, reverses": wb.paper.system(brake="conventional"),
+    "band, on a turning shaft": BAND,
+    "band, backwards": BAND.replace(drive_speed=-2.0, slope=-20.0),
+    "leading shoe": PAPER.replace(brake=SHOE, slope=30.0),
+    "falling friction": BAND.replace(friction=FALLING, slope=-20.0),
+    "negative force": wb.paper.system(
+        brake="conventional", eta=-0.8, F0=0.01, damping=20.0, release=False
+    ),
+}
+
+
+def balance(system: wb.BrakedDriveline, response, start: float, stop: float) -> float:
+    """The mean torque by eq. (1): int (T - J theta'' - c theta' - k theta) dt over the time."""
+    line, torque = system.driveline, system.excitation
+    time, angle, velocity = (response[name].to_numpy() for name in ("time", "angle", "velocity"))
+    first, last = (int(np.argmin(np.abs(time - one))) for one in (start, stop))
+    assert abs(time[first] - start) < 1e-9
+    assert abs(time[last] - stop) < 1e-9
+    omega = torque.angular_frequency
+    work = torque.amplitude / omega * (math.cos(omega * start) - math.cos(omega * stop))
+    work -= line.inertia * (velocity[last] - velocity[first])
+    work -= line.damping * (angle[last] - angle[first])
+    area = simpson(angle[first : last + 1], x=time[first : last + 1])
+    return (work - line.stiffness * area) / (stop - start)
+
+
+def stretch(system: wb.BrakedDriveline, first: int, last: int) -> dict[str, float]:
+    period = system.excitation.period
+    return {"start": first * period, "stop": last * period}
+
+
+def _smoothed(steepness: float, method: str):
+    friction = wb.SmoothedFriction(kinetic=0.3, steepness=steepness)
+    return wb.simulate(PAPER.replace(friction=friction, eta=-6.0), periods=20, method=method)
+
+
+class TestMean:
+    @pytest.mark.parametrize("name", SYSTEMS)
+    def test_fulfils_the_equation_of_motion(self, name):
+        system = SYSTEMS[name]
+        where = stretch(system, 3, 9)
+        found = wb.brake_torque(wb.simulate(system, periods=9, samples_per_period=40), **where)
+        dense = wb.simulate(system, periods=9, samples_per_period=4000)
+        assert found.mean == pytest.approx(balance(system, dense, **where), abs=1e-7 * found.peak)
+
+    def test_over_a_part_of_a_period(self):
+        """With bounds between samples."""
+        where = {"start": 0.3003, "stop": 0.3501}
+        found = wb.brake_torque(wb.simulate(PAPER, periods=9, samples_per_period=70), **where)
+        dense = wb.simulate(PAPER, times=np.linspace(*where.values(), 20_001), periods=9)
+        assert found.mean == pytest.approx(balance(PAPER, dense, **where), abs=1e-6 * found.peak)
+
+    def test_of_smooth_friction(self):
+        system = wb.paper.system(friction="smoothed")
+        where = stretch(system, 3, 9)
+        found = wb.brake_torque(wb.simulate(system, periods=9), **where)
+        dense = wb.simulate(system, periods=9, samples_per_period=4000, rtol=1e-12)
+        assert found.mean == pytest.approx(balance(system, dense, **where), abs=1e-4 * found.peak)
+
+    def test_adds_up(self):
+        response = wb.simulate(PAPER, periods=9, samples_per_period=50)
+        cuts = [0.1, 0.23456, 0.3, 0.52, 0.525, 0.7]
+        for name in ("mean", "mean_size"):
+            parts = sum(
+                (b - a) * getattr(wb.brake_torque(response, a, b), name) for a, b in pairwise(cuts)
+            )
+            whole = getattr(wb.brake_torque(response, 0.1, 0.7), name)
+            assert parts / 0.6 == pytest.approx(whole, rel=1e-7)
+
+
+class TestClosedForms:
+    @pytest.mark.parametrize("speed", [3.0, -3.0])
+    @pytest.mark.parametrize("friction", ["coulomb", "smoothed"])
+    @pytest.mark.parametrize("brake", ["conventional", "wedge"])
+    def test_steady_sliding(self, speed, friction, brake):
+        """R (F_a0 + slope |Omega|) g(+-mu_k), the spring held against it."""
+        system = wb.paper.system(eta=0.0, brake=brake, friction=friction)
+        system = system.replace(drive_speed=speed, amplitude=0.0, slope=-20.0, damping=3.0)
+        mu = math.copysign(0.3, speed)
+        gain = mu if brake == "conventional" else mu / (1.18 * 0.3 - mu)
+        torque = 0.2 * (300.0 - 20.0 * 3.0) * gain
+        response = wb.simulate(system, periods=5, initial=(-torque / 1e4, 0.0))
+        found = wb.brake_torque(response)
+        assert found.mean == pytest.approx(torque, rel=1e-9)
+        assert found.mean_size == pytest.approx(abs(torque), rel=1e-9)
+        assert found.peak == pytest.approx(abs(torque), rel=1e-9)
+
+    @pytest.mark.parametrize("samples", [10, 37, 200])
+    def test_rest(self, samples):
+        """The brake holds the torque: no mean, 2/pi and 1 of its amplitude."""
+        system = PAPER.replace(amplitude=7.0)
+        response = wb.simulate(system, periods=3, samples_per_period=samples)
+        found = wb.brake_torque(response)
+        assert abs(found.mean) < 1e-13
+        assert found.mean_size == pytest.approx(14.0 / math.pi, rel=2e-4)
+        assert found.peak == pytest.approx(7.0, rel=2e-4)
+        half = wb.brake_torque(response, stop=1.5 * system.excitation.period)
+        assert half.mean == pytest.approx(14.0 / math.pi / 3.0, rel=1e-6)
+
+    def test_stick_on_a_turning_shaft(self):
+        """Carried along by the brake, the spring winds up evenly."""
+        system = BAND.replace(amplitude=0.0)
+        speed, line = -2.0, system.driveline
+        response = wb.simulate(system, duration=0.005, initial=(0.0, speed))
+        found = wb.brake_torque(response)
+        mean = -line.damping * speed - line.stiffness * 0.5 * speed * 0.005
+        assert found.mean == pytest.approx(mean, rel=1e-12)
+        assert found.mean_size == pytest.approx(mean, rel=1e-12)
+        assert found.peak == pytest.approx(-line.damping * speed - 1e4 * speed * 0.005, rel=1e-12)
+
+
+class TestAgainstDenseSamples:
+    @pytest.mark.parametrize("name", SYSTEMS)
+    def test_size_and_peak(self, name):
+        system = SYSTEMS[name]
+        where = stretch(system, 3, 9)
+        found = wb.brake_torque(wb.simulate(system, periods=9, samples_per_period=40), **where)
+        times = np.linspace(*where.values(), 200_001)
+        torque = np.abs(wb.simulate(system, periods=9, times=times)["brake_torque"].to_numpy())
+        assert found.mean_size == pytest.approx(float(np.mean(torque)), rel=2e-4)
+        largest = float(np.max(torque))  # beside a jump, samples miss the largest
+        assert largest * (1.0 - 1e-6) <= found.peak <= largest * (1.0 + 5e-4)
+
+    @pytest.mark.parametrize("name", SYSTEMS)
+    def test_sampling_does_not_matter(self, name):
+        system = SYSTEMS[name]
+        few, many = (
+            wb.brake_torque(wb.simulate(system, periods=9, samples_per_period=n), 0.1, 0.6)
+            for n in (40, 400)
+        )
+        assert few.mean == pytest.approx(many.mean, abs=1e-7 * many.peak)
+        assert few.mean_size == pytest.approx(many.mean_size, rel=2e-6)
+        assert few.peak == pytest.approx(many.peak, rel=1e-5)
+
+    def test_negative_force_is_seen(self):
+        """The case above it is there for: the torque helps the motion for a while."""
+        response = wb.simulate(SYSTEMS["negative force"], periods=9)
+        torque = response["brake_torque"].to_numpy()
+        assert np.any(torque * response["velocity"].to_numpy() < -1.0)
+
+    def test_of_steep_smoothed_friction(self):
+        """Nearly that of Coulomb's."""
+        found = wb.brake_torque(_smoothed(1e4, "smooth"), **stretch(PAPER, 10, 20))
+        coulomb = wb.simulate(PAPER.replace(eta=-6.0), periods=20)
+        exact = wb.brake_torque(coulomb, **stretch(PAPER, 10, 20))
+        assert found.mean == pytest.approx(exact.mean, rel=2e-3)
+        assert found.mean_size == pytest.approx(exact.mean_size, rel=2e-3)
+        assert found.peak == pytest.approx(exact.peak, rel=2e-3)
+
+    def test_of_a_fixed_step(self):
+        one, other = (
+            wb.brake_torque(_smoothed(100.0, method), **stretch(PAPER, 10, 20))
+            for method in ("smooth", "ode14x")
+        )
+        assert other.mean == pytest.approx(one.mean, rel=2e-3)
+        assert other.mean_size == pytest.approx(one.mean_size, rel=2e-3)
+        assert other.peak == pytest.approx(one.peak, rel=2e-3)
+
+    def test_of_a_law_of_ones_own(self):
+        """It is read off the samples."""
+
+        def law(v: float) -> float:
+            return 0.3 * math.tanh(100.0 * v)
+
+        smoothed = wb.SmoothedFriction(kinetic=0.3, static=0.3, steepness=100.0)
+        custom = wb.CustomFriction(law=law, width=0.01, kinetic=0.3)
+        one, other = (
+            wb.brake_torque(wb.simulate(PAPER.replace(friction=friction, slope=-40.0), periods=5))
+            for friction in (smoothed, custom)
+        )
+        assert other.mean == pytest.approx(one.mean, rel=2e-3)
+        assert other.mean_size == pytest.approx(one.mean_size, rel=2e-3)
+        assert other.peak == pytest.approx(one.peak, rel=2e-3)
+
+    def test_is_the_peak_of_motion_and_energy(self):
+        response = wb.simulate(PAPER, periods=250)
+        found = wb.brake_torque(response, **stretch(PAPER, 200, 250))
+        motion = wb.motion(PAPER, 250, transient=200)
+        assert found.peak == pytest.approx(motion.peak_torque, rel=1e-9)
+        energy = wb.energy(response, start=200 * PAPER.excitation.period)
+        assert found.peak == pytest.approx(energy.attrs["largest_peak_torque"], rel=1e-9)
+        driven = wb.energy(wb.simulate(BAND, periods=20))
+        length = driven.attrs["stop"] - driven.attrs["start"]
+        mean = wb.brake_torque(wb.simulate(BAND, periods=20)).mean
+        assert driven.attrs["total_drive_work"] == pytest.approx(2.0 * mean * length, rel=1e-9)
+
+
+class TestRuns:
+    def test_that_end_early(self):
+        """Up to where they went."""
+        response = wb.simulate(wb.paper.system(damping=1.0, release=False), periods=250)
+        assert response.attrs["status"] == "diverged"
+        assert wb.brake_torque(response).peak > 1e4
+
+    def test_that_begin_late(self):
+        where = {"start": 5.0, "stop": 5.5}
+        one = wb.simulate(PAPER, duration=1.0, start_time=5.0)
+        late = wb.simulate(PAPER, duration=0.5, start_time=5.0)
+        assert wb.brake_torque(one, **where).mean == pytest.approx(
+            wb.brake_torque(late).mean, rel=1e-9
+        )
+
+    def test_bounds_may_miss_by_rounding(self):
+        response = wb.simulate(PAPER, periods=50)
+        frequency = PAPER.excitation.frequency
+        found = wb.brake_torque(response, -1e-5, 50 / frequency * (1.0 + 1e-12))
+        assert found == wb.brake_torque(response)
+
+    @pytest.mark.parametrize(
+        ("bounds", "why"),
+        [
+            ((-1.0, None), r"^start = -1.0: must be a time of the response that was sampled, 0 s"),
+            ((None, 99.0), r"^stop = 99.0: must be a time of the response"),
+            ((0.3, 0.3), r"^start = 0.3 and stop = 0.3: there is nothing between them"),
+            ((0.3, 0.2), r"there is nothing between them"),
+            (("0", None), r"^start = '0': must be a finite number of seconds"),
+            ((None, math.nan), r"^stop = nan: must be a finite number"),
+            ((True, None), r"^start = True: must be a finite number"),
+        ],
+    )
+    def test_wrong_bounds(self, bounds, why):
+        with pytest.raises(wb.InputError, match=why):
+            wb.brake_torque(wb.simulate(PAPER, periods=9), *bounds)
+
+    @pytest.mark.parametrize(
+        "response", [None, PAPER, wb.simulate(PAPER, periods=2)[["velocity"]]], ids=type
+    )
+    def test_what_is_no_response(self, response):
+        with pytest.raises(wb.InputError, match=r"^response = \w+"):
+            wb.brake_torque(response)
+
+    def test_too_few_samples(self):
+        with pytest.raises(wb.InputError, match=r"with 1 samples: must be the result of"):
+            wb.brake_torque(wb.simulate(PAPER, periods=9, times=[0.5]))
+        with pytest.raises(wb.InputError, match=r"but the torque of the brake needs .* s or less"):
+            wb.brake_torque(wb.simulate(PAPER, periods=9, samples_per_period=5))
