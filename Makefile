@@ -1,6 +1,7 @@
 # make demo   set up everything, simulate the paper's brake and sweep its actuator's slope,
 #             leave pictures and verdicts
 # make test   set up everything, check the house rules, run the tests
+# make app    the explorer: a page where sliders move the machine
 # make bench  speed, as ratios to peers in the same run
 # make lint   the house rules alone
 # make slow   the studies of minutes
@@ -11,12 +12,16 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT := out
 
-.PHONY: demo test bench lint slow paper clean
+.PHONY: demo app test bench lint slow paper clean
 
 $(VENV)/.demo: pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer, or say make PYTHON=python3"; exit 2; }
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[netcdf]'
+	touch $@
+
+$(VENV)/.app: $(VENV)/.demo
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[app]'
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.demo
@@ -31,6 +36,9 @@ demo: $(VENV)/.demo
 	@mkdir -p $(OUT)
 	$(BIN)/wedgebrake simulate examples/paper.toml --plot $(OUT)/paper.png --out $(OUT)/paper.nc
 	$(BIN)/wedgebrake sweep examples/sweep.toml --plot $(OUT)/bifurcation.png
+
+app: $(VENV)/.app
+	$(BIN)/wedgebrake app
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -49,6 +57,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/sweeps.py
 	$(BIN)/python benchmarks/paper.py
 	$(BIN)/python benchmarks/orbits.py
+	$(BIN)/python benchmarks/explorer.py
 
 paper: $(VENV)/.demo
 	@mkdir -p $(OUT)

@@ -18,6 +18,7 @@ from wedgebrake._version import __version__
 
 if TYPE_CHECKING:
     from wedgebrake import paper
+    from wedgebrake.app.notebook import explore
     from wedgebrake.errors import InputError, OutputError, WedgebrakeError
     from wedgebrake.linear_stability import stability, stability_map
     from wedgebrake.measures.energy import energy
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from wedgebrake.measures.poincare import poincare
     from wedgebrake.measures.spectrum import spectrum
     from wedgebrake.measures.sticking import sticks
+    from wedgebrake.measures.torque import BrakeTorque, brake_torque
     from wedgebrake.model.actuation import Actuation
     from wedgebrake.model.brakes import (
         BandBrake,
@@ -44,7 +46,8 @@ if TYPE_CHECKING:
         TabulatedFriction,
     )
     from wedgebrake.model.groups import Groups
-    from wedgebrake.model.study import Study, load_study
+    from wedgebrake.model.study import Study, load_study, read_study
+    from wedgebrake.model.study_text import save_study
     from wedgebrake.model.system import BrakedDriveline
     from wedgebrake.orbits.boundary import boundaries, boundary
     from wedgebrake.orbits.branch import Branch
@@ -66,6 +69,7 @@ _HOMES = {
     "Branch": "orbits.branch",
     "BranchPoint": "orbits.point",
     "Brake": "model.brakes",
+    "BrakeTorque": "measures.torque",
     "BrakedDriveline": "model.system",
     "Characteristic": "model.characteristic",
     "ConventionalBrake": "model.brakes",
@@ -89,15 +93,19 @@ _HOMES = {
     "bifurcation": "sweeps.maps",
     "boundaries": "orbits.boundary",
     "boundary": "orbits.boundary",
+    "brake_torque": "measures.torque",
     "branches": "orbits.branches",
     "continuation": "orbits.continuation",
     "energy": "measures.energy",
+    "explore": "app.notebook",
     "load_study": "model.study",
     "motion": "measures.motion",
     "orbit": "orbits.shooting",
     "plot": "plots.draw",
     "poincare": "measures.poincare",
+    "read_study": "model.study",
     "regime_map": "sweeps.maps",
+    "save_study": "model.study_text",
     "simulate": "solvers.solve",
     "spectral_lines": "measures.lines",
     "spectrum": "measures.spectrum",
@@ -111,6 +119,7 @@ __all__ = [
     "Actuation",
     "BandBrake",
     "Brake",
+    "BrakeTorque",
     "BrakedDriveline",
     "Branch",
     "BranchPoint",
@@ -137,16 +146,20 @@ __all__ = [
     "bifurcation",
     "boundaries",
     "boundary",
+    "brake_torque",
     "branches",
     "continuation",
     "energy",
+    "explore",
     "load_study",
     "motion",
     "orbit",
     "paper",
     "plot",
     "poincare",
+    "read_study",
     "regime_map",
+    "save_study",
     "simulate",
     "spectral_lines",
     "spectrum",

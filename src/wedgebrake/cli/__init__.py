@@ -1,7 +1,7 @@
 """The command line: ``wedgebrake COMMAND STUDY.toml``.
 
 main        the program and its exit codes
-commands    stability, simulate, sweep, continue, paper, schema
+commands    stability, simulate, sweep, continue, paper, app, schema
 changes     --set NAME=VALUE
 over        --over NAME=FROM:TO:COUNT, or NAME=FROM:TO
 report      a response as JSON and as words
@@ -11,6 +11,7 @@ sweep_report, sweep_text
 continuing  branches of orbits: what is asked, checked, followed
 continue_report, continue_text
             them as JSON and as words
+exploring   the explorer, served until Ctrl-C
 watching    progress of a long computation
 paper       the source's figures and audit: what is asked, progress, files, words
 output      what can be written where, checked before the work and written at once

@@ -500,6 +500,56 @@ def paper(
     typer.echo(to_json(work.report(order, outcome)) if as_json else work.text(outcome))
 
 
+@app.command(
+    "app",
+    short_help="A page to move sliders and see: the explorer in a browser.",
+    epilog="Example: wedgebrake app examples/paper.toml --port 8000",
+)
+def explore(
+    study: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[STUDY.toml]",
+            help="What lies on the desk at the beginning; by default the brake of the source"
+            " paper.",
+        ),
+    ] = None,
+    port: Annotated[
+        int, typer.Option(metavar="N", help="The port to listen on; 0 takes any that is free.")
+    ] = 5006,
+    address: Annotated[
+        str,
+        typer.Option(
+            metavar="HOST",
+            help="The address to listen on. By default this machine alone; 0.0.0.0 for all that"
+            " can reach it.",
+        ),
+    ] = "127.0.0.1",
+    allow: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--allow",
+            metavar="HOST:PORT",
+            help="What stands in the browser's address line, where it is not this machine's own"
+            " name: HOST, or HOST:PORT. Repeatable.",
+        ),
+    ] = None,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")
+    ] = True,
+) -> None:
+    """The explorer: a page where sliders move the machine and everything follows.
+
+    Verdict, time history, phase portrait, Poincare section, spectrum, the drawn brake in motion,
+    bifurcation diagram, maps of regimes and stability, basins. Loads and saves study files;
+    exports pictures, data and a Python program that computes what is on the screen. Prints the
+    address of the page and serves it until Ctrl-C. Needs the extra app.
+    """
+    from wedgebrake.cli.exploring import explore as work
+
+    work(study, port, address, tuple(allow or ()), browser)
+
+
 @app.command(short_help="What can stand in a study file?")
 def schema() -> None:
     """The JSON schema of study files: every table and parameter, with unit and range.

@@ -1,0 +1,1 @@
+"""Charts of one motion: history, phase portrait, Poincare section, spectrum."""

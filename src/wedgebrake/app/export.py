@@ -1,0 +1,158 @@
+"""What lies on the desk as a file: pictures, data, the study, a program."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake._version import __version__
+from wedgebrake.app.calls import picture, run
+from wedgebrake.app.desk import Desk
+from wedgebrake.app.filing import filed
+from wedgebrake.app.limits import MOST_EVENTS, MOST_STEPS
+from wedgebrake.app.moment import look
+from wedgebrake.app.plates.machine import following, settings
+from wedgebrake.app.snippet import samples, snippet
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.linear_stability import stability_map
+from wedgebrake.model.part import shown
+from wedgebrake.plots.draw import plot
+from wedgebrake.plots.save import image
+from wedgebrake.plots.style import PAGE
+from wedgebrake.solvers.solve import simulate
+from wedgebrake.sweeps.maps import basins, bifurcation, regime_map
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MIME = {
+    "png": "image/png",
+    "svg": "image/svg+xml",
+    "nc": "application/x-netcdf",
+    "csv": "text/csv",
+    "toml": "application/toml",
+    "py": "text/x-python",
+}
+_COLUMNS = {
+    "time": "s",
+    "angle": "rad",
+    "velocity": "rad/s",
+    "brake_torque": "N m",
+    "drive_torque": "N m",
+    "sticking": "1",
+}
+_SWEEPS: dict[str, Callable[..., Any]] = {
+    "bifurcation": bifurcation,
+    "regime_map": regime_map,
+    "basins": basins,
+}
+
+
+@dataclass(frozen=True)
+class File:
+    """A file: its name, its media type, and what stands in it."""
+
+    name: str
+    mime: str
+    content: bytes
+
+
+def export(desk: Desk, kind: str) -> File:
+    """What lies on the desk as a file of a kind; ``FORMATS`` names them.
+
+    Raises ``InputError`` for another kind, and where this machine or this installation has no
+    such file.
+    """
+    if not isinstance(kind, str) or kind not in FORMATS:
+        raise InputError(f"format = {shown(kind)}: not known. {nearest(str(kind), FORMATS)}")
+    name, make = FORMATS[kind]
+    name = name.replace("{plate}", desk.view.plate)
+    content = make(desk)
+    return File(name, _MIME[name.rpartition(".")[2]], content)
+
+
+def _response(desk: Desk) -> xr.Dataset:
+    """The whole run."""
+    return simulate(
+        desk.system,
+        periods=desk.periods,
+        start_time=desk.study.run.start_time,
+        samples_per_period=samples(desk),
+        **{**run(desk), "max_events": MOST_EVENTS, "max_steps": MOST_STEPS},
+    )
+
+
+def _overview(desk: Desk, kind: str) -> bytes:
+    """The response, with the class of its motion."""
+    return image(plot(_response(desk), verdict=look(desk).motion.verdict), kind)
+
+
+def _diagram(desk: Desk, kind: str) -> bytes:
+    """The open picture, as fine as the page draws it."""
+    call = picture(desk)
+    values = {
+        name: (np.geomspace if scale == "log" else np.linspace)(first, last, number)
+        for name, (first, last, number, scale) in call.axes.items()
+    }
+    options: dict[str, Any] = {"width": PAGE}
+    if call.function == "stability_map":
+        return image(plot(stability_map(desk.system, **values), **options), kind)
+    limits = {name: settings(desk)[name] for name in ("max_events", "max_steps")}
+    swept = _SWEEPS[call.function](
+        following(desk.system), **values, **{**call.options, **limits}, progress=False
+    )
+    if call.function == "bifurcation":
+        options["quantity"] = desk.view.quantity
+    return image(plot(swept, **options), kind)
+
+
+def _netcdf(desk: Desk) -> bytes:
+    missing = [name for name in ("h5netcdf", "h5py") if find_spec(name) is None]
+    if missing:
+        raise InputError(
+            f"format = 'netcdf': needs {' and '.join(missing)} where the explorer runs. Install the"
+            " extra: pip install 'wedgebrake[netcdf]'; or export CSV."
+        )
+    with tempfile.TemporaryDirectory(prefix="wedgebrake-") as folder:
+        path = Path(folder) / "response.nc"
+        _response(desk).to_netcdf(path, engine="h5netcdf")
+        return path.read_bytes()
+
+
+def _csv(desk: Desk) -> bytes:
+    """The samples of the whole run to the last digit, below lines that say what they are."""
+    response = _response(desk)
+    about = {
+        "wedgebrake": __version__,
+        "system": response.attrs["system"],
+        "options": response.attrs["options"],
+        "status": response.attrs["status"],
+        "message": response.attrs["message"],
+    }
+    lines = [f"# {name}: {value}" for name, value in about.items()]
+    lines.append(",".join(f"{name} [{unit}]" for name, unit in _COLUMNS.items()))
+    columns = [response[name].to_numpy().tolist() for name in _COLUMNS]
+    lines += [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
+    return ("\n".join(lines) + "\n").encode()
+
+
+FORMATS: Mapping[str, tuple[str, Callable[[Desk], bytes]]] = MappingProxyType(
+    {
+        "png": ("response.png", lambda desk: _overview(desk, "png")),
+        "svg": ("response.svg", lambda desk: _overview(desk, "svg")),
+        "diagram-png": ("{plate}.png", lambda desk: _diagram(desk, "png")),
+        "diagram-svg": ("{plate}.svg", lambda desk: _diagram(desk, "svg")),
+        "netcdf": ("response.nc", _netcdf),
+        "csv": ("response.csv", _csv),
+        "study": ("study.toml", lambda desk: filed(desk).to_toml().encode()),
+        "python": ("wedgebrake_study.py", lambda desk: snippet(desk).encode()),
+    }
+)
+"""Kinds of files: name of the file, and what makes its content."""

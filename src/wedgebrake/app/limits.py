@@ -1,0 +1,26 @@
+"""What one page may ask of the machine it runs on (docs/explorer.md, "Limits")."""
+
+from __future__ import annotations
+
+MOST_PERIODS = 2000
+"""Periods of the torque in one run."""
+MOST_SHOWN = 100
+"""Periods in the history and the phase portrait."""
+SAMPLES_PER_PERIOD = 100
+"""Samples of the response in a period of the torque."""
+MOST_EVENTS = 200_000
+"""Events of one run of the exact solver: about a second where each is hard to find."""
+MOST_STEPS = 400_000
+"""Steps of one run of the other solvers: about a second, three where each is slow."""
+COARSE_POINTS, FINE_POINTS = 150, 600
+"""Values of the parameter in a bifurcation diagram, at once and when all is still."""
+COARSE_MAP, FINE_MAP = (24, 16), (96, 64)
+"""Cells of a map of regimes or basins, at once and when all is still."""
+MOST_UPLOAD = 200_000
+"""Bytes of a study file: of a hostile one, read within a fraction of a second."""
+MOST_FILES = 4
+"""Exports of one page in hand at a time."""
+MOST_MESSAGE = 4_000_000
+"""Bytes of one message of a browser; beyond it the connection is closed."""
+MOST_SESSIONS = 100
+"""Pages that one server keeps open at a time."""

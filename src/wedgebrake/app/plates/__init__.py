@@ -1,0 +1,25 @@
+"""Pictures over parameters: what each computes, step by step, and how it is drawn.
+
+diagram, regimes, stability, basins : a plate each: its key, its work, its picture
+machine, axis, filling              : the machine, parameters and sweeps that they compute with
+cells, limit, attractors            : maps, lines on them, motions told apart
+chips                               : classes as colours and words for a legend
+*_figure, canvas                    : the same drawn with Bokeh, which no other file imports
+
+A plate's work gives complete pictures, coarse before fine, and a caller who has had enough asks
+for no more.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def all_plates() -> list[Any]:
+    """One of each plate, for one page."""
+    from wedgebrake.app.plates.basins_figure import BasinsPlate
+    from wedgebrake.app.plates.diagram_figure import DiagramPlate
+    from wedgebrake.app.plates.regimes_figure import RegimesPlate
+    from wedgebrake.app.plates.stability_figure import StabilityPlate
+
+    return [DiagramPlate(), RegimesPlate(), StabilityPlate(), BasinsPlate()]
