@@ -1,0 +1,173 @@
+"""The explorer: how soon the page follows a slider, and how many pages one server bears.
+
+Measured in the real Chromium, from the release of a slider to the second frame painted after
+the new motion, or the new diagram, has arrived; and with twenty sessions over websockets for a
+minute, each of which moves a slider every two seconds.
+
+    python benchmarks/explorer.py [--seconds 60]
+"""
+
+import argparse
+import asyncio
+import os
+import re
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import psutil
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "app"))
+import wire
+
+_FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+_RELEASES, _SESSIONS, _BETWEEN = 40, 20, 2.0
+
+# Release a slider at a share of its way; the time [ms] until what follows has been painted.
+_MEASURE = """
+async ([testid, share, what]) => {
+  const deep = (root, test) => {
+    for (const one of root.querySelectorAll("*")) {
+      if (test(one)) return one;
+      const found = one.shadowRoot && deep(one.shadowRoot, test);
+      if (found) return found;
+    }
+  };
+  const slider = deep(document, (one) => one.dataset.testid === testid);
+  const page = deep(document, (one) => one.classList.contains("explorer"));
+  const painted = () => new Promise((done) =>
+    requestAnimationFrame(() => requestAnimationFrame(done)));
+  const changed = new Promise((done, failed) => {
+    setTimeout(() => failed(new Error(`no ${what} within 20 s`)), 20000);
+    const watch = new MutationObserver(() => { watch.disconnect(); done(); });
+    watch.observe(page, { attributes: true, attributeFilter: [`data-${what}`] });
+  });
+  const begin = performance.now();
+  slider.value = Math.round(share * slider.max);
+  slider.dispatchEvent(new Event("input", { bubbles: true }));
+  slider.dispatchEvent(new Event("change", { bubbles: true }));
+  await changed;
+  await painted();
+  return performance.now() - begin;
+}
+"""
+
+
+def serve():
+    command = [sys.executable, "-m", "wedgebrake", "app", "--port", "0", "--no-browser"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)  # noqa: S603
+    lines = []
+    for line in process.stderr:
+        lines.append(line)
+        if found := re.search(r"http://\S+", line):
+            threading.Thread(target=lambda: lines.extend(process.stderr), daemon=True).start()
+            return process, found[0], lines
+    raise SystemExit("the explorer did not start: " + "".join(lines))
+
+
+def in_browser(url):
+    """Median and 90 % [ms] from a slider's release to motion, and to diagram."""
+    from playwright.sync_api import sync_playwright
+
+    results = {}
+    with sync_playwright() as playwright:
+        path = os.environ.get("WEDGEBRAKE_CHROMIUM", "/usr/bin/chromium")
+        browser = playwright.chromium.launch(executable_path=path, args=_FLAGS)
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        begin = time.perf_counter()
+        page.goto(url)
+        page.locator(".explorer[data-picture]").wait_for(timeout=120_000)
+        results["first page"] = [1e3 * (time.perf_counter() - begin)]
+        time.sleep(3)
+        for name, slider, what in (
+            # The diagram goes over eta: moving eta moves the motion alone, F0 the diagram too.
+            ("motion, verdict", "slider-eta", "motion"),
+            ("motion, verdict, with diagram", "slider-F0", "motion"),
+            ("diagram, 150 values", "slider-F0", "picture"),
+        ):
+            times = []
+            for i in range(_RELEASES):
+                share = 0.05 + 0.9 * ((0.31 + i * 0.618) % 1.0)
+                times.append(page.evaluate(_MEASURE, [slider, share, what]))
+                time.sleep(0.5)
+            results[name] = times
+        browser.close()
+    return results
+
+
+async def one_session(url, seconds, number, times, errors):
+    await asyncio.sleep(number * _BETWEEN / _SESSIONS)
+    try:
+        client = await wire.Client(url).open()
+        await client.until("motion", 1)
+        end, edits = time.monotonic() + seconds, 1
+        while time.monotonic() < end:
+            begin = time.perf_counter()
+            name, low, high = (("eta", -55.0, 5.0), ("F0", 0.02, 0.1))[edits % 2]
+            value = low + (high - low) * ((edits * 0.618 + number * 0.11) % 1.0)
+            await client.edit(**{name: value})
+            edits += 1
+            await client.until("motion", edits)
+            times.append(time.perf_counter() - begin)
+            await asyncio.sleep(max(0.0, _BETWEEN - (time.perf_counter() - begin)))
+        client.close()
+    except Exception as error:
+        errors.append(f"session {number}: {type(error).__name__}: {error}")
+
+
+async def many_sessions(url, seconds, process):
+    """Times [s] from edit to motion, errors, and memory [MiB] through the minute."""
+    times, errors, memory = [], [], []
+    server = psutil.Process(process.pid)
+
+    async def watch():
+        while True:
+            memory.append(server.memory_info().rss / 2**20)
+            await asyncio.sleep(5)
+
+    watching = asyncio.create_task(watch())
+    await asyncio.gather(*(one_session(url, seconds, i, times, errors) for i in range(_SESSIONS)))
+    watching.cancel()
+    return times, errors, memory
+
+
+def show(name, values, unit="ms"):
+    ordered = sorted(values)
+    ninth = ordered[int(0.9 * (len(ordered) - 1))]
+    print(
+        f"{name:34s} median {statistics.median(ordered):7.0f} {unit}   90 % {ninth:7.0f} {unit}"
+        f"   of {len(ordered)}"
+    )
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    seconds = parser.parse_args().seconds
+    process, url, lines = serve()
+    try:
+        for name, values in in_browser(url).items():
+            show(name, values)
+        for round_ in (1, 2):  # the second shows that memory does not grow
+            times, errors, memory = asyncio.run(many_sessions(url, seconds, process))
+            show(f"{_SESSIONS} sessions, {seconds:g} s, round {round_}", [1e3 * t for t in times])
+            print(f"  errors: {errors or 'none'}")
+            print("  memory [MiB]: " + " ".join(f"{one:.0f}" for one in memory))
+            time.sleep(25)  # pages that nobody looks at are closed
+            after = psutil.Process(process.pid).memory_info().rss / 2**20
+            print(f"  memory after the pages have closed: {after:.0f} MiB")
+    finally:
+        process.terminate()
+        process.wait(20)
+    trouble = [line for line in lines if "rror" in line]
+    print("server:", "".join(trouble) or "no error")
+
+
+if __name__ == "__main__":
+    main()

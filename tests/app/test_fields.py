@@ -1,0 +1,194 @@
+"""Rows of the machine's panel, and the ranges of their sliders."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.app.desk import Desk, axes, new_desk
+from wedgebrake.app.fields import scale, sections, span
+from wedgebrake.errors import InputError
+from wedgebrake.model.brakes import Brake
+from wedgebrake.model.friction import Friction
+from wedgebrake.model.system import PARTS
+
+KINDS = list(itertools.product(sorted(Brake.kinds), ("coulomb", "smoothed", "tabulated")))
+
+
+def _paper(**changes) -> Desk:
+    return new_desk(wb.paper.system()).edited(**changes)
+
+
+def _rows(desk: Desk) -> dict[str, dict]:
+    return {row["name"]: row for section in sections(desk) for row in section["rows"]}
+
+
+def test_sections_stand_in_the_order_of_the_panel():
+    titles = [section["title"] for section in sections(_paper())]
+    assert titles == [
+        "Normalised groups", "Brake", "Actuation", "Torque", "Friction", "Driveline", "Run",
+    ]  # fmt: skip
+    assert [row["name"] for row in sections(_paper())[0]["rows"]] == [
+        "eta", "f", "F0", "alpha", "loss_factor", "static_ratio", "drive",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("brake", "friction"), KINDS)
+def test_every_parameter_has_one_row_with_its_value(brake, friction):
+    desk = _paper(brake=brake, friction=friction)
+    names = [row["name"] for section in sections(desk) for row in section["rows"]]
+    assert len(names) == len(set(names))
+    rows = _rows(desk)
+    for part in PARTS:
+        for name in type(getattr(desk.system, part)).model_fields:
+            value = desk.value(name)
+            assert rows[name]["value"] == (list(value) if isinstance(value, tuple) else value)
+    assert rows["brake"]["value"] == brake
+    assert {value for value, _ in rows["brake"]["choices"]} == set(Brake.kinds)
+    assert {value for value, _ in rows["friction"]["choices"]} == set(Friction.kinds)
+    assert ("kinetic" in rows) == (friction != "tabulated")
+    assert ("alpha" in rows) == (brake == "wedge")
+
+
+@pytest.mark.parametrize(("brake", "friction"), KINDS)
+def test_rows_are_plain_and_said_in_words(brake, friction):
+    found = sections(_paper(brake=brake, friction=friction))
+    assert json.loads(json.dumps(found)) == found
+    for section in found:
+        for row in section["rows"]:
+            assert row["label"]
+            assert row["hint"]
+            assert not set("_`") & set(row["label"] + row["hint"])
+
+
+@pytest.mark.parametrize(("brake", "friction"), KINDS)
+def test_both_ends_of_every_slider_can_be_taken(brake, friction):
+    desk = _paper(brake=brake, friction=friction)
+    for row in _rows(desk).values():
+        if row["kind"] != "number":
+            continue
+        assert row["low"] < row["high"]
+        assert row["low"] <= row["value"] <= row["high"]
+        for end in (row["low"], row["high"]):
+            desk.edited(**{row["name"]: round(end) if row["whole"] else end})
+
+
+def test_ranges_are_those_of_the_paper():
+    desk = _paper()
+    assert span(desk, "eta") == (-60.0, 12.0)
+    assert span(desk, "slope") == (-100.0, 20.0)
+    assert span(desk, "amplitude") == (150.0, 1800.0)
+    low, high = span(desk, "frequency")
+    assert (low, high) == (3.1, 36.0)
+    assert span(desk, "angle") == (0.26, 0.45)
+    assert span(desk, "initial_velocity") == (-10.0, 10.0)
+
+
+@pytest.mark.parametrize("name", axes(wb.paper.system()))
+def test_a_range_does_not_drift_with_the_value_inside_it(name):
+    desk = _paper()
+    low, high = span(desk, name)
+    for part in (0.0, 0.3, 0.7, 1.0):
+        assert span(desk.edited(**{name: low + part * (high - low)}), name) == (low, high)
+
+
+@pytest.mark.parametrize(
+    ("changes", "name", "wanted"),
+    [
+        ({"eta": -75.0}, "eta", (-100.0, 12.0)),
+        ({"eta": 13.0}, "eta", (-60.0, 20.0)),
+        ({"F0": 0.003}, "F0", (0.002, 0.12)),
+        ({"amplitude": 0.0}, "amplitude", (0.0, 2000.0)),
+        ({"damping": 300.0}, "damping", (0.01, 500.0)),
+        ({"damping": 0.0}, "damping", (0.01, 10.0)),
+        ({"drive_speed": -11.0}, "drive_speed", (-20.0, 10.0)),
+        ({"kinetic": 0.55, "static": 0.7}, "static", (0.55, 1.0)),
+        ({"stiffness": 0.0}, "frequency", (2.0, 50.0)),
+    ],
+)
+def test_a_range_reaches_to_a_value_outside_in_round_numbers(changes, name, wanted):
+    assert span(_paper(**changes), name) == wanted
+
+
+def test_the_range_that_the_user_set_is_taken_and_the_slider_still_holds_the_value():
+    desk = _paper(spans={"eta": (-35.0, -25.0)})
+    assert span(desk, "eta") == (-35.0, -25.0)
+    row = _rows(desk)["eta"]
+    assert (row["low"], row["high"]) == (-35.0, -20.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "wanted"),
+    [
+        ("alpha", (-1.0, 1.3), (0.9, 1.3)),
+        ("alpha", (-1.0, 0.5), (0.0005, 0.5)),
+        ("damping", (-1.0, 5.0), (0.01, 5.0)),
+        ("kinetic", (-1.0, 9.0), (0.05, 5.0)),
+        ("angle", (0.1, 3.0), (0.1, math.nextafter(math.pi / 2, 0.0))),
+        ("static", (0.1, 0.5), (0.3, 0.5)),
+        ("static", (0.1, 0.2), (0.3, 0.8)),
+    ],
+)
+def test_of_a_range_that_is_impossible_the_possible_part_is_taken(name, given, wanted):
+    assert span(_paper(spans={name: given}), name) == wanted
+
+
+@pytest.mark.parametrize("name", axes(wb.paper.system()))
+def test_what_goes_by_ratios_lies_above_zero(name):
+    for spans in ({}, {name: (-5.0, 5.0)}, {name: (-7.0, -5.0)}):
+        low, high = span(_paper(spans=spans).edited(damping=0.0, stiffness=0.0), name)
+        assert low < high
+        assert scale(name) == "linear" or low > 0.0
+
+
+def test_groups_that_are_not_defined_have_no_row():
+    rows = _rows(_paper(damping=0.0, stiffness=0.0, amplitude=0.0))
+    assert not {"eta", "f", "F0", "loss_factor", "drive", "natural"} & set(rows)
+    assert "alpha" in rows
+
+
+def test_a_group_that_cannot_be_set_is_disabled_and_says_why():
+    row = _rows(_paper(initial_force=0.0))["F0"]
+    assert not row["enabled"]
+    assert "initial_force or kinetic is 0" in row["hint"]
+    assert _rows(_paper())["F0"]["enabled"]
+
+
+def test_the_natural_frequency_is_shown_in_hertz():
+    row = _rows(_paper())["natural"]
+    assert (row["kind"], row["unit"]) == ("fixed", "Hz")
+    assert row["value"] == pytest.approx(100.0 / (2.0 * math.pi))
+
+
+def test_an_angle_is_told_in_degrees_too():
+    assert "19.49°" in _rows(_paper())["angle"]["hint"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"stiffness": 5e-324},
+        {"stiffness": 1e15, "inertia": 1e12, "amplitude": 5e-324},
+        {"amplitude": 1e15, "inertia": 5e-324},
+        {"slope": 1e12, "damping": 5e-324},
+        {"initial_force": 5e-324},
+        {"frequency": 1e9},
+        {"kinetic": 5e-324},
+    ],
+)
+def test_the_largest_and_smallest_values_have_finite_ranges(changes):
+    for section in sections(_paper(**changes)):
+        for row in section["rows"]:
+            if row["kind"] == "number":
+                assert all(math.isfinite(row[key]) for key in ("low", "high", "step"))
+                assert row["low"] < row["high"]
+                assert row["step"] > 0.0
+
+
+def test_a_parameter_of_another_machine_is_refused():
+    with pytest.raises(InputError, match="wrap_angle"):
+        span(_paper(), "wrap_angle")

@@ -1,0 +1,204 @@
+"""The moment is what wb.simulate, wb.motion and the other measures say, and never raises."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.app.desk import Desk, new_desk
+from wedgebrake.app.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
+from wedgebrake.app.moment import Moment, look
+from wedgebrake.measures.torque import brake_torque
+from wedgebrake.model.study import Run
+
+
+@pytest.fixture
+def desk() -> Desk:
+    return new_desk(wb.paper.system(eta=-24, f=0.63, F0=0.036, alpha=1.18))
+
+
+def simulated(desk: Desk, periods: int, samples: int = SAMPLES_PER_PERIOD):
+    """The response over the last periods of the run, from the front door."""
+    frequency = desk.system.excitation.frequency
+    last = desk.periods
+    times = np.linspace((last - periods) / frequency, last / frequency, periods * samples + 1)
+    times = np.clip(times, 0.0, desk.periods / frequency)
+    return wb.simulate(desk.system, periods=last, times=times)
+
+
+def check_sizes(moment: Moment) -> None:
+    count = moment.time.size
+    assert count != 1
+    for name in ("angle", "velocity", "torque", "drive", "sticking"):
+        assert getattr(moment, name).shape == (count,)
+    assert moment.sticking.dtype == bool
+    assert moment.sticks.shape[1:] == (3,)
+    assert moment.section_angle.shape == moment.section_velocity.shape
+    assert moment.frequency.shape == moment.amplitude.shape
+    assert np.all(np.isfinite(moment.velocity))
+    assert moment.message
+
+
+class TestAgainstTheFrontDoor:
+    def test_samples_are_those_of_simulate(self, desk):
+        moment = look(desk)
+        response = simulated(desk, 12)
+        assert moment.status == "completed"
+        assert moment.time.size == 12 * SAMPLES_PER_PERIOD + 1
+        names = {
+            "time": "time", "angle": "angle", "velocity": "velocity", "torque": "brake_torque",
+            "drive": "drive_torque",
+        }  # fmt: skip
+        for name, variable in names.items():
+            expected = response[variable].to_numpy()
+            scale = np.max(np.abs(expected))
+            np.testing.assert_allclose(getattr(moment, name), expected, atol=1e-9 * scale)
+        sticks = wb.sticks(response, moment.time[0])
+        np.testing.assert_allclose(moment.sticks[:, 2], sticks["entry"])
+        np.testing.assert_allclose(moment.sticks[1:-1, 0], sticks["start"][1:-1], rtol=1e-12)
+        np.testing.assert_allclose(moment.sticks[1:-1, 1], sticks["end"][1:-1], rtol=1e-12)
+        assert np.all(moment.sticks[:, :2] >= moment.time[0])
+        assert np.all(moment.sticks[:, :2] <= moment.time[-1])
+
+    @pytest.mark.parametrize("friction", ["coulomb", "smoothed", "tabulated"])
+    def test_the_motion_is_that_of_wb_motion(self, desk, friction):
+        desk = desk.edited(friction=friction)
+        moment = look(desk)
+        expected = wb.motion(desk.system, desk.periods, transient=desk.transient)
+        assert repr(moment.motion) == repr(expected)
+
+    def test_a_settled_motion_is_judged_with_its_transient(self, desk):
+        moment = look(desk, settle=True)
+        assert repr(moment.motion) == repr(wb.motion(desk.system, desk.recorded))
+        assert moment.motion.settling == 147
+
+    def test_spectrum_and_section_are_of_the_recorded_periods(self, desk):
+        moment = look(desk)
+        response = simulated(desk, desk.recorded)
+        lines = wb.spectrum(response)
+        count = moment.frequency.size
+        np.testing.assert_allclose(moment.frequency, lines["frequency"][:count], rtol=1e-9)
+        np.testing.assert_allclose(moment.amplitude, lines["amplitude"][:count], atol=1e-9)
+        highest = 6.0 * moment.natural
+        assert lines["frequency"][count - 1] <= highest < lines["frequency"][count]
+        points = wb.poincare(desk.system, desk.periods, transient=desk.transient)
+        np.testing.assert_allclose(moment.section_angle, points["angle"], atol=1e-12)
+        np.testing.assert_allclose(moment.section_velocity, points["velocity"], atol=1e-10)
+        assert moment.forcing == desk.system.excitation.frequency
+        assert moment.braking.peak == pytest.approx(brake_torque(response).peak)
+
+    def test_more_periods_may_be_shown_than_are_recorded(self, desk):
+        narrow, wide = look(desk), look(desk.edited(shown=100))
+        assert wide.time.size == 100 * SAMPLES_PER_PERIOD + 1
+        np.testing.assert_allclose(wide.frequency, narrow.frequency, rtol=1e-12)
+        np.testing.assert_allclose(wide.amplitude, narrow.amplitude, atol=1e-9)
+        assert wide.section_angle.size == narrow.section_angle.size
+        assert wide.braking.mean == pytest.approx(narrow.braking.mean, abs=1e-9)
+
+    def test_no_more_is_shown_than_was_run(self, desk):
+        moment = look(desk.edited(periods=20, shown=100))
+        assert moment.time[0] == 0.0
+        assert moment.time.size == 20 * SAMPLES_PER_PERIOD + 1
+
+    def test_a_later_start_keeps_the_phase_of_the_torque(self, desk):
+        quarter = 0.25 / desk.system.excitation.frequency
+        later = Desk.of(desk.study.changed(start_time=quarter))
+        response = wb.simulate(desk.system, periods=250, start_time=quarter)
+        moment = look(later)
+        np.testing.assert_allclose(moment.velocity[-1], response["velocity"][-1], atol=1e-8)
+        assert moment.motion.order == 6
+
+    def test_a_slow_torque_is_sampled_by_the_natural_period(self, desk):
+        moment = look(desk.edited(frequency=1.0))
+        assert moment.time[1] - moment.time[0] <= 0.05 / moment.natural
+        assert moment.frequency[-1] == pytest.approx(6.0 * moment.natural, rel=0.01)
+
+    def test_a_much_slower_torque_has_no_spectrum(self, desk):
+        moment = look(desk.edited(frequency=0.1))
+        assert moment.status == "completed"
+        assert moment.frequency.size == 0
+
+
+class TestGhost:
+    def test_is_the_same_machine_with_a_conventional_brake(self, desk):
+        desk = desk.edited(ghost=True)
+        ghost = look(desk).ghost
+        brake = wb.ConventionalBrake(radius=desk.system.brake.radius)
+        other = new_desk(desk.system.replace(brake=brake))
+        expected = look(other)
+        assert ghost is not None
+        np.testing.assert_array_equal(ghost.velocity, expected.velocity)
+        np.testing.assert_array_equal(ghost.amplitude, expected.amplitude)
+        assert repr(ghost.motion) == repr(expected.motion)
+        assert ghost.ghost is None
+
+    def test_a_conventional_brake_has_none(self, desk):
+        assert look(desk).ghost is None
+        assert look(desk.edited(brake="conventional", ghost=True)).ghost is None
+
+
+class TestEarlyEnds:
+    def test_a_diverging_motion_is_shown_where_it_went(self):
+        desk = new_desk(wb.paper.system(eta=-24, release=False, damping=1.0))
+        moment = look(desk)
+        check_sizes(moment)
+        assert (moment.status, moment.motion.kind) == ("diverged", "diverged")
+        assert moment.time.size > 500
+        assert np.max(np.abs(moment.velocity)) > 1e6
+        assert moment.frequency.size == 0
+        assert math.isnan(moment.braking.mean)
+        assert repr(look(desk, settle=True).motion) == repr(moment.motion)
+
+    def test_a_brake_that_locks_while_sliding(self):
+        system = wb.paper.system(eta=-1.0).replace(kinetic=0.4, static=0.4)
+        moment = look(Desk.of(wb.Study(system, Run(initial=(0.0, 5.0), periods=50))))
+        check_sizes(moment)
+        assert moment.status == "no_forward_solution"
+        assert moment.motion.kind == "self-locked"
+        assert "locked" in moment.message
+
+    @pytest.mark.parametrize("friction", ["coulomb", "smoothed"])
+    def test_at_rest(self, desk, friction):
+        moment = look(desk.edited(amplitude=0.0).edited(friction=friction))
+        check_sizes(moment)
+        assert moment.motion.kind == "at rest"
+        np.testing.assert_allclose(moment.velocity, 0.0, atol=1e-12)
+        assert moment.amplitude.size > 0
+
+
+EXTREMES = [
+    {"stiffness": 1e15}, {"stiffness": 0.0}, {"frequency": 1e-9}, {"frequency": 1e6},
+    {"stiffness": 1e15, "frequency": 1e-9}, {"inertia": 1e-9}, {"damping": 0.0},
+    {"initial_force": 0.0}, {"drive_speed": 1e3}, {"amplitude": 1e9}, {"radius": 1e-6},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("changes", EXTREMES, ids=str)
+@pytest.mark.parametrize("friction", ["coulomb", "smoothed", "tabulated"])
+def test_extremes_come_back_in_time(desk, friction, changes):
+    desk = desk.edited(friction=friction).edited(**changes)
+    look(new_desk(wb.paper.system(friction="smoothed" if friction == "smoothed" else "coulomb")))
+    begin = time.perf_counter()
+    moment = look(desk)
+    spent = time.perf_counter() - begin
+    check_sizes(moment)
+    assert moment.status in {status.value for status in wb.Status}
+    assert moment.motion.status == moment.status
+    # About one second on an idle machine.
+    assert spent < 10.0
+
+
+def test_what_stops_at_a_limit_shows_its_beginning(desk):
+    moment = look(desk.edited(stiffness=1e15))
+    assert moment.status == "event_limit"
+    assert moment.time[0] == 0.0
+    assert moment.time.size > 500
+    assert moment.motion.kind == "undecided"
+    whole = wb.simulate(
+        desk.edited(stiffness=1e15).system, periods=250, times=(), max_events=MOST_EVENTS
+    )
+    assert moment.time[-1] == pytest.approx(0.1 * whole.attrs["final_time"])

@@ -1,0 +1,177 @@
+"""Every preset is a desk that does what its title says."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.app.desk import axes
+from wedgebrake.app.fields import span
+from wedgebrake.app.limits import MOST_EVENTS, MOST_PERIODS
+from wedgebrake.app.moment import look
+from wedgebrake.app.presets import PRESETS, START, preset
+from wedgebrake.paper.assumptions import CONVENTIONAL, CORRECTED, WEDGE
+from wedgebrake.paper.diagrams import FREQUENCIES, PLANS
+from wedgebrake.paper.figures import responses
+
+GROUPS = ("Responses of the paper", "Diagrams of the paper", "Other machines")
+
+
+def simulated(name: str, **options):
+    desk = preset(name).desk()
+    run = desk.study.run
+    return desk, wb.simulate(desk.system, periods=desk.periods, initial=run.initial, **options)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+class TestEach:
+    def test_is_a_desk(self, name):
+        one = preset(name)
+        desk = one.desk()
+        assert one.name == name
+        assert one.group in GROUPS
+        assert 10 < len(one.title) <= 60
+        assert desk.view.axis in axes(desk.system)
+        low, high = span(desk, desk.view.axis)
+        assert low < high
+        assert 20 <= desk.periods <= MOST_PERIODS
+        assert one.desk() == desk
+
+    def test_is_a_study(self, name):
+        study = preset(name).desk().study
+        assert wb.read_study(study.to_toml()) == study
+
+    def test_can_be_looked_at(self, name):
+        moment = look(preset(name).desk())
+        assert moment.status in ("completed", "diverged")
+
+
+class TestList:
+    def test_begins_where_one_starts(self):
+        assert next(iter(PRESETS)) == START
+        desk = preset(START).desk()
+        assert desk.system == wb.paper.system()
+        assert desk.system.stated == {"eta": -24.0, "f": 0.63, "F0": 0.036, "alpha": 1.18}
+
+    def test_groups_are_together(self):
+        """One heading each."""
+        found = [one.group for one in PRESETS.values()]
+        assert [one for i, one in enumerate(found) if i == 0 or found[i - 1] != one] == [*GROUPS]
+
+    def test_titles_differ(self):
+        assert len({one.title for one in PRESETS.values()}) == len(PRESETS)
+
+    def test_titles_say_what_varies(self):
+        assert preset("fig9c").title == "Fig. 9 c: wedge, η = −30"
+        assert preset("fig6c").title == "Fig. 6 c: wedge, f = 1.89, F₀ = 0.114"
+        assert preset("fig16d").title == "Fig. 16 d: conventional, f = 1.3 (20 Hz)"
+        assert preset("fig18a").title == "Fig. 18 a: wedge, angle 0.2 rad"
+        assert preset("fig8b").title == "Fig. 8 b: conventional over η, −120 to 12"
+
+    @pytest.mark.parametrize("name", ["fig9x", "", None, 3, "FIG9C"])
+    def test_an_unknown_name(self, name):
+        with pytest.raises(wb.InputError, match=r"^preset = .*: not known\. (Did|Allowed)"):
+            preset(name)
+
+
+class TestPaper:
+    def test_has_all_printed_cases(self):
+        """In the order of the rows; of figure 6 without the one that the laboratory adds."""
+        rows = {
+            6: [one for i, one in enumerate(responses.STICK_SLIP.cases) if i != 1],
+            9: responses.SLOPES.cases,
+            12: responses.FORCES.cases,
+            15: responses.OVER_F.cases,
+            18: responses.ANGLES.cases,
+        }
+        others = {7: 6, 10: 9, 13: 12, 16: 15}
+        rows |= {
+            number: [c.at(brake=CONVENTIONAL) for c in rows[of]] for number, of in others.items()
+        }
+        names = {
+            f"fig{number}{'abcdef'[i]}" for number, cases in rows.items() for i in range(len(cases))
+        }
+        assert names == {name for name, one in PRESETS.items() if one.group == GROUPS[0]} - {
+            START,
+            "as-printed",
+        }
+        for number, cases in rows.items():
+            for letter, case in zip("abcdef", cases, strict=False):
+                assert preset(f"fig{number}{letter}").desk().system == CORRECTED.system(
+                    case, "coulomb"
+                )
+
+    def test_frequencies_are_whole_hertz(self):
+        """63 rad/s and the like are of the paper; its cases run at 5, 10, ... Hz."""
+        found = [preset(f"fig15{one}").desk().system.excitation.frequency for one in "abcde"]
+        assert found == pytest.approx([5.0, 10.0, 16.0, 20.0, 33.0], rel=1e-12)
+        assert len(FREQUENCIES) == 5
+
+    @pytest.mark.parametrize("name", PLANS)
+    def test_has_all_diagrams(self, name):
+        plan, desk = PLANS[name], preset(f"fig{name}").desk()
+        assert desk.view.plate == "diagram"
+        assert desk.view.axis == plan.name
+        assert span(desk, plan.name) == (plan.low, plan.high)
+        assert desk.system == CORRECTED.system(plan.base, "coulomb")
+        assert desk.system.brake.kind == {"a": WEDGE, "b": CONVENTIONAL}.get(name[-1], WEDGE)
+
+    def test_runs_as_long_as_the_paper(self):
+        for name in PRESETS:
+            if name.startswith("fig"):
+                desk = preset(name).desk()
+                frequency = desk.system.excitation.frequency
+                assert 25.0 <= desk.periods / frequency + 1e-9 < 25.0 + 1.0 / frequency
+
+    def test_as_printed_diverges(self):
+        desk, response = simulated("as-printed")
+        assert response.attrs["status"] == "diverged"
+        assert (desk.system.driveline.damping, desk.system.friction.static) == (1.0, 0.33)
+        assert not desk.system.actuation.release
+
+    def test_chaos_where_the_paper_has_it(self):
+        desk = preset("fig9c").desk()
+        assert wb.motion(desk.system, max_events=MOST_EVENTS).kind == "chaotic"
+
+
+class TestOthers:
+    @pytest.mark.parametrize("name", ["band", "falling-friction"])
+    def test_stick_and_slip_about_the_drive_speed(self, name):
+        """Rest is relative to the drum: the shaft is carried back, and lets go, again and again."""
+        desk, response = simulated(name)
+        speed = desk.system.driveline.drive_speed
+        sticks = wb.sticks(response)
+        assert sticks.attrs["class"] == "unidirectional stick-slip"
+        assert sticks.attrs["count"] > 50
+        velocity = response["velocity"].to_numpy()[-2000:]
+        sticking = response["sticking"].to_numpy()[-2000:] == 1
+        assert np.all(velocity[sticking] == -speed)
+        assert float(np.max(velocity)) > 0.9 * speed
+        assert float(np.min(velocity)) >= -speed * (1.0 + 1e-12)
+
+    def test_falling_friction_is_what_drives_it(self):
+        """Friction constant in speed lets the same start decay."""
+        desk, _ = simulated("falling-friction")
+        speeds, coefficients = zip(*desk.system.friction.nodes(), strict=True)
+        sliding = desk.system.brake.radius * desk.system.driveline.drive_speed
+        level = wb.CoulombFriction(kinetic=float(np.interp(sliding, speeds, coefficients)))
+        response = wb.simulate(
+            desk.system.replace(friction=level), periods=250, initial=desk.study.run.initial
+        )
+        assert wb.sticks(response).attrs["class"] == "non-stick-slip"
+        assert float(np.ptp(response["velocity"].to_numpy()[-500:])) < 0.01
+
+    def test_the_wedge_locks_itself(self):
+        desk, response = simulated("self-locking")
+        assert math.tan(desk.system.brake.angle) < desk.system.friction.kinetic
+        assert wb.stability(desk.system).self_locking == "kinetic"
+        assert float(np.max(response["velocity"])) == 0.0
+        assert look(desk).motion.kind == "at rest"
+
+    def test_the_shoe_sticks(self):
+        desk, response = simulated("leading-shoe")
+        assert desk.system.brake.kind == "leading-shoe"
+        assert wb.sticks(response).attrs["class"] == "bidirectional stick-slip"

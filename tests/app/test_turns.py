@@ -1,0 +1,173 @@
+"""Work in turns: the newest wish wins, others have their turns, failures are sentences."""
+
+import threading
+import time
+
+import pytest
+
+from wedgebrake.app.turns import Turns
+from wedgebrake.errors import InputError
+
+
+@pytest.fixture
+def turns():
+    made = Turns(threads=2)
+    yield made
+    made.close()
+
+
+def directly(call):
+    call()
+
+
+def until(condition, seconds=10.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.001)
+
+
+def unexpected(words):
+    raise AssertionError(words)
+
+
+def test_every_step_is_shown_and_then_the_end(turns):
+    seen = []
+    lane = turns.lane(directly)
+    lane.start(iter([1, 2, 3]), seen.append, unexpected, finished=lambda: seen.append("end"))
+    until(lambda: not lane.busy)
+    assert seen == [1, 2, 3, "end"]
+
+
+def test_newer_work_replaces_older(turns):
+    seen, running, go = [], threading.Event(), threading.Event()
+
+    def old():
+        running.set()
+        assert go.wait(10)
+        yield "old"
+        yield "older"
+
+    lane = turns.lane(directly)
+    lane.start(old(), seen.append, unexpected)
+    assert running.wait(10)
+    lane.start(iter(["new"]), seen.append, unexpected)
+    go.set()
+    until(lambda: not lane.busy)
+    assert seen == ["new"]
+
+
+def test_work_that_nobody_wants_is_closed(turns):
+    closed, running = threading.Event(), threading.Event()
+
+    def endless():
+        try:
+            while True:
+                running.set()
+                time.sleep(0.001)
+                yield 0
+        finally:
+            closed.set()
+
+    lane = turns.lane(directly)
+    lane.start(endless(), lambda _: None, unexpected)
+    assert running.wait(10)
+    lane.stop()
+    assert closed.wait(10)
+    assert not lane.busy
+
+
+def test_a_slow_page_gets_the_newest_result_only(turns):
+    calls, seen = [], []
+    lane = turns.lane(calls.append)
+    lane.start(iter(range(100)), seen.append, unexpected, finished=lambda: seen.append("end"))
+    until(lambda: len(calls) == 2)  # one to show what there is, one for the end
+    for call in calls:
+        call()
+    assert seen == [99, "end"]
+
+
+def test_what_is_urgent_comes_first_and_finer_work_waits(turns):
+    order, lock = [], threading.Lock()
+    blocked, go = threading.Barrier(3), threading.Event()
+
+    def block():
+        blocked.wait(10)
+        assert go.wait(10)
+        yield None
+
+    def steps(name, count):
+        for _ in range(count):
+            with lock:
+                order.append(name)
+            yield None
+
+    blockers = [turns.lane(directly) for _ in range(2)]
+    for lane in blockers:
+        lane.start(block(), lambda _: None, unexpected)
+    blocked.wait(10)
+    lanes = [turns.lane(directly) for _ in range(2)]
+    lanes[0].start(steps("picture", 3), lambda _: None, unexpected, urgency=1, later=3)
+    lanes[1].start(steps("motion", 1), lambda _: None, unexpected, urgency=0)
+    go.set()
+    until(lambda: not any(lane.busy for lane in lanes))
+    assert sorted(order[:2]) == ["motion", "picture"]
+    assert order.count("picture") == 3
+
+
+def test_a_pause_keeps_finer_work_from_beginning(turns):
+    times = []
+
+    def steps():
+        for _ in range(3):
+            times.append(time.monotonic())
+            yield None
+
+    lane = turns.lane(directly)
+    lane.start(steps(), lambda _: None, unexpected, pause=0.2)
+    until(lambda: not lane.busy)
+    assert times[1] - times[0] >= 0.19
+    assert times[2] - times[1] < 0.15
+
+
+def test_failures_are_told_as_sentences(turns, caplog):
+    def wrong():
+        yield 1
+        raise InputError("eta = 3: must be something else.")
+
+    def broken():
+        raise ZeroDivisionError("oh")
+        yield
+
+    for steps, words in ((wrong(), "eta = 3"), (broken(), "internal error: ZeroDivisionError: oh")):
+        seen, told = [], []
+        lane = turns.lane(directly)
+        lane.start(steps, seen.append, told.append)
+        until(lambda lane=lane: not lane.busy)
+        assert told[0].startswith(words)
+    assert "a turn failed" in caplog.text
+
+
+def test_a_failure_of_unwanted_work_is_not_told(turns):
+    told, running, go = [], threading.Event(), threading.Event()
+
+    def wrong():
+        running.set()
+        assert go.wait(10)
+        raise InputError("too late")
+        yield
+
+    lane = turns.lane(directly)
+    lane.start(wrong(), lambda _: None, told.append)
+    assert running.wait(10)
+    lane.stop()
+    go.set()
+    time.sleep(0.05)
+    assert told == []
+
+
+def test_closing_ends_the_threads():
+    turns = Turns(threads=2)
+    before = threading.active_count()
+    turns.close()
+    until(lambda: threading.active_count() <= before - 2)
