@@ -123,6 +123,8 @@ def test_initial_state(desk):
         ({"spans": {"eta": [2, 1]}}, "must lie below"),
         ({"spans": {"nonsense": [1, 2]}}, "nonsense"),
         ({"spans": {"eta": [float("-inf"), 1]}}, "two finite numbers"),
+        ({"spans": {"eta": [-1e308, 1e308]}}, "must lie in [-1e+300, 1e+300]"),
+        ({"self": 1}, "self: cannot be edited"),
         ({"initial_angle": "x"}, "run.initial[0] = 'x'"),
         ({"initial": 5}, "initial: cannot be edited"),
         ({"sweep": 5}, "sweep: cannot be edited"),
@@ -187,3 +189,9 @@ def test_unknown_values(desk):
     assert desk.value("loss_factor") == desk.system.groups.loss_factor
     assert desk.value("ghost") is False
     assert dataclasses.replace(desk, view=View(ghost=True)).value("ghost") is True
+
+
+def test_a_force_of_zero_has_no_group_to_go_over(desk):
+    names = axes(desk.edited(initial_force=0.0).system)
+    assert "F0" not in names
+    assert "initial_force" in names

@@ -171,3 +171,20 @@ def test_closing_ends_the_threads():
     before = threading.active_count()
     turns.close()
     until(lambda: threading.active_count() <= before - 2)
+
+
+def test_a_page_that_has_gone_does_not_stop_the_others(turns):
+    """A document that is destroyed refuses all calls; the threads go on."""
+
+    def gone(_):
+        raise AttributeError("no document")
+
+    for _ in range(5):
+        lane = turns.lane(gone)
+        lane.start(iter([1, 2]), unexpected, unexpected)
+        until(lambda lane=lane: not lane.busy)
+    seen = []
+    living = turns.lane(directly)
+    living.start(iter([1, 2]), seen.append, unexpected)
+    until(lambda: not living.busy)
+    assert seen == [1, 2]

@@ -266,3 +266,40 @@ def test_without_a_torque_no_period_of_it_is_named():
     fading = desk.edited(coefficients=[0.3] * 5, static=0.3, damping=0.5, periods=20)
     assert _tile(_of(fading.edited(initial_velocity=0.5)), "motion")["value"] == "fading"
     assert "torque" not in _tile(_of(damped), "motion")["detail"]
+
+
+def test_stuck_to_the_shaft_is_no_sliding():
+    """A wedge that locks itself at rest is carried along by a shaft that turns forwards."""
+    desk = preset("start").desk().edited(static=0.6, drive_speed=2.0)
+    said = _of(desk)
+    assert "Stuck to the turning shaft" in said["headline"]
+    assert said["tone"] == "bad"
+    assert _tile(said, "sticks")["value"] == "always stuck"
+
+
+def test_where_the_brake_locks_at_the_speed_of_the_shaft_there_is_no_sliding():
+    desk = preset("start").desk().edited(friction="smoothed", static=0.5, drive_speed=0.1)
+    said = _of(desk)
+    assert _tile(said, "forward")["value"] == "does not exist"
+    assert "unstable" not in said["headline"].split(".")[1]
+
+
+def test_free_vibration_feeds_on_nothing():
+    desk = preset("band").desk().edited(kinetic=0.25, static=0.25, damping=0.0)
+    assert _tile(_of(desk.edited(drive_speed=30.0)), "motion")["value"] == "free vibration"
+
+
+@pytest.mark.parametrize("changes", [{"shown": 1}, {"frequency": 100.0}, {"frequency": 200.0}])
+def test_of_few_vibrations_no_change_is_told(changes):
+    said = _of(preset("falling-friction").desk().edited(**changes))
+    assert _tile(said, "motion")["value"] == "self-excited"
+    for word in ("growing", "shrinking"):
+        assert word not in _tile(said, "motion")["detail"]
+
+
+def test_of_a_motion_later_than_the_pictures_that_is_told():
+    desk = preset("start").desk().edited(static=0.35, frequency=31.0, periods=120)
+    settled = look(desk, settle=True)
+    assert settled.motion.settling > 120
+    assert "the pictures show the first 120" in verdict(desk, settled)["headline"]
+    assert "the pictures show" not in verdict(desk, look(desk))["headline"]

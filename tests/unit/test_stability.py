@@ -136,3 +136,46 @@ def test_damping_where_the_brake_locks_or_rests():
     for speed in (0.0, np.nan, "1"):
         with pytest.raises(wb.InputError, match="speed = "):
             damping_at(locked, speed)
+
+
+def _turning(friction, speed, **actuation):
+    return wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, damping=0.1, stiffness=4e3, drive_speed=speed),
+        brake=wb.ConventionalBrake(radius=0.2),
+        friction=friction,
+        actuation=wb.Actuation(**{"initial_force": 300.0, "slope": -40.0, **actuation}),
+        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=10.0),
+    )
+
+
+@pytest.mark.parametrize("law", ["coulomb", "smoothed"])
+def test_at_the_release_the_worse_side_counts(law):
+    """Below 300/40 rad/s the falling force feeds vibration; beyond, the driveline alone damps."""
+    friction = {"coulomb": wb.CoulombFriction(kinetic=0.3), "smoothed": wb.SmoothedFriction(
+        kinetic=0.3, static=0.3)}[law]  # fmt: skip
+    system = _turning(friction, 7.5)
+    slope = 0.1 - 0.2 * 40.0 * 0.3
+    assert damping_at(system, 7.5) == pytest.approx(slope, rel=1e-6)
+    assert damping_at(system, 7.4) == pytest.approx(slope, rel=1e-6)
+    assert damping_at(system, 7.6) == pytest.approx(0.1, rel=1e-6)
+    response = wb.simulate(system, periods=100, initial=(1e-4, 0.0))
+    assert np.abs(response["velocity"].values).max() > 1.0
+
+
+def test_at_a_corner_of_a_table_the_worse_side_counts():
+    friction = wb.TabulatedFriction(
+        speeds=(0.0, 0.2, 0.5, 1.0), coefficients=(0.4, 0.35, 0.3, 0.32)
+    )
+    system = _turning(friction, 2.5, slope=0.0)
+    left = 0.1 + 0.2 * 300.0 * (0.30 - 0.35) / (0.3 / 0.2)
+    assert damping_at(system, 2.5) == pytest.approx(left, rel=1e-9)
+
+
+def test_a_table_locks_only_where_friction_is_high():
+    """Locked near rest, sliding at speed: no locking in motion."""
+    table = wb.TabulatedFriction(speeds=(0.0, 0.2, 1.0), coefficients=(0.4, 0.3, 0.2))
+    system = wb.paper.system().replace(friction=table)
+    assert wb.stability(system).self_locking == "static"
+    assert np.isfinite(damping_at(system, 6.0))
+    higher = wb.TabulatedFriction(speeds=(0.0, 1.0), coefficients=(0.5, 0.4))
+    assert wb.stability(wb.paper.system().replace(friction=higher)).self_locking == "kinetic"

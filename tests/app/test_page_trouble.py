@@ -1,0 +1,40 @@
+"""What the page does in trouble: no picture of a machine, a server that is gone, a slip."""
+
+import pytest
+from playwright.sync_api import expect
+
+from conftest import Browsing, Server
+
+
+def test_a_machine_without_a_picture_says_so_and_goes_on(visit):
+    screen = visit()
+    screen("preset").select_option("falling-friction")
+    expect(screen("headline")).to_contain_text("Vibrates by itself at 10 Hz")
+    screen("tab-stability").click()
+    expect(screen("panel-stability")).to_contain_text("a table of friction has many")
+    expect(screen("legend")).to_be_empty()
+    screen.type("damping", 20.0)
+    expect(screen("headline")).to_contain_text("linearly stable")
+
+
+def test_the_list_of_machines_says_what_lies_on_the_desk(visit):
+    screen = visit()
+    screen("preset").select_option("fig9c")
+    expect(screen("input-eta")).to_have_value("-30")
+    screen.type("eta", -5.0)
+    expect(screen("preset")).to_have_value("")
+    screen("preset").select_option("fig9c")
+    expect(screen("input-eta")).to_have_value("-30")
+    expect(screen("preset")).to_have_value("fig9c")
+
+
+@pytest.mark.usefixtures("chromium")
+def test_a_lost_connection_is_told(chromium):
+    server = Server()
+    browsing = Browsing(chromium, server.url)
+    screen = browsing.open()
+    assert server.stop() == 0
+    expect(screen("lost")).to_contain_text("reload the page")
+    expect(screen("area-machine")).to_have_attribute("inert", "")
+    browsing.keep("a_lost_connection_is_told")
+    browsing.close()
