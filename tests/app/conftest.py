@@ -1,66 +1,8 @@
 """The explorer as a user meets it: the command started, its page in the real Chromium."""
 
-import os
-import re
-import shutil
-import subprocess
-import sys
-import threading
-from pathlib import Path
-
 import pytest
-from screen import Screen
-
-CHROMIUM = os.environ.get("WEDGEBRAKE_CHROMIUM") or next(
-    (found for name in ("chromium", "chromium-browser", "google-chrome") if
-     (found := shutil.which(name))), None
-)  # fmt: skip
-FLAGS = [
-    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-]  # fmt: skip
-SCREENSHOTS = Path("out/screenshots")
-_START = 120.0
-_PATIENCE = 60_000  # ms: others may use the processors too
-
-
-class Server:
-    """The command ``wedgebrake app``, running."""
-
-    def __init__(self, *arguments):
-        command = [sys.executable, "-m", "wedgebrake", "app", "--port", "0", "--no-browser"]
-        self.process = subprocess.Popen(
-            [*command, *arguments], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
-        )
-        self.lines: list[str] = []
-        self._told = threading.Event()
-        self._listener = threading.Thread(target=self._listen, daemon=True)
-        self._listener.start()
-        assert self._told.wait(_START), "".join(self.lines)
-        self.url = re.search(r"http://\S+", "".join(self.lines))[0]
-
-    def _listen(self):
-        for line in self.process.stderr:
-            self.lines.append(line)
-            if "http://" in line:
-                self._told.set()
-        self._told.set()
-
-    @property
-    def said(self):
-        """What it has written to standard error."""
-        return "".join(self.lines)
-
-    def stop(self):
-        self.process.terminate()
-        try:
-            return self.process.wait(20)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            raise
-        finally:
-            self._listener.join(5)
-            self.process.stderr.close()
+from browsing import CHROMIUM, FLAGS, PATIENCE, Browsing
+from command import Server
 
 
 @pytest.fixture(scope="session")
@@ -83,49 +25,11 @@ def chromium():
         )
     from playwright.sync_api import expect, sync_playwright
 
-    expect.set_options(timeout=_PATIENCE / 2)
+    expect.set_options(timeout=PATIENCE / 2)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser
         browser.close()
-
-
-class Browsing:
-    """Pages opened for a test, and what their consoles complain of."""
-
-    def __init__(self, chromium, url):
-        self._chromium, self._url = chromium, url
-        self._contexts, self.complaints = [], []
-
-    def open(self, width=1440, height=900, prepare=None):
-        """Open the explorer in a browser of its own, and wait until it is ready.
-
-        prepare : called with Playwright's page before it is sent there
-        """
-        context = self._chromium.new_context(viewport={"width": width, "height": height})
-        self._contexts.append(context)
-        page = context.new_page()
-        page.set_default_timeout(_PATIENCE)
-        hear = self.complaints.append
-        page.on("pageerror", lambda error: hear(str(error)))
-        page.on("console", lambda said: said.type == "error" and hear(said.text))
-        page.on("requestfailed", lambda sent: hear(f"{sent.url}: {sent.failure}"))
-        if prepare is not None:
-            prepare(page)
-        page.goto(self._url)
-        page.locator(".explorer[data-motion]").wait_for()
-        return Screen(page)
-
-    def keep(self, name):
-        """Keep a picture of every page."""
-        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
-        name = re.sub(r"[^\w-]+", "-", name).strip("-")
-        for number, context in enumerate(self._contexts):
-            context.pages[0].screenshot(path=SCREENSHOTS / f"{name}{number or ''}.png")
-
-    def close(self):
-        for context in self._contexts:
-            context.close()
 
 
 @pytest.fixture

@@ -134,9 +134,7 @@ def test_another_parameter_from_here_to_there(screen):
 
 WRONG_ENDS = [
     ("from", "50", ["eta from 50 to 12", "below the last"]),
-    ("to", "-120", ["eta from -120 to -120", "below the last"]),
     ("to", "far", ["eta", "two finite numbers"]),
-    ("from", "", ["eta", "two finite numbers"]),
     ("from", "-1e400", ["eta", "two finite numbers"]),
 ]
 

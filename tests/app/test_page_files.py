@@ -165,19 +165,20 @@ def export(screen, form):
 
 
 def test_pictures(screen, desk):
-    sizes = {}
-    for form in ("png", "diagram-png"):
+    for form, expected in (("png", "response.png"), ("diagram-png", "diagram.png")):
         name, content = export(screen, form)
-        assert name == ("response.png" if form == "png" else "diagram.png")
+        assert name == expected
         assert content[:8] == b"\x89PNG\r\n\x1a\n"
-        sizes[form] = struct.unpack(">II", content[16:24])
-    assert all(min(size) > 600 for size in sizes.values()), sizes
-    for form in ("svg", "diagram-svg"):
+        assert min(struct.unpack(">II", content[16:24])) > 600, name
+    screen("tab-stability").click()
+    expect(screen("tab-stability")).to_have_attribute("aria-selected", "true")
+    expect(screen("across-from")).to_be_visible()
+    for form, expected in (("svg", "response.svg"), ("diagram-svg", "stability.svg")):
         name, content = export(screen, form)
-        assert name.endswith(".svg")
+        assert name == expected
         root = ET.fromstring(content)  # noqa: S314 - our own
         assert root.tag == "{http://www.w3.org/2000/svg}svg"
-        assert len(list(root.iter("{http://www.w3.org/2000/svg}path"))) > 20
+        assert len(list(root.iter("{http://www.w3.org/2000/svg}path"))) > 12
 
 
 def test_data(screen, desk):

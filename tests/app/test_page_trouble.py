@@ -1,9 +1,8 @@
 """What the page does in trouble: no picture of a machine, a server that is gone, a slip."""
 
-import pytest
+from command import Server
 from playwright.sync_api import expect
-
-from conftest import Browsing, Server
+from screen import Screen
 
 
 def test_a_machine_without_a_picture_says_so_and_goes_on(visit):
@@ -28,13 +27,14 @@ def test_the_list_of_machines_says_what_lies_on_the_desk(visit):
     expect(screen("preset")).to_have_value("fig9c")
 
 
-@pytest.mark.usefixtures("chromium")
 def test_a_lost_connection_is_told(chromium):
     server = Server()
-    browsing = Browsing(chromium, server.url)
-    screen = browsing.open()
+    context = chromium.new_context(viewport={"width": 1440, "height": 900})
+    page = context.new_page()
+    page.goto(server.url)
+    page.locator(".explorer[data-motion]").wait_for(timeout=60_000)
     assert server.stop() == 0
+    screen = Screen(page)
     expect(screen("lost")).to_contain_text("reload the page")
     expect(screen("area-machine")).to_have_attribute("inert", "")
-    browsing.keep("a_lost_connection_is_told")
-    browsing.close()
+    context.close()

@@ -110,6 +110,11 @@ class Client:
         """Leave."""
         self._socket.close()
 
+    def vanish(self) -> None:
+        """Be gone without a word, as a browser that is killed."""
+        self._socket.protocol.stream.close()
+        self.close()
+
     async def leave(self) -> None:
         """Leave, and wait until that is so."""
         self.close()

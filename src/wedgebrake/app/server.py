@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import errno
 import logging
 import signal
@@ -13,6 +14,7 @@ from typing import Any
 import panel as pn
 from bokeh.server.util import check_allowlist, create_hosts_allowlist
 from tornado.ioloop import IOLoop
+from tornado.websocket import WebSocketClosedError
 
 from wedgebrake.app.desk import Desk
 from wedgebrake.app.explorer import Explorer
@@ -105,7 +107,9 @@ def started(
             pn.state.on_session_destroyed(gone)
         return opened
 
-    logging.getLogger("tornado.access").setLevel(logging.ERROR)
+    # A browser that goes away while it is written to is no news.
+    for name in ("tornado.access", "bokeh.server.views.ws"):
+        logging.getLogger(name).setLevel(logging.ERROR)
     server = pn.serve(
         {"/": page}, port=number, address=address, websocket_origin=admitted,
         show=False, start=False, title=_TITLE, verbose=False,
@@ -113,7 +117,14 @@ def started(
         check_unused_sessions_milliseconds=_LOOK, unused_session_lifetime_milliseconds=_KEEP,
     )  # fmt: skip
     server.start()
+    IOLoop.current().asyncio_loop.set_exception_handler(_heard)  # type: ignore[attr-defined]
     return server, f"http://{_host(address)}:{number}/"
+
+
+def _heard(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Report what went wrong in the loop, but not that a browser has gone."""
+    if not isinstance(context.get("exception"), WebSocketClosedError):
+        loop.default_exception_handler(context)
 
 
 def _warm(turns: Turns, desk: Desk) -> None:
