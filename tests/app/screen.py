@@ -78,6 +78,11 @@ class Screen:
         self.page.keyboard.press("Escape")
         self.page.mouse.move(2, 450)
         self.page.evaluate("scrollTo(0, 0)")
+        # What a preset leaves as it is.
+        if self("ghost").is_checked():
+            self("ghost").uncheck()
+        if self("input-shown").input_value() != "12":
+            self.type("shown", 12)
         self("preset").select_option("start")
         expect(self("tab-diagram")).to_have_attribute("aria-selected", "true")
         expect(self("input-eta")).to_have_value("-24")
