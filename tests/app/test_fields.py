@@ -10,7 +10,8 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.app.desk import Desk, axes, new_desk
-from wedgebrake.app.fields import scale, sections, span
+from wedgebrake.app.fields import sections
+from wedgebrake.app.spans import scale, span
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction

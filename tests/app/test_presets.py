@@ -9,10 +9,10 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.app.desk import axes
-from wedgebrake.app.fields import span
 from wedgebrake.app.limits import MOST_EVENTS, MOST_PERIODS
 from wedgebrake.app.moment import look
 from wedgebrake.app.presets import PRESETS, START, preset
+from wedgebrake.app.spans import span
 from wedgebrake.paper.assumptions import CONVENTIONAL, CORRECTED, WEDGE
 from wedgebrake.paper.diagrams import FREQUENCIES, PLANS
 from wedgebrake.paper.figures import responses

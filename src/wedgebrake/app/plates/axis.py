@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.app.desk import Desk
-from wedgebrake.app.fields import label, scale, span, symbol
+from wedgebrake.app.fields import label, symbol
+from wedgebrake.app.spans import scale, span
 from wedgebrake.model.swept import sweepable
 
 FloatArray = NDArray[np.float64]
