@@ -261,6 +261,9 @@ def test_without_a_torque_no_period_of_it_is_named():
     said = _of(desk)
     assert "Vibrates by itself at 10 Hz, without a torque" in said["headline"]
     assert (_tile(said, "motion")["value"], said["tone"]) == ("self-excited", "warn")
+    # However short the periods are that nothing is driven with.
+    for hertz in (10.0, 20.0, 40.0):
+        assert "Vibrates by itself at " in _of(desk.edited(frequency=hertz))["headline"]
     damped = desk.edited(damping=20.0, initial_angle=0.0)
     assert _tile(_of(damped), "motion")["value"] == "steady"
     fading = desk.edited(coefficients=[0.3] * 5, static=0.3, damping=0.5, periods=20)

@@ -48,6 +48,8 @@ class Moment:
                      : (n,) the last shown periods [s] [rad] [rad/s], torque of the brake and of
                        the drive [N m], whether the brake sticks; all empty below 2 samples. Of
                        a run that met a limit, of its beginning
+    settled          : (r,) velocity over the recorded periods [rad/s]; empty where the run
+                       ended early
     sticks           : (k, 3) start, end [s], sign of the sliding velocity before (0: none)
     section_angle, section_velocity : (m,) Poincare points of the recorded periods
     frequency, amplitude : (l,) spectrum of the velocity over the recorded periods, up to the
@@ -70,6 +72,7 @@ class Moment:
     drive: FloatArray
     sticking: NDArray[np.bool_]
     sticks: FloatArray
+    settled: FloatArray
     section_angle: FloatArray
     section_velocity: FloatArray
     frequency: FloatArray
@@ -110,8 +113,9 @@ def _look(desk: Desk, settle: bool) -> Moment:
         status=recorded.attrs["status"],
         message=recorded.attrs["message"],
         **_samples(seen, run.first_shown - run.early),
-        section_angle=_settled(recorded, desk, "poincare_angle"),
-        section_velocity=_settled(recorded, desk, "poincare_velocity"),
+        settled=run.settled(recorded) if complete else np.empty(0),
+        section_angle=_section(recorded, desk, "poincare_angle"),
+        section_velocity=_section(recorded, desk, "poincare_velocity"),
         frequency=frequency,
         amplitude=amplitude,
         forcing=forcing,
@@ -206,6 +210,11 @@ class _Run:
         start = _state(points[0]) if len(points) else self.initial
         return motion(self.system, desk.periods, transient=desk.transient, initial=start, **options)
 
+    def settled(self, response: xr.Dataset) -> FloatArray:
+        """Velocity over the recorded periods [rad/s]."""
+        first = np.searchsorted(response["time"], self.first_recorded - self.early)
+        return np.asarray(response["velocity"])[first:]
+
     def spectrum(
         self, response: xr.Dataset, forcing: float, natural: float
     ) -> tuple[FloatArray, FloatArray]:
@@ -261,7 +270,7 @@ def _samples(response: xr.Dataset, first: float) -> dict[str, Any]:
     return {**values, "sticking": sticking, "sticks": sticks}
 
 
-def _settled(response: xr.Dataset, desk: Desk, name: str) -> FloatArray:
+def _section(response: xr.Dataset, desk: Desk, name: str) -> FloatArray:
     """Of the Poincare points, those of the recorded periods."""
     numbers = response["period"].to_numpy()
     first = numbers[0] if numbers.size else 0

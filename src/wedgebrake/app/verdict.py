@@ -229,7 +229,7 @@ def _undriven(desk: Desk, moment: Moment) -> tuple[str, str, str, str] | None:
     line = desk.system.driveline
     if desk.system.excitation.amplitude > 0.0 or moment.status != "completed":
         return None
-    velocity = moment.velocity
+    velocity = moment.settled
     if moment.motion.kind == "at rest" or velocity.size < _SEEN or _stuck(desk, moment.motion):
         return None
     early, late = (float(np.ptp(half)) for half in np.array_split(velocity, 2))
