@@ -4,7 +4,7 @@ Measured in the real Chromium, from the release of a slider to the second frame 
 the new motion, or the new diagram, has arrived; and with twenty sessions over websockets for a
 minute, each of which moves a slider every two seconds.
 
-    python benchmarks/explorer.py [--seconds 60]
+    python benchmarks/explorer.py [--seconds 60] [--rounds 3]
 """
 
 import argparse
@@ -149,12 +149,14 @@ def show(name, values, unit="ms"):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0)
-    seconds = parser.parse_args().seconds
+    parser.add_argument("--rounds", type=int, default=3, help="do later ones need more memory?")
+    given = parser.parse_args()
+    seconds = given.seconds
     process, url, lines = serve()
     try:
         for name, values in in_browser(url).items():
             show(name, values)
-        for round_ in (1, 2):  # the second shows that memory does not grow
+        for round_ in range(1, given.rounds + 1):
             times, errors, memory = asyncio.run(many_sessions(url, seconds, process))
             show(f"{_SESSIONS} sessions, {seconds:g} s, round {round_}", [1e3 * t for t in times])
             print(f"  errors: {errors or 'none'}")
