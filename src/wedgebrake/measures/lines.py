@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
+from wedgebrake.measures.spectrum import window_weights
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -154,14 +155,12 @@ class _Window:
     """|Transform| of a window of n samples over the distance in bins, 1 at 0."""
 
     def __init__(self, window: str, n: int) -> None:
-        from scipy.signal import windows
-
         try:
             name = ast.literal_eval(window)
         except (ValueError, SyntaxError):
             name = window
         size = min(n, _LONGEST)
-        weights = np.asarray(windows.get_window(name, size, fftbins=True), dtype=float)
+        weights = window_weights(name, size)
         self.weights = weights / weights.sum()
         self.table = np.abs(np.fft.rfft(self.weights, _FINE * size))
 

@@ -64,14 +64,13 @@ def spectrum(
         finite, or times that are not equally spaced.
     """
     import xarray as xr
-    from scipy.signal import windows
 
     times, values = _samples(response, quantity, start, stop)
     interval = _interval(times)
     known = frequencies(response)
     n = _whole_periods(times, interval, known.get("forcing_frequency", 0.0))
     try:
-        weights = np.asarray(windows.get_window(window, n, fftbins=True), dtype=float)
+        weights = window_weights(window, n)
     except (ValueError, TypeError) as error:
         raise InputError(
             f"window = {window!r}: not a window of scipy.signal.windows ({error}). For"
@@ -110,6 +109,18 @@ def spectrum(
         **known,
     }
     return dataset
+
+
+def window_weights(window: str | tuple[Any, ...], n: int) -> FloatArray:
+    """The n >= 2 weights of a window of ``scipy.signal.windows``, for use with the FFT.
+
+    Raises ``ValueError`` or ``TypeError`` for what is no window.
+    """
+    if window == "hann":  # the usual one, without the half second that scipy.signal takes to load
+        return 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1)[:-1])
+    from scipy.signal import windows
+
+    return np.asarray(windows.get_window(window, n, fftbins=True), dtype=float)
 
 
 def frequencies(response: xr.Dataset) -> dict[str, float]:

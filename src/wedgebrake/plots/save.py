@@ -64,5 +64,22 @@ def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
     # Just above, as the size in pixels is cut to whole numbers.
     dpi = width / figure.get_figwidth() * (1.0 + 1e-9)
     with style.use():
-        figure.savefig(content, format=kind, dpi=dpi, metadata=_METADATA[kind])
+        if kind == "png":
+            _paint(figure, dpi, content)
+        else:
+            figure.savefig(content, format=kind, dpi=dpi, metadata=_METADATA[kind])
     return content.getvalue()
+
+
+def _paint(figure: Figure, dpi: float, content: io.BytesIO) -> None:
+    """Write a figure as PNG: the bytes of ``savefig``, which draws twice, in half the time."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas, usual = figure.canvas, figure.dpi
+    try:
+        painter = FigureCanvasAgg(figure)
+        figure.dpi = dpi
+        painter.print_png(content, metadata=_METADATA["png"])
+    finally:
+        figure.dpi = usual
+        figure.set_canvas(canvas)
