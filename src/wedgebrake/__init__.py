@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         Brake,
         ConventionalBrake,
         LeadingShoeBrake,
+        LeverBrake,
         WedgeBrake,
     )
     from wedgebrake.model.characteristic import Characteristic
@@ -80,6 +81,7 @@ _HOMES = {
     "HarmonicTorque": "model.excitation",
     "InputError": "errors",
     "LeadingShoeBrake": "model.brakes",
+    "LeverBrake": "model.brakes",
     "Motion": "measures.motion",
     "Orbit": "orbits.orbit",
     "OutputError": "errors",
@@ -132,6 +134,7 @@ __all__ = [
     "HarmonicTorque",
     "InputError",
     "LeadingShoeBrake",
+    "LeverBrake",
     "Motion",
     "Orbit",
     "OutputError",

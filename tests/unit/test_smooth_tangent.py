@@ -12,7 +12,8 @@ from scipy.linalg import expm
 
 import wedgebrake as wb
 from equations import angular_frequency, gain
-from wedgebrake._kernels import codes, smooth_tangent
+from wedgebrake._kernels import codes, series, smooth_tangent
+from wedgebrake.solvers import smooth
 from wedgebrake.solvers.smooth import PeriodMap, period_map, problem
 from wedgebrake.solvers.trajectory import EventKind
 
@@ -141,14 +142,25 @@ def torque_slope(system, v):
 def test_slope_of_the_torque_never_looks_across_a_kink(system, beyond):
     """Sliding speeds from the layer to the release, which a stage may pass, and the mirror."""
     given = problem(system, 1e-9)
+    laws, numbers = smooth._laws(system), smooth._numbers(system)
     release, reach = system.actuation.release_speed, 0.5 * math.pi * given.band
     inside = math.nextafter(release, 0.0)
     for low, high, sign in ((0.0, release, 1.0), (-release, 0.0, -1.0)):
         for v in (sign * (release + beyond), -sign * beyond):
             arm = smooth_tangent._ARM * (abs(v) + reach)
-            got = smooth_tangent._slope(given.laws, given.numbers, v, low, high, arm)
+            got = smooth_tangent._slope(laws, numbers, v, low, high, arm)
             nearest = sign * min(max(sign * v, 0.0), inside)
             assert got == pytest.approx(torque_slope(system, nearest), rel=1e-9)
+
+
+@pytest.mark.parametrize("system", [paper(), CONVENTIONAL], ids=["wedge", "conventional"])
+def test_slope_of_the_torque_of_a_series(system):
+    """In closed form, from far below the layer to the release."""
+    law = problem(system, 1e-9).series
+    for v in np.geomspace(1e-9, 0.999 * system.actuation.release_speed, 40):
+        for side in (-1.0, 1.0):
+            got = series.torque_slope(law, side, side * v)
+            assert got == pytest.approx(torque_slope(system, side * v), rel=1e-12)
 
 
 def variational(system, state):

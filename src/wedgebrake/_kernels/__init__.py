@@ -18,7 +18,8 @@ point       one system run and judged
 batch       many systems, one after another
 along       a smooth law's torque at many velocities
 dop853      the Dormand-Prince 8(5,3) step with its continuous extension
-smooth      any smooth law: layer by DOP853, saturated speeds in closed form
+series      a step by Taylor series, for mu tanh and brakes whose g is a fraction
+smooth      any smooth law: the layer by series or DOP853, saturated speeds in closed form
 smooth_tangent  the derivative of its flow: the variational equation on the same steps
 ode14x      the paper's fixed-step extrapolated linearly implicit Euler
 

@@ -1,10 +1,13 @@
 """A smooth friction law: numeric near zero speed, closed form where the torque is linear.
 
+A numeric step is a Taylor series where the law is known to be mu tanh and the brake a
+fraction (``series``), and a Runge-Kutta step for any other law (``pair``).
+
 The velocity axis is cut at ``edges``. Two kinds of cut:
 
 kinks     zero sliding speed and the release of the actuation, where the law bends: a step
           ends exactly there, found on DOP853's continuous extension with the rigour of the
-          exact solver (no crossing is missed);
+          exact solver, or on the series (no crossing is missed);
 borders   of the steep layer and of the speeds from which the law is constant to well below
           the tolerance: there only the way of solving changes.
 
@@ -12,6 +15,7 @@ Where the torque is linear, the exact solver's closed form and event search serv
 """
 
 import math
+from functools import cache
 
 from numba import types
 
@@ -43,6 +47,8 @@ from .dop853 import (
 )
 from .flow import BLOCKED, G2, KIND, entry, state_at
 from .flow import acceleration as linear_acceleration
+from .series import SERIES_A, crossing, expand, longest, passes, state
+from .series import acceleration as series_acceleration
 from .slip import HIT_HIGH, HIT_LOW, OUT_OF_PATIENCE, REACHED_END, slip
 from .torque import LAW, SHAPE
 
@@ -50,13 +56,13 @@ LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(6)
 LOG_COLUMNS = 6
 
 # Columns of a row of the trail, one for each step: its stretch, where it starts and its size;
-# for numeric steps also the speeds of the stages, of which the first is the start.
-TRAIL_STRETCH, TRAIL_TIME, TRAIL_THETA, TRAIL_SIZE, TRAIL_SPEEDS = range(5)
+# for Runge-Kutta steps also the speeds of the stages.
+TRAIL_STRETCH, TRAIL_TIME, TRAIL_THETA, TRAIL_W, TRAIL_SIZE, TRAIL_SPEEDS = range(6)
 TRAIL_COLUMNS = TRAIL_SPEEDS + STAGES
 
 # A numeric step may cover this share of the way to the nearest pole of the law, which for
-# tanh(v/band) lies at v = i pi/2 band.
-_SHARE, _POLE = 0.4, 0.5 * math.pi
+# tanh(v/band) lies at v = i pi/2 band: a Runge-Kutta step, and a series.
+_SHARE, _SERIES_SHARE, _POLE = 0.4, 0.6, 0.5 * math.pi
 # A start on a kink is no crossing, nor is what happens within this share of a step: far less
 # than the kink bends there, but more than rounding where the speed grows as time cubed.
 _ON_KINK = 1e-4
@@ -81,14 +87,13 @@ def _write(log, rows, kind, period, t, theta, w, side):
 
 
 @compiled
-def _leave(trail, left, stretch, t, theta, size, speeds):
+def _leave(trail, left, stretch, t, theta, w, size):
     """One row of the trail; the caller has made sure that there is room."""
     trail[left, TRAIL_STRETCH] = stretch
     trail[left, TRAIL_TIME] = t
     trail[left, TRAIL_THETA] = theta
+    trail[left, TRAIL_W] = w
     trail[left, TRAIL_SIZE] = size
-    for i in range(STAGES):
-        trail[left, TRAIL_SPEEDS + i] = speeds[i]
     return left + 1
 
 
@@ -218,6 +223,51 @@ def _numeric_step(
 
 
 @compiled
+def _series_step(
+    plant, law, tolerances, work, reach, side, t, theta, w, h_max, h_left, low, high, tiny, stalled
+):
+    """One step by series, ended at the first kink that it would cross.
+
+    Returns (theta, w, a, size, what); size -1: below ``tiny``. ``stalled`` as for
+    ``_numeric_step``. ``work`` holds the series.
+    """
+    rtol, scale_theta, scale_w = tolerances
+    expand(plant, law, side, t, theta, w, work)
+    a = work[SERIES_A, 0]
+    per_theta = 1.0 / (rtol * (scale_theta + abs(theta)))
+    h = min(longest(work, per_theta, 1.0 / (rtol * (scale_w + abs(w)))), h_max)
+    # Further, and the series could miss the steep layer altogether.
+    furthest = _SERIES_SHARE * (abs(w - plant[5]) + reach)
+    if abs(a) * h > furthest:
+        h = furthest / abs(a)
+    if not h >= tiny:
+        return theta, w, a, -1.0, REACHED_END
+    h = min(h, h_left)
+    theta1, w1, a1, way = state(work, h)
+    size, hit = crossing(work, h, way, low, high, tiny)
+    if hit == REACHED_END or (stalled and size <= tiny):
+        return theta1, w1, a1, h, REACHED_END
+    edge = low if hit == HIT_LOW else high
+    if size <= tiny:
+        return theta, edge, a, 0.0, hit
+    theta, _, a, _ = state(work, size)
+    return theta, edge, a, size, hit
+
+
+@compiled
+def _see_series(work, t, h, period, want_period, want_time, seen, wanted):
+    """States at the wanted times inside a step; the next one wanted."""
+    while wanted < want_time.size and (
+        want_period[wanted] < period
+        or (want_period[wanted] == period and want_time[wanted] <= t + h)
+    ):
+        part = min(h, max(0.0, want_time[wanted] - t))
+        seen[wanted, 0], seen[wanted, 1], _, _ = state(work, part)
+        wanted += 1
+    return wanted
+
+
+@compiled
 def _see_linear(row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen, wanted):
     """Closed-form states at the wanted times up to t; the next one wanted."""
     sin0, cos0 = math.sin(omega * t0), math.cos(omega * t0)
@@ -259,9 +309,8 @@ def _see_numeric(
 
 def _run(
     plant,
-    laws,
-    numbers,
-    tableau,
+    pair,
+    series,
     edges,
     kinks,
     linear,
@@ -288,16 +337,18 @@ def _run(
     """Advance from (period, t, theta, w) to (last_period, last_time).
 
     plant      (J, c, k, T_e, omega, w_rest)
-    laws       (m, its shape, g, its shape), compiled
-    numbers    (radius, initial force, slope, release)
-    tableau    (weights, c, A_extra, c_extra, D, Bernstein matrix)
+    pair       None, or (laws, numbers, tableau) for Runge-Kutta steps, of which
+                 laws     (m, its shape, g, its shape), compiled
+                 numbers  (radius, initial force, slope, release)
+                 tableau  (weights, c, A_extra, c_extra, D, Bernstein matrix)
+    series     None, or the law's numbers for steps by series; one of both is None
     edges      (n-1,) cuts of the velocity axis [rad/s], ascending
     kinks      (n, 2) the nearest kinks below and above each stretch
     linear     (n,) whether the torque is linear; table (n, flow.COLUMNS) its lines
     rest_edge  index of the edge w_rest;  band  half width of the stick band [rad/s]
     tolerances (rtol, scale of angle, scale of velocity)
     want_*     (m,) wanted times, ascending; seen (m, 2) receives (theta, w)
-    work       (SCRATCH_ROWS, dop853.SUMS)
+    work       (SCRATCH_ROWS, dop853.SUMS), scratch
     trail      (n, TRAIL_COLUMNS) receives every step that moved; no rows: not wanted
 
     Returns (outcome, period, t, theta, w, steps, rows, seen count, trail rows).
@@ -311,7 +362,14 @@ def _run(
     trailing = trail.shape[0] > 0
     stalled = False
     h = 1e-3 * h_max
-    a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
+    side = 1.0 if w >= w_rest else -1.0
+    a = 0.0
+    # Numba leaves out a branch whose argument is None.
+    if pair is not None:
+        laws, numbers, tableau = pair
+        a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
+    if series is not None:
+        a = series_acceleration(plant, series, side, drive_at(plant, t), theta, w)
     rising = a > 0.0 or (a == 0.0 and f * omega * math.cos(omega * t) > w2 * w)
     stretch = _stretch_at(edges, w, rising)
     inside = abs(w - w_rest) <= band
@@ -346,7 +404,7 @@ def _run(
             if hit == OUT_OF_PATIENCE:
                 return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
             if trailing:
-                left = _leave(trail, left, stretch, t0, theta0, t - t0, work[_RATE])
+                left = _leave(trail, left, stretch, t0, theta0, w0, t - t0)
             if wanted < want_time.size:
                 wanted = _see_linear(
                     row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen,
@@ -355,29 +413,45 @@ def _run(
             h = min(h_max, 0.3 * abs((w - w_rest) / a))
         else:
             low, high = kinks[stretch, 0], kinks[stretch, 1]
-            theta, w, a, hs, h, hit, attempts = _numeric_step(
-                plant, laws, numbers, tableau, tolerances, work, reach,
-                t, theta, w, a, min(h, h_max), t_end - t, low, high, 1e-15 * length, stalled,
-            )  # fmt: skip
+            hs, attempts = 0.0, 1
+            if pair is not None:
+                theta, w, a, hs, h, hit, attempts = _numeric_step(
+                    plant, laws, numbers, tableau, tolerances, work, reach,
+                    t, theta, w, a, min(h, h_max), t_end - t, low, high, 1e-15 * length, stalled,
+                )  # fmt: skip
+            if series is not None:
+                theta, w, a, hs, hit = _series_step(
+                    plant, series, tolerances, work, reach, 1.0 if low >= w_rest else -1.0,
+                    t, theta, w, h_max, t_end - t, low, high, 1e-15 * length, stalled,
+                )  # fmt: skip
             steps += attempts
             stalled = hs == 0.0
             if hs < 0.0:
                 outcome = NO_SLIDING if h < 0.0 else STEP_LIMIT
                 return outcome, period, t, theta, w, steps, rows, wanted, left
             if trailing and not stalled:
-                left = _leave(trail, left, stretch, t0, theta0, hs, work[_RATE])
+                left = _leave(trail, left, stretch, t0, theta0, w0, hs)
+                if pair is not None:
+                    trail[left - 1, TRAIL_SPEEDS:] = work[_RATE, :STAGES]
             if wanted < want_time.size:
-                wanted = _see_numeric(
-                    plant, laws, numbers, tableau, tolerances, work, theta0, w0, a0, t, hs, period,
-                    want_period, want_time, seen, wanted,
-                )  # fmt: skip
+                if pair is not None:
+                    wanted = _see_numeric(
+                        plant, laws, numbers, tableau, tolerances, work, theta0, w0, a0, t, hs,
+                        period, want_period, want_time, seen, wanted,
+                    )  # fmt: skip
+                if series is not None:
+                    wanted = _see_series(work, t, hs, period, want_period, want_time, seen, wanted)
             t = t_end if t_end - t - hs <= 4e-16 * length else t + hs
 
         if (abs(w - w_rest) <= band) != inside and not linear[stretch]:
             inside = not inside
-            gap0, gap1 = abs(w0 - w_rest) - band, abs(w - w_rest) - band
-            when = t0 + (t - t0) * gap0 / (gap0 - gap1)
             side = 1.0 if (w0 if inside else w) > w_rest else -1.0
+            when = t
+            if pair is not None:
+                gap0, gap1 = abs(w0 - w_rest) - band, abs(w - w_rest) - band
+                when = t0 + (t - t0) * gap0 / (gap0 - gap1)
+            if series is not None:
+                when = t0 + passes(work, t - t0, w_rest + side * band)
             kind = BAND_ENTERED if inside else BAND_LEFT
             rows = _write(log, rows, kind, period, when, theta, w, side)
 
@@ -394,8 +468,9 @@ def _run(
                 rows = _write(log, rows, kind, period, t, theta, w, side)
         elif not linear[stretch]:
             stretch = _stretch_at(edges, w, a > 0.0)
-        if not linear[stretch] and came_linear:
-            a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
+        if pair is not None:  # noqa: SIM102 - one condition alone is left out by Numba
+            if came_linear and not linear[stretch]:
+                a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
 
         if hit == REACHED_END and t >= t_end:
             if final:
@@ -418,10 +493,16 @@ def _signature():
     numbers = types.Tuple((real, real, real, types.boolean))
     tableau = types.Tuple((matrix, vector, matrix, vector, matrix, matrix))
     return (
-        types.UniTuple(real, 6), laws, numbers, tableau, vector, matrix, flags, matrix, whole,
-        real, real, types.UniTuple(real, 3), real, whole, real, real, real, whole, real, whole,
-        matrix, indices, vector, matrix, matrix, matrix,
+        types.UniTuple(real, 6), types.Tuple((laws, numbers, tableau)), types.none, vector, matrix,
+        flags, matrix, whole, real, real, types.UniTuple(real, 3), real, whole, real, real, real,
+        whole, real, whole, matrix, indices, vector, matrix, matrix, matrix,
     )  # fmt: skip
 
 
-run = compiled_for(_signature())(_run)
+run = compiled(_run)
+
+
+@cache
+def run_pair():
+    """``run`` for any laws, compiled when first asked for."""
+    return compiled_for(_signature())(_run)

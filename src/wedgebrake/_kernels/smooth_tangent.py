@@ -7,14 +7,15 @@ A small deviation (x, y) = (d theta, d w) obeys the variational equation
 along the motion, M' the slope of the brake torque over the sliding velocity v. The torque is
 continuous where the law bends, and a step ends there: the deviation does not jump.
 
-In a numeric step the derivative is that of the same Runge-Kutta step (Hairer, Norsett and
-Wanner, Solving Ordinary Differential Equations I, section I.14); where the torque is linear,
-the closed form. The error control sees the motion only, and where that creeps in a steep
-layer, it lets steps grow until deviations in speed would no longer die: such a step is gone
-again in parts.
+In a numeric step the derivative is that of the same series, or of the same Runge-Kutta step
+(Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section I.14); where
+the torque is linear, the closed form. The error control sees the motion only, and where that
+creeps in a steep layer, it lets steps grow until deviations in speed would no longer die: such
+a step is gone again in parts.
 """
 
 import math
+from functools import cache
 
 import numpy as np
 from numba import typed, types
@@ -24,6 +25,7 @@ from .compiling import compiled, compiled_for
 from .dop853 import ROWS, STAGES, SUMS, acceleration, drive_at
 from .dop853 import step as advance
 from .flow import G2, impulse
+from .series import SERIES_ROWS, deviate, expand, state
 from .smooth import (
     LOG_COLUMNS,
     SCRATCH_ROWS,
@@ -33,6 +35,7 @@ from .smooth import (
     TRAIL_STRETCH,
     TRAIL_THETA,
     TRAIL_TIME,
+    TRAIL_W,
     run,
 )
 from .torque import LAW, SHAPE, brake_torque
@@ -110,54 +113,86 @@ def _linear(row, w2, tau, matrix):
 
 
 @compiled
-def carry(plant, laws, numbers, tableau, kinks, linear, table, reach, trail, left, matrix):
+def _through_pair(plant, pair, kinks, reach, row, scratch, matrix):
+    """``matrix`` after the Runge-Kutta step of a ``row`` of the trail."""
+    laws, numbers, tableau = pair
+    weights, c, _, _, _, _ = tableau
+    inertia, damping, w_rest = plant[0], plant[1], plant[5]
+    slopes, sums = scratch[0, :STAGES], scratch[1]
+    stretch, h = int(row[TRAIL_STRETCH]), row[TRAIL_SIZE]
+    low, high = kinks[stretch, 0], kinks[stretch, 1]
+    _slopes(laws, numbers, row[TRAIL_SPEEDS:], w_rest, low, high, reach, slopes)
+    parts = 1 + int(h * (damping + slopes.max()) / inertia / _STIFF)
+    if parts == 1:
+        _numeric(plant, weights, c, h, slopes, sums, matrix)
+        return
+    rate, accel, drive = scratch[2, :ROWS], scratch[3, :ROWS], scratch[4, :ROWS]
+    t, theta, w = row[TRAIL_TIME], row[TRAIL_THETA], row[TRAIL_W]
+    h /= parts
+    a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
+    for _ in range(parts):
+        theta, w, a, _, _ = advance(
+            plant, laws, numbers, weights, c, t, theta, w, a, h, rate, accel, drive, sums
+        )
+        t += h
+        _slopes(laws, numbers, rate, w_rest, low, high, reach, slopes)
+        _numeric(plant, weights, c, h, slopes, sums, matrix)
+
+
+@compiled
+def _through_series(plant, law, rtol, kinks, row, scratch, matrix):
+    """``matrix`` after the series step of a ``row`` of the trail."""
+    stretch, rest = int(row[TRAIL_STRETCH]), row[TRAIL_SIZE]
+    side = 1.0 if kinks[stretch, 0] >= plant[5] else -1.0
+    t, theta, w = row[TRAIL_TIME], row[TRAIL_THETA], row[TRAIL_W]
+    while True:
+        expand(plant, law, side, t, theta, w, scratch)
+        gone = deviate(plant, law, side, rest, rtol, scratch, matrix)
+        if gone >= rest:
+            return
+        theta, w, _, _ = state(scratch, gone)
+        t += gone
+        rest -= gone
+
+
+@compiled
+def carry(plant, pair, series, rtol, kinks, linear, table, reach, trail, left, matrix):
     """Carry the columns of ``matrix`` (2, 2), deviations, along a trail of ``left`` rows.
 
-    plant ... table : as for ``smooth.run``
+    plant ... table : as for ``smooth.run``;  rtol : share of a deviation that a series may err by
     reach : distance of the law's nearest pole from zero sliding speed [rad/s]
     """
-    weights, c, _, _, _, _ = tableau
-    inertia, damping, stiffness, _, _, w_rest = plant
-    slopes, sums = np.empty(STAGES), np.empty(SUMS)
-    rate, accel, drive = np.empty(ROWS), np.empty(ROWS), np.empty(ROWS)
+    scratch = np.empty((SERIES_ROWS, SUMS))
     for row in trail[:left]:
-        stretch, h = int(row[TRAIL_STRETCH]), row[TRAIL_SIZE]
+        stretch = int(row[TRAIL_STRETCH])
         if linear[stretch]:
-            _linear(table[stretch], stiffness / inertia, h, matrix)
+            _linear(table[stretch], plant[2] / plant[0], row[TRAIL_SIZE], matrix)
             continue
-        low, high = kinks[stretch, 0], kinks[stretch, 1]
-        _slopes(laws, numbers, row[TRAIL_SPEEDS:], w_rest, low, high, reach, slopes)
-        parts = 1 + int(h * (damping + slopes.max()) / inertia / _STIFF)
-        if parts == 1:
-            _numeric(plant, weights, c, h, slopes, sums, matrix)
-            continue
-        t, theta, w = row[TRAIL_TIME], row[TRAIL_THETA], row[TRAIL_SPEEDS]
-        h /= parts
-        a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
-        for _ in range(parts):
-            theta, w, a, _, _ = advance(
-                plant, laws, numbers, weights, c, t, theta, w, a, h, rate, accel, drive, sums
-            )
-            t += h
-            _slopes(laws, numbers, rate, w_rest, low, high, reach, slopes)
-            _numeric(plant, weights, c, h, slopes, sums, matrix)
+        if pair is not None:
+            _through_pair(plant, pair, kinks, reach, row, scratch, matrix)
+        if series is not None:
+            _through_series(plant, series, rtol, kinks, row, scratch, matrix)
 
 
 def _period(
-    plant, pair, shapes, numbers, tableau, edges, kinks, linear, table, rest_edge, band, w_diverged,
-    tolerances, h_max, theta, w, max_steps, matrix,
+    plant, given, series, edges, kinks, linear, table, rest_edge, band, w_diverged, tolerances,
+    h_max, theta, w, max_steps, matrix,
 ):  # fmt: skip
     """Advance one period of the torque from its phase 0, with the derivative.
 
-    pair, shapes : the laws of friction and brake, and their shapes; a list, because a
-                   function costs more to pass than a period to solve
+    given  : None, or (laws of friction and brake, their shapes, numbers, tableau); the laws as
+             a list, because a function costs more to pass than a period to solve
     plant ... h_max : as for ``smooth.run``
     matrix : (2, 2) receives the derivative, nan if the period was not completed; no rows:
              not wanted
 
     Returns (outcome, theta, w).
     """
-    laws = (pair[0], shapes[0], pair[1], shapes[1])
+    if given is not None:
+        functions, shapes, numbers, tableau = given
+        pair = ((functions[0], shapes[0], functions[1], shapes[1]), numbers, tableau)
+    if given is None:
+        pair = None
     number, time, seen = np.empty(0, np.int64), np.empty(0), np.empty((0, 2))
     work = np.empty((SCRATCH_ROWS, SUMS))
     room = _ROOM
@@ -165,7 +200,7 @@ def _period(
         log = np.empty((room, LOG_COLUMNS))
         trail = np.empty((room if matrix.shape[0] > 0 else 0, TRAIL_COLUMNS))
         outcome, _, _, theta1, w1, _, _, _, left = run(
-            plant, laws, numbers, tableau, edges, kinks, linear, table, rest_edge, band, w_diverged,
+            plant, pair, series, edges, kinks, linear, table, rest_edge, band, w_diverged,
             tolerances, h_max, 0, 0.0, theta, w, 1, 0.0, max_steps, log, number, time, seen, work,
             trail,
         )  # fmt: skip
@@ -180,23 +215,32 @@ def _period(
             matrix[:, :] = math.nan
         else:
             reach = 0.5 * math.pi * band
-            carry(plant, laws, numbers, tableau, kinks, linear, table, reach, trail, left, matrix)
+            carry(
+                plant, pair, series, tolerances[0], kinks, linear, table, reach, trail, left, matrix
+            )
     return outcome, theta1, w1
 
 
 def _signature():
     real, whole = types.float64, types.int64
     vector, matrix = types.Array(real, 1, "C"), types.Array(real, 2, "C")
+    numbers = types.Tuple((real, real, real, types.boolean))
+    tableau = types.Tuple((matrix, vector, matrix, vector, matrix, matrix))
+    given = types.Tuple((types.ListType(LAW), types.UniTuple(SHAPE, 2), numbers, tableau))
     return (
-        types.UniTuple(real, 6), types.ListType(LAW), types.UniTuple(SHAPE, 2),
-        types.Tuple((real, real, real, types.boolean)),
-        types.Tuple((matrix, vector, matrix, vector, matrix, matrix)), vector, matrix,
+        types.UniTuple(real, 6), given, types.none, vector, matrix,
         types.Array(types.boolean, 1, "C"), matrix, whole, real, real, types.UniTuple(real, 3),
         real, real, real, whole, matrix,
     )  # fmt: skip
 
 
-period = compiled_for(_signature())(_period)
+period_series = compiled(_period)
+
+
+@cache
+def period_pair():
+    """``period`` for any laws, compiled when first asked for."""
+    return compiled_for(_signature())(_period)
 
 
 def _gather(friction, brake):
@@ -207,4 +251,7 @@ def _gather(friction, brake):
     return pair
 
 
-gather = compiled_for((LAW, LAW))(_gather)
+@cache
+def gather():
+    """``_gather``, compiled when first asked for."""
+    return compiled_for((LAW, LAW))(_gather)

@@ -12,8 +12,8 @@ from scipy.integrate import DOP853
 
 from wedgebrake._kernels import along, codes, dop853, flow
 from wedgebrake._kernels import smooth as kernel
-from wedgebrake.model.brakes import Brake
-from wedgebrake.model.friction import SmoothFriction
+from wedgebrake.model.brakes import Brake, LeverBrake
+from wedgebrake.model.friction import SmoothedFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.laws import Shape, brake_law, friction_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
@@ -45,13 +45,16 @@ class _Stretch(NamedTuple):
     slope: float
 
 
+Laws = tuple[Any, Shape, Any, Shape]
+Numbers = tuple[float, float, float, bool]
+
+
 class Problem(NamedTuple):
     """A system as the kernel takes it, in the order of its arguments."""
 
     plant: tuple[float, float, float, float, float, float]
-    laws: tuple[Any, Shape, Any, Shape]
-    numbers: tuple[float, float, float, bool]
-    tableau: tuple[FloatArray, ...]
+    pair: tuple[Laws, Numbers, tuple[FloatArray, ...]] | None
+    series: tuple[float, ...] | None
     edges: FloatArray
     kinks: FloatArray
     linear: NDArray[np.bool_]
@@ -67,7 +70,7 @@ def problem(
     system: BrakedDriveline, rtol: float, angle: float = 0.0, velocity: float = 0.0
 ) -> Problem:
     """The kernel's arguments for a system, a tolerance and an initial state."""
-    line, torque, force = system.driveline, system.excitation, system.actuation
+    line, torque = system.driveline, system.excitation
     friction = system.friction
     assert isinstance(friction, SmoothFriction)  # noqa: S101 - the front door has checked it
     halves = {side: _stretches(system, friction, rtol, side) for side in (-1.0, 1.0)}
@@ -84,12 +87,12 @@ def problem(
     push = torque.amplitude + float(np.max(np.abs(finite))) + _held(system)
     speed = push / (line.inertia * fastest)
     band = friction.transition / system.brake.radius
+    series = _series(system, friction)
     largest = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.drive_speed)
     return Problem(
         plant=(*plant, 0.0 - line.drive_speed),
-        laws=(*friction_law(friction), *brake_law(system.brake)),
-        numbers=(system.brake.radius, force.initial_force, force.slope, force.release),
-        tableau=_tableau(),
+        pair=None if series else (_laws(system), _numbers(system), _tableau()),
+        series=series,
         edges=np.array(cuts) - line.drive_speed,
         kinks=_kinks(system, np.array(cuts)),
         linear=np.array([piece.linear for piece in ordered]),
@@ -100,6 +103,30 @@ def problem(
         tolerances=(rtol, speed / fastest + 1e-300, min(speed, _BAND_SHARE * band / rtol) + 1e-300),
         h_max=2.0 / fastest,
     )
+
+
+def _series(system: BrakedDriveline, friction: SmoothFriction) -> tuple[float, ...] | None:
+    """The numbers of ``_kernels.series``, where a law has a series: mu tanh, g a fraction."""
+    brake, force = system.brake, system.actuation
+    if not isinstance(friction, SmoothedFriction) or not isinstance(brake, LeverBrake):
+        return None
+    if friction.static != friction.kinetic or friction.kinetic == 0.0:
+        return None
+    arms = brake.shape()
+    if not min(arms[:2]) > 0.0 or brake.locks(friction.kinetic) or brake.locks(-friction.kinetic):
+        return None
+    kappa = friction.steepness * brake.radius
+    law = (kappa, friction.kinetic, *arms, brake.radius, force.initial_force, force.slope)
+    return tuple(float(number) for number in law)
+
+
+def _laws(system: BrakedDriveline) -> Laws:
+    return (*friction_law(system.friction), *brake_law(system.brake))  # type: ignore[arg-type]
+
+
+def _numbers(system: BrakedDriveline) -> Numbers:
+    force = system.actuation
+    return system.brake.radius, force.initial_force, force.slope, force.release
 
 
 def _kinks(system: BrakedDriveline, cuts: FloatArray) -> FloatArray:
@@ -191,20 +218,26 @@ def period_map(
     from wedgebrake._kernels import smooth_tangent
 
     matrix = np.empty((2 if derivative else 0, 2))
-    friction, friction_shape, brake, brake_shape = given.laws
-    outcome, angle, velocity = smooth_tangent.period(
-        given.plant, _pair(friction, brake), (friction_shape, brake_shape), *given[2:],
-        angle, velocity, max_steps, matrix,
-    )  # fmt: skip
+    if given.pair is None:
+        run = smooth_tangent.period_series(
+            given.plant, None, given.series, *given[3:], angle, velocity, max_steps, matrix
+        )
+    else:
+        (friction, friction_shape, brake, brake_shape), numbers, tableau = given.pair
+        pair = (_functions(friction, brake), (friction_shape, brake_shape), numbers, tableau)
+        run = smooth_tangent.period_pair()(
+            given.plant, pair, None, *given[3:], angle, velocity, max_steps, matrix
+        )
+    outcome, angle, velocity = run
     return PeriodMap(outcome, angle, velocity, matrix)
 
 
 @cache
-def _pair(friction: Any, brake: Any) -> Any:
+def _functions(friction: Any, brake: Any) -> Any:
     """Two laws as the kernel takes them."""
     from wedgebrake._kernels import smooth_tangent
 
-    return smooth_tangent.gather(friction, brake)
+    return smooth_tangent.gather()(friction, brake)
 
 
 def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -> Trajectory:
@@ -225,7 +258,7 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
         times=times,
         angle=angle,
         velocity=velocity,
-        brake_torque=_brake_torque(given, speed),
+        brake_torque=_brake_torque(system, speed),
         sticking=within(times, sticks),
         period=log[marks, kernel.LOG_PERIOD].astype(np.int64),
         period_angle=log[marks, kernel.LOG_THETA],
@@ -251,9 +284,10 @@ def _run(
     rows = 64 + 24 * max(1, task.end[0] - task.start[0] + 1)
     work = np.empty((kernel.SCRATCH_ROWS, dop853.SUMS))
     no_trail = np.empty((0, kernel.TRAIL_COLUMNS))
+    run = kernel.run if given.pair is None else kernel.run_pair()
     while True:
         log = np.empty((rows, kernel.LOG_COLUMNS))
-        outcome, *final, steps, used, reached, _ = kernel.run(
+        outcome, *final, steps, used, reached, _ = run(
             *given, *task.start, task.angle, task.velocity, *task.end, max_steps, log,
             number, rest, seen, work, no_trail,
         )  # fmt: skip
@@ -263,10 +297,10 @@ def _run(
         rows *= 4
 
 
-def _brake_torque(given: Problem, speed: FloatArray) -> FloatArray:
+def _brake_torque(system: BrakedDriveline, speed: FloatArray) -> FloatArray:
     """R F_mu at sliding velocities [rad/s]."""
     torque = np.empty(speed.size)
-    along.torques(*given.laws, *given.numbers, np.ascontiguousarray(speed), torque)
+    along.torques(*_laws(system), *_numbers(system), np.ascontiguousarray(speed), torque)
     return torque
 
 
