@@ -262,7 +262,7 @@ FILES: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     "missing tables": (
         "[driveline]\ninertia = 1.0\n",
-        ["missing: [brake], [friction], [actuation], [excitation]", "examples/paper.toml"],
+        ["missing: [brake], [friction], [actuation], [excitation]", "`wedgebrake example paper`"],
     ),
     # Kinds.
     "unknown brake": (
@@ -427,7 +427,7 @@ FILES: dict[str, tuple[str | bytes, list[str]]] = {
     "endless steps": (in_run(f"max_steps = {HUGE}"), ["run.max_steps = 1000", "at most 1e+12"]),
     "unknown setting": (in_run("periodes = 5"), ["run.periodes", "Did you mean 'periods'?"]),
     # Not TOML.
-    "empty": (b"", ["is empty", "examples/paper.toml"]),
+    "empty": (b"", ["is empty", "`wedgebrake example paper`"]),
     "blank": (b" \n\n", ["is empty"]),
     "comment only": (b"# later\n", ["missing: [driveline], [brake]"]),
     "decimal comma": (
@@ -489,7 +489,10 @@ ARGUMENTS: dict[str, tuple[list[str], list[str]]] = {
     "study for the schema": (["schema", "ok.toml"], ["ok.toml", "--help"]),
     "value for a switch": (["simulate", "ok.toml", "--json=yes"], ["--json"]),
     # The study.
-    "missing study": (["simulate", "no.toml"], ["no.toml: no such file", "examples/paper.toml"]),
+    "missing study": (
+        ["simulate", "no.toml"],
+        ["no.toml: no such file", "`wedgebrake example paper`"],
+    ),
     "folder for a study": (["simulate", "."], [".: is a directory", "a study file in it"]),
     "nothing for a study": (["simulate", ""], ["is a directory"]),
     "file for a folder": (["stability", "ok.toml/a.toml"], ["ok.toml/a.toml: cannot be read"]),

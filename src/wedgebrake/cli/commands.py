@@ -24,9 +24,9 @@ app = typer.Typer(
     name="wedgebrake",
     help="Vibration of self-amplified friction brakes: is this brake on this driveline stable,"
     " does it stick and slip, and how?",
-    epilog="A study is a TOML file that describes brake and driveline; examples/paper.toml is"
-    " one, and `wedgebrake schema` says all that can stand in it. Exit status: 0 done, 2 the"
-    " input is wrong, 1 anything else.",
+    epilog="A study is a TOML file that describes brake and driveline: `wedgebrake example paper"
+    " --out paper.toml` writes one, and `wedgebrake schema` says all that can stand in it. Exit"
+    " status: 0 done, 2 the input is wrong, 1 anything else.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["--help", "-h"]},
     add_completion=False,
@@ -36,7 +36,7 @@ app = typer.Typer(
 
 StudyPath = Annotated[
     Path,
-    typer.Argument(metavar="STUDY.toml", help="The study file, for example examples/paper.toml."),
+    typer.Argument(metavar="STUDY.toml", help="The study file, for example paper.toml."),
 ]
 Changes = Annotated[
     list[str] | None,
@@ -87,7 +87,7 @@ def _root(
 
 @app.command(
     short_help="Is steady sliding stable, and from which slope on?",
-    epilog="Example: wedgebrake stability examples/paper.toml --set eta=-3",
+    epilog="Example: wedgebrake stability paper.toml --set eta=-3",
 )
 def stability(study: StudyPath, changes: Changes = None, as_json: AsJson = False) -> None:
     """Linear stability of sliding, forwards and backwards.
@@ -110,8 +110,7 @@ def stability(study: StudyPath, changes: Changes = None, as_json: AsJson = False
 
 @app.command(
     short_help="Does it stick and slip, and how?",
-    epilog="Example: wedgebrake simulate examples/paper.toml --set eta=-30 --plot run.png"
-    " --out run.nc",
+    epilog="Example: wedgebrake simulate paper.toml --set eta=-30 --plot run.png --out run.nc",
 )
 def simulate(
     study: StudyPath,
@@ -172,10 +171,10 @@ def simulate(
 
 @app.command(
     short_help="How does it vibrate over a range of parameters?",
-    epilog="Examples: wedgebrake sweep examples/sweep.toml --plot eta.png;"
-    " wedgebrake sweep examples/paper.toml --over eta=-60:12:300 --over F0=0.01:0.2:200:log"
+    epilog="Examples: wedgebrake sweep sweep.toml --plot eta.png;"
+    " wedgebrake sweep paper.toml --over eta=-60:12:300 --over F0=0.01:0.2:200:log"
     " --store map.zarr --plot map.png;"
-    " wedgebrake sweep examples/paper.toml --over eta=-40:0:200 --follow eta --json",
+    " wedgebrake sweep paper.toml --over eta=-40:0:200 --follow eta --json",
 )
 def sweep(
     study: StudyPath,
@@ -302,9 +301,9 @@ def sweep(
 @app.command(
     "continue",
     short_help="Down to where is a periodic motion stable, and what comes then?",
-    epilog="Examples: wedgebrake continue examples/paper.toml --over eta=12:-60 --plot eta.png;"
-    " wedgebrake continue examples/conventional.toml --over slope=0:-160 --out slope.nc;"
-    " wedgebrake continue examples/paper.toml --over eta=-10:-22 --and F0=0.02:0.09 --plot"
+    epilog="Examples: wedgebrake continue paper.toml --over eta=12:-60 --plot eta.png;"
+    " wedgebrake continue conventional.toml --over slope=0:-160 --out slope.nc;"
+    " wedgebrake continue paper.toml --over eta=-10:-22 --and F0=0.02:0.09 --plot"
     " plane.png",
 )
 def continue_(
@@ -503,7 +502,7 @@ def paper(
 @app.command(
     "app",
     short_help="A page to move sliders and see: the explorer in a browser.",
-    epilog="Example: wedgebrake app examples/paper.toml --port 8000",
+    epilog="Example: wedgebrake app paper.toml --port 8000",
 )
 def explore(
     study: Annotated[
@@ -559,6 +558,59 @@ def schema() -> None:
     from wedgebrake.model.study import schema as study_schema
 
     typer.echo(json.dumps(study_schema(), indent=2))
+
+
+@app.command(
+    short_help="A study file to begin with.",
+    epilog="Example: wedgebrake example paper --out paper.toml",
+)
+def example(
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="[NAME]", help="Of the example. Without one, all are listed."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="STUDY.toml",
+            help="Write the example to this file, which must not exist yet, instead of printing"
+            " it.",
+        ),
+    ] = None,
+) -> None:
+    """Study files that come with wedgebrake, to run and to change.
+
+    paper is the wedge brake of the source paper, sweep the same over the slope of its actuation
+    force. Without a name, lists all.
+    """
+    from wedgebrake.cli import examples
+
+    if name is None:
+        typer.echo(examples.listing())
+    elif out is None:
+        typer.echo(examples.example(name), nl=False)
+    else:
+        typer.echo(f"Study: {examples.written(name, out)}")
+
+
+@app.command(
+    short_help="What is installed, what is compiled, and is anything wrong?",
+    epilog="Example: wedgebrake doctor",
+)
+def doctor(as_json: AsJson = False) -> None:
+    """What is installed and compiled, and what to do if something is wrong.
+
+    Prints versions of wedgebrake, Python and all packages, which extras are complete, processors
+    and threads, where compiled kernels are kept and which are there, and a sentence for each
+    thing that is wrong. Each package is imported, which takes some seconds. Exit status: 0 all
+    is well, 1 something is wrong.
+    """
+    from wedgebrake.cli import doctor as work
+
+    report = work.examine()
+    typer.echo(json.dumps(report) if as_json else work.text(report))
+    if not report["healthy"]:
+        sys.exit(1)
 
 
 # Settings that a sweep has no use for, and what to give instead; and that orbits have none for.

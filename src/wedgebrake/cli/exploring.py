@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import sys
 import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
 
+from wedgebrake.cli.main import USUAL_COLLECTIONS
 from wedgebrake.errors import InputError
 from wedgebrake.model.part import shown
 from wedgebrake.model.study import load_study
@@ -37,6 +39,8 @@ def explore(
     from wedgebrake.app.filing import opened
     from wedgebrake.app.presets import START, preset
     from wedgebrake.app.server import serve
+
+    gc.set_threshold(*USUAL_COLLECTIONS)  # what is served for days must give back what it leaves
 
     desk = preset(START).desk() if study is None else opened(study)
 

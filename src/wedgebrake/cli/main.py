@@ -14,13 +14,16 @@ import sys
 from wedgebrake.cli.waiting import Interrupted, hearing_interrupts
 from wedgebrake.errors import InputError, OutputError
 
+USUAL_COLLECTIONS = gc.get_threshold()
+"""How often Python collects garbage of itself."""
+
 
 def main() -> None:
     """Run the command line and exit."""
     _spell_any_name()
     # Libraries make objects by the hundred thousand as they load, which stay: a collection
     # after every 700 finds nothing and costs a quarter of a second.
-    gc.set_threshold(50_000, 20, 50)
+    gc.set_threshold(50_000, 10, 10)
     try:
         with hearing_interrupts():
             from wedgebrake.cli.commands import app
@@ -46,6 +49,12 @@ def main() -> None:
         # EPIPE: the reader has gone, as in `| head`, and nothing is left to say.
         _stop("" if error.errno == errno.EPIPE else f"error: {error}", 1)
     except Exception as error:
+        if "no locator available" in str(error):  # in Numba's words, as it loads
+            _stop(
+                "error: compiled kernels cannot be kept anywhere. Set NUMBA_CACHE_DIR to a folder"
+                " that can be written; wedgebrake doctor says more.",
+                1,
+            )
         if os.environ.get("WEDGEBRAKE_TRACEBACK"):
             raise
         _stop(

@@ -205,7 +205,7 @@ def _content(path: Path) -> bytes:
             return file.read(toml.LARGEST + 1)
     except FileNotFoundError:
         raise InputError(
-            "no such file. Give the path of a study file; examples/paper.toml is one."
+            "no such file. Give the path of a study file; `wedgebrake example paper` prints one."
         ) from None
     except IsADirectoryError:
         raise InputError("is a directory. Give the path of a study file in it.") from None
@@ -256,7 +256,7 @@ def _check_tables(tables: dict[str, Any]) -> None:
     if missing:
         raise InputError(
             f"missing: {', '.join(f'[{name}]' for name in missing)}. A study has the tables"
-            f" {', '.join(f'[{name}]' for name in PARTS)}; examples/paper.toml shows them."
+            f" {', '.join(f'[{name}]' for name in PARTS)}; `wedgebrake example paper` shows them."
         )
 
 

@@ -77,7 +77,7 @@ def _paint(figure: Figure, dpi: float, content: io.BytesIO) -> None:
 
     canvas, usual = figure.canvas, figure.dpi
     try:
-        painter = FigureCanvasAgg(figure)
+        painter: Any = FigureCanvasAgg(figure)  # in part without types
         figure.dpi = dpi
         painter.print_png(content, metadata=_METADATA["png"])
     finally:

@@ -1,0 +1,123 @@
+"""Compiled kernels: where Numba keeps them, and which are there for this machine."""
+
+from __future__ import annotations
+
+import ast
+import os
+import pickle
+import re
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import wedgebrake
+
+_SOURCES = Path(wedgebrake.__file__).parent / "_kernels"
+# "flow.constants-254.py311.nbi": an index of what is compiled of one function, by its line.
+_INDEX = re.compile(r"(\w+\.\w+)-\d+\.py\d+\w*\.nbi")
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """What is compiled.
+
+    folder   : where compiled kernels are kept; None where there is no place for them
+    problem  : why nothing can be kept or read there; "" where all is well
+    names    : of all kernels, "module.function"
+    compiled : of those that need no compilation on this machine
+    stale    : of those compiled from other sources, by another Numba or for another processor
+    """
+
+    folder: Path | None
+    problem: str
+    names: tuple[str, ...]
+    compiled: tuple[str, ...]
+    stale: tuple[str, ...]
+
+
+def kernels() -> Kernels:
+    """The kernels and their cache, as they are now; nothing is compiled."""
+    names = tuple(sorted(set(_names())))
+    try:
+        from numba.core import config
+
+        if vars(config)["DISABLE_JIT"]:  # set as Numba loads, unknown to type checkers
+            return Kernels(None, "compilation is switched off", names, (), ())
+        from wedgebrake._kernels.bound import safe_step
+    except Exception as error:  # Numba broken, or no place for its cache
+        return Kernels(None, _why(error), names, (), ())
+    folder = Path(safe_step.stats.cache_path)
+    fresh, stale = _cached(folder)
+    return Kernels(
+        folder,
+        _unwritable(folder),
+        names,
+        tuple(name for name in names if name in fresh),
+        tuple(name for name in names if name in stale - fresh),
+    )
+
+
+def _why(error: Exception) -> str:
+    if "no locator available" in str(error):
+        return "no folder for it can be written"
+    return " ".join(f"{type(error).__name__}: {error}".split())[:200]
+
+
+def _names() -> Iterator[str]:
+    """All kernels, from the sources: what stands under or in brackets of ``compiled``."""
+    for path in sorted(_SOURCES.glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                if any(map(_compiles, node.decorator_list)) and path.stem != "compiling":
+                    yield f"{path.stem}.{node.name}"
+            elif isinstance(node, ast.Call) and _compiles(node.func) and path.stem != "compiling":
+                for given in node.args:
+                    if isinstance(given, ast.Attribute) and isinstance(given.value, ast.Name):
+                        yield f"{given.value.id}.{given.attr}"
+                    elif isinstance(given, ast.Name):
+                        yield f"{path.stem}.{given.id}"
+
+
+def _compiles(node: ast.expr) -> bool:
+    """Whether this is ``compiled`` or ``compiled_for(signature)``."""
+    if isinstance(node, ast.Call):
+        return isinstance(node.func, ast.Name) and node.func.id == "compiled_for"
+    return isinstance(node, ast.Name) and node.id == "compiled"
+
+
+def _cached(folder: Path) -> tuple[set[str], set[str]]:
+    """Names compiled for this machine from these sources, and from others."""
+    import numba
+    from numba.core.registry import cpu_target
+
+    from wedgebrake._kernels.compiling import SOURCE_STAMP
+
+    machine = cpu_target.target_context.codegen().magic_tuple()
+    fresh: set[str] = set()
+    stale: set[str] = set()
+    for path in folder.glob("*.nbi"):
+        name = _INDEX.fullmatch(path.name)
+        if name is None:
+            continue
+        try:
+            with path.open("rb") as file:
+                # As numba.core.caching.IndexDataCacheFile writes it; Numba itself trusts it.
+                same = pickle.load(file) == numba.__version__  # noqa: S301
+                stamp, overloads = pickle.loads(file.read()) if same else (None, {})  # noqa: S301
+        except Exception:  # damaged: Numba will compile anew
+            stamp, overloads = None, {}
+        usable = stamp == SOURCE_STAMP and any(key[1] == machine for key in overloads)
+        (fresh if usable else stale).add(name[1])
+    return fresh, stale
+
+
+def _unwritable(folder: Path) -> str:
+    try:
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        return f"cannot be written ({error.strerror})"
+    wanted = os.environ.get("NUMBA_CACHE_DIR")
+    if wanted and not folder.is_relative_to(Path(wanted).resolve()):
+        return f"is used because NUMBA_CACHE_DIR = {wanted} cannot be written"
+    return ""

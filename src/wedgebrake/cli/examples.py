@@ -1,0 +1,57 @@
+"""The command ``example``: study files that come with wedgebrake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import wedgebrake
+from wedgebrake.cli.output import check_target
+from wedgebrake.errors import InputError, nearest
+
+_PACKAGE = Path(wedgebrake.__file__).parent
+# In an installed package; in a clone.
+_FOLDERS = (_PACKAGE / "examples", _PACKAGE.parents[1] / "examples")
+
+
+def listing() -> str:
+    """The names of the examples, with their first words."""
+    paths = _paths()
+    rows = [f"  {name:{max(map(len, paths)) + 2}}{_about(path)}" for name, path in paths.items()]
+    return "\n".join(["Examples, written by wedgebrake example NAME --out NAME.toml:", *rows])
+
+
+def example(name: str) -> str:
+    """The text of an example.
+
+    Raises ``InputError`` for a name that is none.
+    """
+    paths = _paths()
+    if name not in paths:
+        raise InputError(f"example {name}: not known. {nearest(name, paths)}")
+    return paths[name].read_text(encoding="utf-8")
+
+
+def written(name: str, path: Path) -> Path:
+    """Write an example to a new file; returns its full path.
+
+    Raises ``InputError`` for a name that is none, and for a file that is there or cannot be.
+    """
+    text = example(name)
+    check_target("--out", path, (".toml",))
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise InputError(f"--out {path}: is there already. Choose another name.") from None
+    return path.resolve()
+
+
+def _paths() -> dict[str, Path]:
+    folder = next(folder for folder in _FOLDERS if (folder / "paper.toml").is_file())
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def _about(path: Path) -> str:
+    """The first clause of the comment that begins an example."""
+    comment = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("#").strip()
+    return comment.partition(",")[0].partition(":")[0].rstrip(".")
