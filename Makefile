@@ -5,6 +5,7 @@
 # make bench  speed, as ratios to peers in the same run
 # make lint   the house rules alone
 # make slow   the studies of minutes
+# make docs   the documentation as pages for a browser, in out/docs
 # make paper  the audit of the source paper, with the copy in docs
 
 PYTHON ?= python3.11
@@ -12,7 +13,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT := out
 
-.PHONY: demo app test bench lint slow paper clean
+.PHONY: demo app test bench lint slow docs paper clean
 
 $(VENV)/.demo: pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer, or say make PYTHON=python3"; exit 2; }
@@ -58,6 +59,10 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/paper.py
 	$(BIN)/python benchmarks/orbits.py
 	$(BIN)/python benchmarks/explorer.py
+
+docs: $(VENV)/.dev
+	$(BIN)/python -m sphinx -W --keep-going docs $(OUT)/docs
+	@echo "Documentation: $(OUT)/docs/index.html"
 
 paper: $(VENV)/.demo
 	@mkdir -p $(OUT)

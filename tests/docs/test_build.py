@@ -1,0 +1,114 @@
+"""The documentation builds without a warning, is complete, and asks no other host."""
+
+import html
+import re
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import pytest
+from filelock import FileLock
+
+import wedgebrake as wb
+
+pytest.importorskip("sphinx", reason="needs the extra docs")
+
+ROOT = Path(__file__).parents[2]
+# Of a page: what the browser fetches without being asked.
+FETCHED = re.compile(r'<(?:script|img|iframe|source)\b[^>]*\bsrc="(?!data:)([^"]+)"')
+LINKED = re.compile(r'<link\b(?![^>]*rel="(?:search|index|next|prev)")[^>]*\bhref="([^"]+)"')
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory):
+    """The built pages: made once, also where several processes test."""
+    common = tmp_path_factory.getbasetemp()
+    if common.name.startswith("popen-"):
+        common = common.parent
+    pages, done = common / "docs", common / "docs.txt"
+    with FileLock(common / "docs.lock"):
+        if not done.exists():
+            command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q"]
+            result = subprocess.run(
+                [*command, ROOT / "docs", pages], capture_output=True, text=True
+            )
+            done.write_text(result.stdout + result.stderr)
+            (common / "docs.rc").write_text(str(result.returncode))
+    assert (common / "docs.rc").read_text() == "0", done.read_text()
+    return pages
+
+
+def text_of(page):
+    """The words of a page."""
+    return html.unescape(re.sub(r"<[^>]+>", "", page.read_text(encoding="utf-8")))
+
+
+def test_every_public_name_is_on_its_pages(site):
+    # Four lines of words, then a compressed line for each: name, kind, rank, address, title.
+    content = (site / "objects.inv").read_bytes().split(b"\n", 4)[4]
+    lines = zlib.decompress(content).decode().splitlines()
+    described = {line.split()[0] for line in lines if line.split()[1].startswith("py:")}
+    public = {f"wedgebrake.{name}" for name in set(wb.__all__) - {"__version__", "paper"}}
+    public |= {f"wedgebrake.paper.{name}" for name in wb.paper.__all__}
+    assert public - described == set()
+
+
+def test_every_command_and_option_is_on_its_page(site):
+    page = text_of(site / "command_line.html")
+    helped = subprocess.run(
+        [sys.executable, "-m", "wedgebrake", "--help"], capture_output=True, text=True
+    ).stdout
+    names = re.findall(r"^  ([a-z]+) {2,}", helped.partition("Commands:")[2], flags=re.MULTILINE)
+    assert {"stability", "simulate", "sweep", "continue", "paper", "app", "schema"} <= set(names)
+    for name in names:
+        assert f"`wedgebrake {name}" in (ROOT / "docs/command_line.md").read_text(), name
+        helped = subprocess.run(
+            [sys.executable, "-m", "wedgebrake", name, "--help"], capture_output=True, text=True
+        ).stdout
+        section = page.partition(f"wedgebrake {name} [OPTIONS]")[2]
+        section = section.partition("Show this message and exit.")[0]
+        for option in re.findall(r"--[a-z-]+", helped.partition("Options:")[2]):
+            assert option in section, f"{name} {option}"
+
+
+def test_no_page_fetches_from_another_host(site):
+    pages = [page for page in site.rglob("*.html") if page.name != "paper.html"]
+    assert len(pages) > 15
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        fetched = FETCHED.findall(text) + LINKED.findall(text)
+        assert fetched
+        for address in fetched:
+            assert not re.match(r"https?:|//", address), f"{page.name}: {address}"
+
+
+def test_every_picture_has_words_for_those_who_do_not_see_it():
+    for page in (ROOT / "docs").glob("*.md"):
+        for words in re.findall(r"!\[(.*?)\]\(", page.read_text(encoding="utf-8"), flags=re.DOTALL):
+            assert len(words) > 40, page.name
+
+
+def test_the_audit_page_tells_what_the_audit_found(site):
+    audit = " ".join(text_of(ROOT / "docs/paper.html").split())
+    page = " ".join(text_of(site / "audit.html").split())
+    [count] = re.findall(r"Of \d+ statements of the paper .*? does not say enough\.", audit)
+    assert count in page
+    for name in ("R3", "R7", "K1"):
+        parts = re.search(rf"\b{name} .*? contradicted (\d of \d)", audit)
+        assert f"{name} ({parts[1]}" in page
+    for found, told in (
+        ("40 combinations, tested on 14 statements", "40 combinations were tried against 14"),
+        ("The best satisfies 13, the next 8.", "the best fits 13, the next 8"),
+        ("18.6 times forwards, 1.53 times backwards", "18.6 times forwards and 1.53 times"),
+        ("off by up to 9.8 % (rms, of the velocity's range)", "off by up to 9.8 % (rms,"),
+        ("2T to T at F 0 = 0.0702 at ξ = 100 and at 0.0747", "F_0 = 0.0702 instead of 0.0747"),
+        ("Of 15 cases,", "in 7 of 15 cases"),
+        ("changes the class of stick-slip in 7,", "in 7 of 15 cases"),
+        (
+            "M3 holds only smoothed, R1 holds only smoothed, R5",
+            "M3, R1 and R5 hold only",
+        ),
+    ):
+        assert found in audit
+        assert told in page
