@@ -116,7 +116,7 @@ class Stability:
 
 
 def stability(system: BrakedDriveline) -> Stability:
-    """Linear stability of sliding in both directions (eqs. 8 to 13 and 23 to 29).
+    """Linear stability of a system that slides, in both directions (eqs. 8 to 13, 23 to 29).
 
     Friction counts with its kinetic coefficient, constant in speed: the slope of a falling
     friction curve is not included, nor the release of the actuation.
@@ -295,9 +295,10 @@ _AXES = ("eta", "alpha", "kinetic", "loss_factor")
 def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     """Linear stability over a grid of groups, vectorised.
 
-    axes : one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an array of
-        values; the dimensions of the result come in this order. All other groups are those
-        of the system.
+    system : what is changed
+    axes   : one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an array of
+             values; the dimensions of the result come in this order. All other groups are
+             those of the system.
 
     Returns a dataset with, over those dimensions: ``margin`` (eta minus the critical eta of
     the worse direction [1]), ``stable``, ``growth`` (largest real part over the natural

@@ -48,7 +48,11 @@ class Brake(Part):
     @staticmethod
     @abstractmethod
     def law(m: float, shape: Sequence[float]) -> float:
-        """Amplification g(m) at the signed friction coefficient m; inf where it locks."""
+        """Amplification g(m) at the signed friction coefficient m; inf where it locks.
+
+        shape : what ``shape()`` gives
+        m     : [1]
+        """
 
     def amplification(self, m: float) -> float:
         """F_mu/F_a at the signed friction coefficient m [1]; inf where the brake locks."""

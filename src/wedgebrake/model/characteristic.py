@@ -87,7 +87,7 @@ class Characteristic:
         return np.searchsorted(self.breakpoints, np.asarray(velocity, dtype=float), side="left")
 
     def torque(self, velocity: ArrayLike) -> FloatArray:
-        """Torque [N m] at sliding velocities [rad/s] other than 0; nan at 0."""
+        """Torque [N m] at each sliding velocity [rad/s] other than 0; nan at 0."""
         v = np.asarray(velocity, dtype=float)
         index = self.piece(v)
         value = self.offsets[index] + self.slopes[index] * v

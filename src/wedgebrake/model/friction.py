@@ -253,7 +253,7 @@ class SmoothedFriction(SmoothFriction):
 
     @staticmethod
     def law(speed: float, shape: Sequence[float]) -> float:
-        """m(v_r), eq. (14)."""
+        """m(v_r), eq. (14), at a sliding speed v_r [m/s]; ``shape`` is what ``shape()`` gives."""
         peak = shape[1]
         if peak != 0.0:
             peak *= math.exp(-shape[2] * abs(speed))

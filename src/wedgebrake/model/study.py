@@ -104,6 +104,8 @@ class Study:
     def changed(self, /, **changes: Any) -> Study:
         """A copy with other parameters, groups or run settings (``eta=-30, periods=50``).
 
+        changes : the new values, by name
+
         ``duration`` and ``periods`` are those of the run and replace each other. Of the sweep,
         ``transient``, ``limit``, ``follow`` and ``keep_points`` can be changed by name, and all
         of it by ``sweep=Sweep(...)``.
@@ -157,7 +159,7 @@ _CHANGED = ("sweep", *(name for name in SWEEP_SETTINGS if name != "periods"))
 
 
 def load_study(path: str | Path) -> Study:
-    """Read a study file (TOML).
+    """Read the study file (TOML) at a path.
 
     Tables ``driveline``, ``brake``, ``friction``, ``actuation``, ``excitation``; optional
     ``groups`` (eta, f, F0, alpha instead of the SI values that they set), ``run`` and
@@ -174,6 +176,8 @@ def load_study(path: str | Path) -> Study:
 
 def read_study(content: bytes | str) -> Study:
     """The study that stands in a text (TOML), as ``load_study`` reads it from a file.
+
+    content : what stands in the file, as text or bytes
 
     Raises ``InputError`` that names what is wrong.
     """

@@ -56,7 +56,9 @@ def _text(content: bytes | str) -> str:
     if len(content) > LARGEST:
         raise InputError(f"is larger than {LARGEST} bytes: must be a study file, a page of text.")
     if not text.strip():
-        raise InputError("is empty. Fill it, beginning with what `wedgebrake example paper` prints.")
+        raise InputError(
+            "is empty. Fill it, beginning with what `wedgebrake example paper` prints."
+        )
     return text
 
 

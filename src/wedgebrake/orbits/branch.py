@@ -99,7 +99,7 @@ class Branch(Iterator[BranchPoint]):
         return told is not None and told.scenario is Scenario.JUMP
 
     def stop(self, why: str = "stopped by the user") -> None:
-        """No point comes after those that are there."""
+        """No point comes after those that are there; ``end`` then says ``why``."""
         self._queue.clear()
         self.end = why
 

@@ -79,6 +79,7 @@ _SENTENCES = {
 class Orbit:
     """A periodic orbit, stable or not, and how it was found.
 
+    system, method : of which it is an orbit, and the solver
     status        : whether it was found; without, the numbers below are nan
     rtol          : tolerance of "smooth"
     order         : periods of the torque in the orbit

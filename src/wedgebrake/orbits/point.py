@@ -45,10 +45,12 @@ class BranchPoint:
     Poincare ``points``, ``measures`` (amplitudes, sticks, peak torque), and its ``system``;
     ``wb.orbit(point.system, point.order, initial=tuple(point.points[0]))`` is it again.
 
+    family      : the system and the parameters that vary along the branch
     values      : of the parameters
     equations, unknowns : what it solves
     multipliers : (larger, smaller modulus)
     direction   : of the branch, in scaled unknowns
+    arclength   : from the start of the branch, in scaled unknowns
     bifurcation : which one it is, if it is one
     """
 

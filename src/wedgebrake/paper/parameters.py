@@ -38,8 +38,12 @@ def system(
     a brake that releases, the defaults here. ``damping=1.0, static=0.33, release=False``
     is the paper as printed.
 
-    brake    : "wedge" or "conventional" (``alpha`` is then without effect)
-    friction : "coulomb" or "smoothed"
+    eta, f, F0, alpha : slope of the actuation force, frequency of the torque, initial actuation
+                        force, wedge angle (``wb.Groups``)
+    brake             : "wedge" or "conventional" (``alpha`` is then without effect)
+    friction          : "coulomb" or "smoothed"
+    damping, static   : c [N m s/rad] and mu_s [1]
+    release           : whether a negative actuation force releases the brake
 
     Raises ``InputError`` for any other word or a value out of range.
     """
