@@ -24,6 +24,7 @@ smartquotes = False  # -- begins an option, and θ'' is a derivative
 myst_heading_anchors = 3
 # Notebooks are shown as they were committed; a test runs them and compares.
 nb_execution_mode = "off"
+nb_merge_streams = True
 
 autodoc_typehints = "none"  # docstrings give types, shapes and units in words
 autodoc_member_order = "bysource"

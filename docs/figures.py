@@ -227,7 +227,7 @@ def main(names: list[str]) -> None:
     for name in names or DRAWN:
         with style.use():
             figure = DRAWN[name]()
-        width = 750 if figure.get_figwidth() < style.PAGE else 1300
+        width = 600 if figure.get_figwidth() < style.PAGE else 1300
         save(figure, FIGURES / f"{name}.png", width=width)
 
 

@@ -77,10 +77,10 @@ def _meaning(field: FieldInfo) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text in which only ``code`` is markup."""
+    """Text in which only ``code`` is markup, and a page of theory a link."""
     parts = re.split(r"(``.+?``)", text)
     parts[::2] = [re.sub(r"([\\*|_`])", r"\\\1", part) for part in parts[::2]]
-    return "".join(parts)
+    return "".join(parts).replace("docs/theory.md", ":doc:`theory </theory>`")
 
 
 def _paragraphs(text: str) -> list[list[str]]:
