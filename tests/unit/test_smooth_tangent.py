@@ -14,7 +14,8 @@ import wedgebrake as wb
 from equations import angular_frequency, gain
 from wedgebrake._kernels import codes, series, smooth_tangent
 from wedgebrake.solvers import smooth
-from wedgebrake.solvers.smooth import PeriodMap, period_map, problem
+from wedgebrake.solvers.smooth import problem
+from wedgebrake.solvers.smooth_periods import PeriodMap, period_map
 from wedgebrake.solvers.trajectory import EventKind
 
 MOST = 10**6

@@ -54,11 +54,16 @@ def _gain(law, v):
 
 
 @compiled
+def brake_torque_at(law, side, v):
+    """Torque of the brake sliding to ``side`` with the velocity v [N m]."""
+    gain, _ = _gain(law, v)
+    return (law[6] + law[7] * side * v) * gain
+
+
+@compiled
 def acceleration(plant, law, side, drive, theta, w):
     """Theta'' sliding to ``side``, under the driving torque ``drive`` (eq. 1)."""
-    v = w - plant[5]
-    gain, _ = _gain(law, v)
-    torque = (law[6] + law[7] * side * v) * gain
+    torque = brake_torque_at(law, side, w - plant[5])
     return (drive - plant[1] * w - plant[2] * theta - torque) * (1.0 / plant[0])
 
 

@@ -14,31 +14,22 @@ creeps in a steep layer, it lets steps grow until deviations in speed would no l
 a step is gone again in parts.
 """
 
-import math
-from functools import cache
-
 import numpy as np
-from numba import typed, types
 
-from .codes import COMPLETED, LOG_FULL
-from .compiling import compiled, compiled_for
+from .compiling import compiled
 from .dop853 import ROWS, STAGES, SUMS, acceleration, drive_at
 from .dop853 import step as advance
 from .flow import G2, impulse
 from .series import SERIES_ROWS, deviate, expand, state
 from .smooth import (
-    LOG_COLUMNS,
-    SCRATCH_ROWS,
-    TRAIL_COLUMNS,
     TRAIL_SIZE,
     TRAIL_SPEEDS,
     TRAIL_STRETCH,
     TRAIL_THETA,
     TRAIL_TIME,
     TRAIL_W,
-    run,
 )
-from .torque import LAW, SHAPE, brake_torque
+from .torque import brake_torque
 
 # Arm of the difference that stands for M', as a share of the way to the nearest pole of the
 # law: what the fourth order leaves out and the rounding of the torque are then alike, 1e-12.
@@ -46,8 +37,6 @@ _ARM = 2e-4
 # Largest product z of a step and the decay rate (c + M')/J. The method takes exp(-z) right to
 # 0.005 up to here, but makes it -0.5 at z = 6 and -12 at z = 8.
 _STIFF = 4.0
-# Rows of the log and of the trail of a period; most motions need a tenth.
-_ROOM = 512
 
 
 @compiled
@@ -172,86 +161,3 @@ def carry(plant, pair, series, rtol, kinks, linear, table, reach, trail, left, m
             _through_pair(plant, pair, kinks, reach, row, scratch, matrix)
         if series is not None:
             _through_series(plant, series, rtol, kinks, row, scratch, matrix)
-
-
-def _period(
-    plant, given, series, edges, kinks, linear, table, rest_edge, band, w_diverged, tolerances,
-    h_max, theta, w, max_steps, matrix,
-):  # fmt: skip
-    """Advance one period of the torque from its phase 0, with the derivative.
-
-    given  : None, or (laws of friction and brake, their shapes, numbers, tableau); the laws as
-             a list, because a function costs more to pass than a period to solve
-    plant ... h_max : as for ``smooth.run``
-    matrix : (2, 2) receives the derivative, nan if the period was not completed; no rows:
-             not wanted
-
-    Returns (outcome, theta, w).
-    """
-    if given is not None:
-        functions, shapes, numbers, tableau = given
-        pair = ((functions[0], shapes[0], functions[1], shapes[1]), numbers, tableau)
-    if given is None:
-        pair = None
-    number, time, seen = np.empty(0, np.int64), np.empty(0), np.empty((0, 2))
-    work = np.empty((SCRATCH_ROWS, SUMS))
-    room = _ROOM
-    while True:
-        log = np.empty((room, LOG_COLUMNS))
-        trail = np.empty((room if matrix.shape[0] > 0 else 0, TRAIL_COLUMNS))
-        outcome, _, _, theta1, w1, _, _, _, left = run(
-            plant, pair, series, edges, kinks, linear, table, rest_edge, band, w_diverged,
-            tolerances, h_max, 0, 0.0, theta, w, 1, 0.0, max_steps, log, number, time, seen, work,
-            trail,
-        )  # fmt: skip
-        if outcome != LOG_FULL:
-            break
-        room *= 4
-    if matrix.shape[0] > 0:
-        for i in range(2):
-            for j in range(2):
-                matrix[i, j] = 1.0 if i == j else 0.0
-        if outcome != COMPLETED:
-            matrix[:, :] = math.nan
-        else:
-            reach = 0.5 * math.pi * band
-            carry(
-                plant, pair, series, tolerances[0], kinks, linear, table, reach, trail, left, matrix
-            )
-    return outcome, theta1, w1
-
-
-def _signature():
-    real, whole = types.float64, types.int64
-    vector, matrix = types.Array(real, 1, "C"), types.Array(real, 2, "C")
-    numbers = types.Tuple((real, real, real, types.boolean))
-    tableau = types.Tuple((matrix, vector, matrix, vector, matrix, matrix))
-    given = types.Tuple((types.ListType(LAW), types.UniTuple(SHAPE, 2), numbers, tableau))
-    return (
-        types.UniTuple(real, 6), given, types.none, vector, matrix,
-        types.Array(types.boolean, 1, "C"), matrix, whole, real, real, types.UniTuple(real, 3),
-        real, real, real, whole, matrix,
-    )  # fmt: skip
-
-
-period_series = compiled(_period)
-
-
-@cache
-def period_pair():
-    """``period`` for any laws, compiled when first asked for."""
-    return compiled_for(_signature())(_period)
-
-
-def _gather(friction, brake):
-    """Two laws as the list that ``period`` takes."""
-    pair = typed.List.empty_list(LAW)
-    pair.append(friction)
-    pair.append(brake)
-    return pair
-
-
-@cache
-def gather():
-    """``_gather``, compiled when first asked for."""
-    return compiled_for((LAW, LAW))(_gather)

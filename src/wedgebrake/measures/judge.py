@@ -1,26 +1,28 @@
 """One system run and judged, by any solver: the numbers behind ``motion`` and every sweep.
 
-The exact solver does it in one compiled kernel (``_kernels.point``). The others run period
-by period; with smooth friction small deviations follow the variational equation.
+The exact solver does it in one compiled kernel (``_kernels.point``). With smooth friction a
+compiled kernel runs the periods, with their derivatives from the variational equation, and
+what they add up to; the paper's scheme is judged by its responses.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake._kernels import codes, exact, motion, point, tally
+from wedgebrake._kernels import codes, exact, motion, point, smooth_tally, tally
 from wedgebrake.linear_stability import stability
 from wedgebrake.measures.energy import energy
 from wedgebrake.measures.protocol import Protocol
 from wedgebrake.measures.sticking import sticks
+from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.solve import simulate
 from wedgebrake.solvers.status import Status
+from wedgebrake.solvers.sticks import SHORTEST_STICK
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,6 +35,10 @@ State = tuple[float, float]
 _SAMPLES, _OF_NATURAL, _MOST_SAMPLES = 100, 20, 100_000
 # What shrinks below this share in a period is the rounding of the other direction.
 _RESOLVED = 1e-8
+# How a largest torque is looked for: so many speeds, closer and closer about the best.
+_LOOKS, _ZOOMS = 200, 4
+# A period of which no more than this share is slip is rest; and a record.
+_RESTING, _NO_SLIP = 1e-9, 1e-12
 _UNSETTLED = (codes.UNDECIDED, codes.QUASI_PERIODIC, codes.CHAOTIC)
 
 
@@ -46,7 +52,8 @@ def judge(
     """
     if method == "exact":
         return _exactly(system, initial, protocol)
-    return _Simulated(system, initial, method, protocol).judged()
+    kind = _Smooth if method == "smooth" else _Scheme
+    return kind(system, initial, method, protocol).judged()
 
 
 def _exactly(
@@ -79,8 +86,8 @@ class _Verdict(NamedTuple):
     settling: float = math.nan
 
 
-class _Simulated:
-    """A run of any solver, period by period."""
+class _Run:
+    """A run period by period; how it goes on is the solver's (``_advance``, ``_rates``)."""
 
     def __init__(
         self, system: BrakedDriveline, initial: State, method: str, protocol: Protocol
@@ -90,12 +97,13 @@ class _Simulated:
         self.status = Status.COMPLETED
         self.points = np.array([initial], dtype=float)
         self.size = 1.0
+        self.resting = False
         line = system.driveline
         # What turns an angle into a velocity; without a spring the angle does not matter.
         self.weight = line.natural_frequency or system.excitation.angular_frequency
         self.ruler = line.natural_frequency
-        slow = line.natural_frequency / system.excitation.angular_frequency
-        self.samples = min(_MOST_SAMPLES, max(_SAMPLES, math.ceil(_OF_NATURAL * slow)))
+        # On a turning shaft the spring ends every rest.
+        self.lasting = line.drive_speed == 0.0 or line.stiffness == 0.0
 
     def judged(self) -> tuple[FloatArray, FloatArray]:
         """The answer and the record."""
@@ -104,9 +112,8 @@ class _Simulated:
         if protocol.first:
             self._advance(protocol.first)
         begin = self.points.shape[0] - 1
-        response = None
         if self.status is Status.COMPLETED:
-            response = self._advance(protocol.recorded, self.samples)
+            self._look(protocol.recorded)
         record = self.points[begin:]
         answer = np.full(point.COLUMNS, np.nan)
         answer[point.OUTCOME], answer[point.CLASS] = _ENDS[self.status]
@@ -114,13 +121,13 @@ class _Simulated:
         answer[point.FINAL_THETA], answer[point.FINAL_W] = self.state
         answer[point.TRANSIENT], answer[point.JUDGED] = begin, 0.0
         answer[point.SLIDING_DAMPING] = _sliding_damping(self.system)
-        if self.status is not Status.COMPLETED or response is None:
+        if self.status is not Status.COMPLETED:
             answer[point.ORDER] = 0.0
             return answer, record if record.shape[0] > 1 else record[:0]
         if verdict is None:
-            verdict = self._classify(begin, response)
+            verdict = self._classify(begin)
             verdict = verdict._replace(judged=protocol.recorded)
-        self._measure(answer, response)
+        self._measure(answer)
         frequency = self.system.excitation.frequency
         answer[point.CLASS], answer[point.ORDER] = verdict.motion, verdict.order
         answer[point.SIZE] = self.size
@@ -134,34 +141,16 @@ class _Simulated:
         answer[point.JUDGED], answer[point.SETTLING] = verdict.judged, verdict.settling
         return answer, record
 
-    def _advance(self, periods: int, samples: int = 0) -> xr.Dataset:
-        """Run on, and keep the Poincare points."""
-        given: dict[str, Any] = {"times": ()} if samples == 0 else {"samples_per_period": samples}
-        response = self._simulate(self.state, periods, **given)
-        passed = np.column_stack([response["poincare_angle"], response["poincare_velocity"]])
-        self.points = np.concatenate([self.points, passed[1:]])
-        attrs = response.attrs
-        self.state = (attrs["final_angle"], attrs["final_velocity"])
-        self.status, self.work = Status(attrs["status"]), self.work + int(attrs["work"])
-        return response
-
-    def _simulate(self, state: State, periods: int, **given: Any) -> xr.Dataset:
-        protocol = self.protocol
-        return simulate(
-            self.system, periods=periods, initial=state, method=self.method,
-            rtol=protocol.rtol, step=protocol.step, max_steps=protocol.max_steps, **given,
-        )  # fmt: skip
-
     def _settle(self) -> _Verdict | None:
         """Windows, each twice as long as the last, until the motion has settled in one."""
         done, limit = 0, self.protocol.limit
         verdict = None
         while done < limit:
             begin, target = done, point.next_window(done, limit)
-            response = self._advance(target - done)
+            self._look(target - done)
             if self.status is not Status.COMPLETED:
                 return None
-            verdict = self._classify(done, response)
+            verdict = self._classify(done)
             settling = float(done)
             done = target
             if verdict.order:
@@ -173,87 +162,238 @@ class _Simulated:
                 break
         return verdict
 
-    def _measure_size(self) -> None:
-        """Half the range of velocity and weighted angle together, over one more period."""
-        response = self._simulate(self.state, 1, samples_per_period=self.samples)
-        width = np.ptp(response["velocity"].to_numpy())
-        width += self.ruler * np.ptp(response["angle"].to_numpy())
-        self.size = float(max(0.5 * width, 1e-300))
-
-    def _classify(self, begin: int, response: xr.Dataset) -> _Verdict:
-        self._measure_size()
+    def _classify(self, begin: int) -> _Verdict:
         window = np.ascontiguousarray(self.points[begin:])
         order, _ = motion.order_of(window, self.ruler, self.size)
-        # What repeats has the exponents of its last orbit; what does not, those of all periods.
-        growth = np.zeros((window.shape[0] - 1, 2))
-        if self.method == "smooth":
-            growth = self._of_orbit(window, order) if order else self._growth(window)
+        growth = self._rates(window, order)
         mean, error = motion.mean_growth(np.ascontiguousarray(growth[:, 0]))
         error = 0.0 if order else error
-        second = float(np.mean(growth[:, 1]))
-        end = response.attrs["final_time"]
-        last = sticks(response, end - 1.0 / self.system.excitation.frequency)
-        line = self.system.driveline
-        # On a turning shaft the spring ends every rest.
-        lasting = line.drive_speed == 0.0 or line.stiffness == 0.0
+        second = float(growth[:, 1].mean())
         class_, order, returned = motion.classify(
             window, self.ruler, self.size, np.ascontiguousarray(growth[:, 0]),
-            float(mean) + second, lasting and last.attrs["share"] >= 1.0 - 1e-9,
+            float(mean) + second, self.lasting and self.resting,
         )  # fmt: skip
-        if self.method == "ode14x":
-            # Neighbours part at the chatter of a fixed step: that is the scheme, not the motion.
-            mean = second = error = math.nan
-            if class_ in (codes.CHAOTIC, codes.QUASI_PERIODIC):
-                class_ = codes.UNDECIDED
-        elif order and not point.attracts(order * mean, returned, window, self.ruler, self.size):
-            class_, order = codes.UNDECIDED, 0
-        return _Verdict(class_, order, returned, float(mean), second, float(error))
+        return self._decided(
+            window, _Verdict(class_, order, returned, float(mean), second, float(error))
+        )
 
-    def _derivatives(self, window: FloatArray) -> Iterator[FloatArray]:
-        """Of the flow over each period, (2, 2), in velocities, from the variational equation."""
-        from wedgebrake.solvers.smooth import period_map, problem
+    def _advance(self, periods: int) -> None:
+        """Run on, and keep the Poincare points."""
+        raise NotImplementedError
 
-        given = problem(self.system, self.protocol.rtol)
+    def _look(self, periods: int) -> None:
+        """Run on with all that the verdict needs: size, rest in the last period, ..."""
+        raise NotImplementedError
+
+    def _rates(self, window: FloatArray, order: int) -> FloatArray:
+        """(periods, 2) growth of a deviation and of the one square to it (logarithms)."""
+        raise NotImplementedError
+
+    def _decided(self, window: FloatArray, found: _Verdict) -> _Verdict:
+        """The verdict that stands."""
+        raise NotImplementedError
+
+    def _measure(self, answer: FloatArray) -> None:
+        """Sticks, torque and power over the record, into the answer."""
+        raise NotImplementedError
+
+
+class _Smooth(_Run):
+    """With smooth friction, in the compiled kernel."""
+
+    def __init__(
+        self, system: BrakedDriveline, initial: State, method: str, protocol: Protocol
+    ) -> None:
+        from wedgebrake.solvers import smooth, smooth_periods
+
+        super().__init__(system, initial, method, protocol)
+        self.given = smooth.problem(system, protocol.rtol, *initial)
+        self.advance, self.no_sums = smooth_periods.advance, smooth_periods.no_sums
+        self.length = 1.0 / system.excitation.frequency
+        self.matrices = np.empty((0, 2, 2))
+        self.sums = self.no_sums()
+        self.looked = 0
+
+    def _go(self, periods: int, sums: FloatArray | None, begin: float) -> float:
+        there = self.advance(
+            self.given, self.state, periods, self.protocol.max_steps - self.work,
+            derivative=sums is not None, sums=sums, begin=begin,
+        )  # fmt: skip
+        self.points = np.concatenate([self.points, there.points[1:]])
+        self.state, self.work = there.state, self.work + there.steps
+        self.status = Status.of(there.outcome)
+        self.matrices = there.matrices
+        return there.time
+
+    def _advance(self, periods: int) -> None:
+        self._go(periods, None, 0.0)
+
+    def _look(self, periods: int) -> None:
+        self.sums, self.looked = self.no_sums(), periods
+        before = 0.0
+        if periods > 1:
+            self._go(periods - 1, self.sums, 0.0)
+            if self.status is not Status.COMPLETED:
+                return
+            before = (periods - 1) * self.length
+        matrices = self.matrices
+        at_rest = self._rest(before)
+        self._go(1, self.sums, before)
+        if periods > 1:
+            self.matrices = np.concatenate([matrices, self.matrices])
+        end = periods * self.length
+        self.resting = self._rest(end) - at_rest >= self.length * (1.0 - _RESTING)
+        if not math.isnan(self.sums[smooth_tally.SINCE]):
+            smooth_tally.leave(self.sums, end, SHORTEST_STICK * self.length)
+        low, high = smooth_tally.LOW_THETA, smooth_tally.HIGH_THETA
+        width = self.ruler * (self.sums[high] - self.sums[low])
+        width += self.sums[smooth_tally.HIGH_W] - self.sums[smooth_tally.LOW_W]
+        self.size = float(max(0.5 * width, 1e-300))
+
+    def _rest(self, now: float) -> float:
+        """Time at rest so far [s]."""
+        since = self.sums[smooth_tally.SINCE]
+        lasting = 0.0 if math.isnan(since) else now - since
+        return float(self.sums[smooth_tally.REST_TIME] + lasting)
+
+    def _rates(self, window: FloatArray, order: int) -> FloatArray:
+        """Of what repeats, the exponents of its last orbit; else those of all periods."""
         scale = np.array([self.weight, 1.0])
-        for angle, velocity in window[:-1]:
-            there = period_map(given, float(angle), float(velocity), self.protocol.max_steps)
-            yield there.matrix * scale[:, None] / scale
-
-    def _growth(self, window: FloatArray) -> FloatArray:
-        """Growth of a deviation and of the one square to it, in each period (logarithms)."""
-        frame = np.array([[1.0, -1.0], [1.0, 1.0]]) / math.sqrt(2.0)
-        growth = np.empty((window.shape[0] - 1, 2))
-        for k, derivative in enumerate(self._derivatives(window)):
-            triangle: FloatArray
-            frame, triangle = np.linalg.qr(derivative @ frame)
-            growth[k] = np.log(np.maximum(np.abs(np.diag(triangle)), _RESOLVED))
-        return growth
-
-    def _of_orbit(self, window: FloatArray, order: int) -> FloatArray:
-        """The growth of both deviations that an orbit multiplies by a number, for each period."""
+        derivatives = self.matrices * scale[:, None] / scale
+        if order == 0:
+            return _growth(derivatives)
         whole = np.eye(2)
-        for derivative in self._derivatives(window[-1 - order :]):
+        for derivative in derivatives[-order:]:
             whole = derivative @ whole
         first, second = np.sort(np.abs(np.linalg.eigvals(whole)))[::-1]
         resolved = second > _RESOLVED * np.linalg.norm(whole)
         rates = (math.log(max(first, 1e-300)), math.log(second) if resolved else math.nan)
         return np.tile(np.array(rates) / order, (window.shape[0] - 1, 1))
 
-    def _measure(self, answer: FloatArray, response: xr.Dataset) -> None:
-        """Sticks, torque and power over the record."""
+    def _decided(self, window: FloatArray, found: _Verdict) -> _Verdict:
+        order, mean, returned = found.order, found.mean, found.returned
+        if order and not point.attracts(order * mean, returned, window, self.ruler, self.size):
+            return found._replace(motion=codes.UNDECIDED, order=0)
+        return found
+
+    def _measure(self, answer: FloatArray) -> None:
+        sums, time = self.sums, self.looked * self.length
+        forward, backward = sums[smooth_tally.STICKS_FORWARD], sums[smooth_tally.STICKS_BACKWARD]
+        share = min(1.0, sums[smooth_tally.REST_TIME] / time)
+        answer[point.STICK_CLASS] = _stick_class(share, forward, backward)
+        answer[point.STICKS_FORWARD] = forward / self.looked
+        answer[point.STICKS_BACKWARD] = backward / self.looked
+        answer[point.STICK_SHARE] = share
+        slow = self.system.driveline.drive_speed
+        velocities = sums[smooth_tally.LOW_W] + slow, sums[smooth_tally.HIGH_W] + slow
+        answer[point.PEAK_TORQUE] = _largest_torque(self.system, *velocities)
+        answer[point.FRICTION_POWER] = sums[smooth_tally.HEAT] / time
+
+
+class _Scheme(_Run):
+    """By the paper's fixed-step scheme, of which the responses are looked at."""
+
+    def __init__(
+        self, system: BrakedDriveline, initial: State, method: str, protocol: Protocol
+    ) -> None:
+        super().__init__(system, initial, method, protocol)
+        self.response: xr.Dataset | None = None
+        line = system.driveline
+        slow = line.natural_frequency / system.excitation.angular_frequency
+        self.samples = min(_MOST_SAMPLES, max(_SAMPLES, math.ceil(_OF_NATURAL * slow)))
+
+    def _advance(self, periods: int) -> None:
+        self._run(periods, times=())
+
+    def _look(self, periods: int) -> None:
+        response = self._run(periods, samples_per_period=self.samples)
+        if self.status is not Status.COMPLETED:
+            return
+        self.response = response
+        end = float(response.attrs["final_time"])
+        last = end - 1.0 / self.system.excitation.frequency
+        self.resting = sticks(response, last).attrs["share"] >= 1.0 - _RESTING
+        seen = response.isel(time=slice(-self.samples - 1, None))
+        width = np.ptp(seen["velocity"].to_numpy())
+        width += self.ruler * np.ptp(seen["angle"].to_numpy())
+        self.size = float(max(0.5 * width, 1e-300))
+
+    def _run(self, periods: int, **given: Any) -> xr.Dataset:
+        protocol = self.protocol
+        response = simulate(
+            self.system, periods=periods, initial=self.state, method=self.method,
+            rtol=protocol.rtol, step=protocol.step, max_steps=protocol.max_steps, **given,
+        )  # fmt: skip
+        passed = np.column_stack([response["poincare_angle"], response["poincare_velocity"]])
+        self.points = np.concatenate([self.points, passed[1:]])
+        attrs = response.attrs
+        self.state = (attrs["final_angle"], attrs["final_velocity"])
+        self.status, self.work = Status(attrs["status"]), self.work + int(attrs["work"])
+        return response
+
+    def _rates(self, window: FloatArray, order: int) -> FloatArray:  # noqa: ARG002 - one signature
+        return np.zeros((window.shape[0] - 1, 2))
+
+    def _decided(self, window: FloatArray, found: _Verdict) -> _Verdict:  # noqa: ARG002
+        """Neighbours part at the chatter of a fixed step: that is the scheme, not the motion."""
+        aperiodic = found.motion in (codes.CHAOTIC, codes.QUASI_PERIODIC)
+        class_ = codes.UNDECIDED if aperiodic else found.motion
+        return found._replace(motion=class_, mean=math.nan, second=math.nan, error=math.nan)
+
+    def _measure(self, answer: FloatArray) -> None:
+        assert self.response is not None  # noqa: S101 - a completed run was looked at
         periods = self.protocol.recorded
-        stuck = sticks(response, 0.0).attrs
-        classes = ("at rest", "non-stick-slip", "unidirectional stick-slip")
-        found = stuck["class"]
-        number = classes.index(found) if found in classes else codes.BIDIRECTIONAL
-        answer[point.STICK_CLASS] = number
-        answer[point.STICKS_FORWARD] = stuck["count_forward"] / periods
-        answer[point.STICKS_BACKWARD] = stuck["count_backward"] / periods
+        stuck = sticks(self.response, 0.0).attrs
+        forward, backward = stuck["count_forward"], stuck["count_backward"]
+        answer[point.STICK_CLASS] = _stick_class(stuck["share"], forward, backward)
+        answer[point.STICKS_FORWARD] = forward / periods
+        answer[point.STICKS_BACKWARD] = backward / periods
         answer[point.STICK_SHARE] = stuck["share"]
         if self.samples < _MOST_SAMPLES:
-            work = energy(response).attrs
+            work = energy(self.response).attrs
             answer[point.PEAK_TORQUE] = work["largest_peak_torque"]
             answer[point.FRICTION_POWER] = work["mean_friction_power"]
+
+
+def _largest_torque(system: BrakedDriveline, low: float, high: float) -> float:
+    """Largest |brake torque| [N m] that a smooth law has between two sliding velocities.
+
+    A motion goes through all of them, and the torque depends on nothing else.
+    """
+    from wedgebrake.solvers.smooth import torque_at
+
+    assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - the method fits the law
+    width = 10.0 * system.friction.transition / system.brake.radius
+    ends = (low, high)
+    for _ in range(_ZOOMS):
+        speeds = np.linspace(*ends, _LOOKS)
+        # Closer where the law is steep.
+        speeds = np.concatenate([speeds, np.clip(np.linspace(-width, width, _LOOKS), *ends)])
+        speeds.sort()
+        torque = np.abs(torque_at(system, speeds))
+        best = int(torque.argmax())
+        ends = (float(speeds[max(best - 1, 0)]), float(speeds[min(best + 1, speeds.size - 1)]))
+    return float(torque[best])
+
+
+def _growth(derivatives: FloatArray) -> FloatArray:
+    """Growth of a deviation and of the one square to it, in each period (logarithms)."""
+    frame = np.array([[1.0, -1.0], [1.0, 1.0]]) / math.sqrt(2.0)
+    growth = np.empty((derivatives.shape[0], 2))
+    for k, derivative in enumerate(derivatives):
+        triangle: FloatArray
+        frame, triangle = np.linalg.qr(derivative @ frame)
+        growth[k] = np.log(np.maximum(np.abs(np.diag(triangle)), _RESOLVED))
+    return growth
+
+
+def _stick_class(share: float, forward: float, backward: float) -> int:
+    """Code of the class of stick-slip, as ``stick_slip_class`` tells it."""
+    if share >= 1.0 - _NO_SLIP:
+        return codes.NO_SLIP
+    if forward > 0 and backward > 0:
+        return codes.BIDIRECTIONAL
+    return codes.UNIDIRECTIONAL if forward > 0 or backward > 0 else codes.NON_STICK_SLIP
 
 
 _ENDS = {

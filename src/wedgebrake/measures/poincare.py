@@ -15,6 +15,8 @@ from wedgebrake.solvers.solve import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
+# As many points as a simulation gives samples.
+_MOST = 50_000_000
 # What the section itself decides, and the argument to use instead.
 _DECIDED = {
     "duration": "periods",
@@ -140,8 +142,9 @@ def _check_options(options: dict[str, Any]) -> None:
 
 
 def _whole(name: str, value: Any) -> None:
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 0:
-        raise InputError(f"{name} = {value!r}: must be a whole number, at least 0.")
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not 0 <= value <= _MOST:
+        raise InputError(f"{name} = {value!r}: must be a whole number, 0 to {_MOST}.")
 
 
 def _seconds(name: str, value: Any) -> None:

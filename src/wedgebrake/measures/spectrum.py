@@ -120,7 +120,11 @@ def window_weights(window: str | tuple[Any, ...], n: int) -> FloatArray:
         return 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1)[:-1])
     from scipy.signal import windows
 
-    return np.asarray(windows.get_window(window, n, fftbins=True), dtype=float)
+    with np.errstate(all="ignore"):
+        weights = np.asarray(windows.get_window(window, n, fftbins=True), dtype=float)
+    if not np.all(np.isfinite(weights)):
+        raise ValueError("its values are not finite")
+    return weights
 
 
 def frequencies(response: xr.Dataset) -> dict[str, float]:
@@ -161,7 +165,7 @@ def _samples(
         raise InputError(
             f"start = {start!r}, stop = {stop!r}: {np.count_nonzero(inside)} samples between"
             f" {low:g} s and {high:g} s, but a spectrum needs at least 2. The response has"
-            f" {times.size} from {first:g} s to {last:g} s."
+            f" {times.size} from {first:g} s to {last:g} s. Choose a longer stretch."
         )
     times, values = times[inside], values[inside]
     if not np.all(np.isfinite(values)):

@@ -137,7 +137,7 @@ class Strobe:
         self, state: FloatArray, problem: Any, *, derivative: bool
     ) -> tuple[FloatArray, FloatArray]:
         """Where a period of the torque leads, and the derivative of that."""
-        from wedgebrake.solvers.smooth import period_map
+        from wedgebrake.solvers.smooth_periods import period_map
 
         there = period_map(
             problem, float(state[0]), float(state[1]), _MOST_STEPS, derivative=derivative

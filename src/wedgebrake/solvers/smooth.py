@@ -191,55 +191,6 @@ def _tableau() -> tuple[FloatArray, ...]:
     return tuple(np.ascontiguousarray(array, dtype=float) for array in given)
 
 
-class PeriodMap(NamedTuple):
-    """The state after a period of the torque, and its derivative by the state before it.
-
-    outcome : code of ``_kernels.codes``
-    angle, velocity : where the run ended [rad], [rad/s]
-    matrix  : (2, 2) d(angle, velocity)/d(angle, velocity before), nan if the period was not
-              completed; (0, 2) where it was not asked for
-    """
-
-    outcome: int
-    angle: float
-    velocity: float
-    matrix: FloatArray
-
-
-def period_map(
-    given: Problem, angle: float, velocity: float, max_steps: int, *, derivative: bool = True
-) -> PeriodMap:
-    """Advance one period of the torque from its phase 0.
-
-    The state is exact to about rtol, the matrix to rtol times the ratio of the fastest sliding
-    speed to the half width of the steep layer.
-    """
-    # Compiled by its first user, not by everyone who simulates.
-    from wedgebrake._kernels import smooth_tangent
-
-    matrix = np.empty((2 if derivative else 0, 2))
-    if given.pair is None:
-        run = smooth_tangent.period_series(
-            given.plant, None, given.series, *given[3:], angle, velocity, max_steps, matrix
-        )
-    else:
-        (friction, friction_shape, brake, brake_shape), numbers, tableau = given.pair
-        pair = (_functions(friction, brake), (friction_shape, brake_shape), numbers, tableau)
-        run = smooth_tangent.period_pair()(
-            given.plant, pair, None, *given[3:], angle, velocity, max_steps, matrix
-        )
-    outcome, angle, velocity = run
-    return PeriodMap(outcome, angle, velocity, matrix)
-
-
-@cache
-def _functions(friction: Any, brake: Any) -> Any:
-    """Two laws as the kernel takes them."""
-    from wedgebrake._kernels import smooth_tangent
-
-    return smooth_tangent.gather()(friction, brake)
-
-
 def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -> Trajectory:
     """Simulate a system with a smooth friction law."""
     given = problem(system, rtol, task.angle, task.velocity)
@@ -258,7 +209,7 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
         times=times,
         angle=angle,
         velocity=velocity,
-        brake_torque=_brake_torque(system, speed),
+        brake_torque=torque_at(system, speed),
         sticking=within(times, sticks),
         period=log[marks, kernel.LOG_PERIOD].astype(np.int64),
         period_angle=log[marks, kernel.LOG_THETA],
@@ -297,8 +248,8 @@ def _run(
         rows *= 4
 
 
-def _brake_torque(system: BrakedDriveline, speed: FloatArray) -> FloatArray:
-    """R F_mu at sliding velocities [rad/s]."""
+def torque_at(system: BrakedDriveline, speed: FloatArray) -> FloatArray:
+    """R F_mu [N m] at sliding velocities (n,) [rad/s]."""
     torque = np.empty(speed.size)
     along.torques(*_laws(system), *_numbers(system), np.ascontiguousarray(speed), torque)
     return torque
