@@ -120,7 +120,10 @@ def stability(system: BrakedDriveline) -> Stability:
 
     Friction counts with its kinetic coefficient, constant in speed: the slope of a falling
     friction curve is not included, nor the release of the actuation.
+
+    Raises ``InputError`` for what is no ``BrakedDriveline``.
     """
+    _check_system(system)
     forward, backward = (_direction(system, side) for side in (1, -1))
     existing = [d for d in (forward, backward) if not d.locked]
     stable = all(bool(d.stable) for d in existing)
@@ -292,6 +295,11 @@ def _verdict(
 _AXES = ("eta", "alpha", "kinetic", "loss_factor")
 
 
+def _check_system(system: BrakedDriveline) -> None:
+    if not isinstance(system, BrakedDriveline):
+        raise InputError(f"system = {shown(system)}: must be a BrakedDriveline.")
+
+
 def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     """Linear stability over a grid of groups, vectorised.
 
@@ -305,10 +313,12 @@ def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     frequency [1], over both directions) and ``locked`` (no forward sliding exists; the
     backward direction alone is then judged).
 
-    Raises ``InputError`` for unknown axes, empty or non-finite values.
+    Raises ``InputError`` for what is no ``BrakedDriveline``, unknown axes, empty or
+    non-finite values.
     """
     import xarray as xr
 
+    _check_system(system)
     groups = system.groups
     if not axes:
         raise InputError(f"axes: none given. Give at least one of {', '.join(_AXES)}.")

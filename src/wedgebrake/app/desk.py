@@ -121,7 +121,7 @@ class Desk:
         for part in (*(getattr(self.system, part) for part in PARTS), self.study.run):
             if name in type(part).model_fields:
                 return getattr(part, name)
-        raise InputError(f"{name}: no such parameter of this machine.")
+        raise InputError(f"{name}: no such parameter of this machine. Choose one that it has.")
 
     def edited(self, /, **changes: Any) -> Desk:
         """A desk with changed parameters, groups, settings, kinds or view, by name.

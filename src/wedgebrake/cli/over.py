@@ -124,7 +124,7 @@ def _number(where: str, text: str, forms: str = _FORMS) -> float:
             f"{where}{shown(text.strip())} is not a number. Must be {forms}."
         ) from None
     if not math.isfinite(value):
-        raise InputError(f"{where}{shown(text.strip())} is not a finite number.")
+        raise InputError(f"{where}{shown(text.strip())} is not a finite number. Must be {forms}.")
     return value
 
 
@@ -133,5 +133,5 @@ def _whole(where: str, text: str) -> int:
         return int(text)
     except ValueError:
         raise InputError(
-            f"{where}{shown(text)} is not a whole number. It says how many values; {_EXAMPLE}."
+            f"{where}{shown(text)} is not a whole number. It must say how many values; {_EXAMPLE}."
         ) from None

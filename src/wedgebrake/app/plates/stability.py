@@ -109,12 +109,14 @@ def work(desk: Desk) -> Iterator[StabilityMap]:
 def _axes(desk: Desk) -> tuple[Axis, Axis]:
     if desk.system.groups.eta is None:
         raise InputError(
-            "eta is not defined without damping or friction, and so no margin in it. Without"
-            " damping sliding is linearly stable exactly where the slope of the actuation force is"
-            " positive."
+            "No map: eta is not defined without damping or friction, and so no margin in it. Raise"
+            " them; without damping sliding is linearly stable exactly where the slope of the"
+            " actuation force is positive."
         )
     if desk.system.driveline.stiffness == 0.0:
-        raise InputError("No map: without a spring nothing brings the driveline back.")
+        raise InputError(
+            "No map: without a spring nothing brings the driveline back. Raise the stiffness."
+        )
     across, up = parameters(desk)
     if up not in axes(desk.system):
         raise InputError(
