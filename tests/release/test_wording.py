@@ -24,8 +24,8 @@ _CONTINUED = ("is ", "no such file", "missing: ", "cannot be read ")
 _WAY_OUT = re.compile(
     r"\b(?:[Mm]ust|at most|needs|only|Allowed|for example|shows)\b"
     r"|\{nearest\(|\{(?:\w+\.)?(?:error|message|hint|way|why|what|more)\b|\{unused"
-    r"|(?:^|[.;:,] |, or )(?:Change|Choose|Combine|Create|Edit|Fill|Find|Follow|Give|Install|Leave|Lower"
-    r"|Make|Mend|Move|Raise|Remove|Save|Set|Simulate|Sort|Sweep|Take|Use|Wait|Widen|Write)\b",
+    r"|(?:^|[.;:,] |, or )(?:Change|Choose|Combine|Create|Edit|Fill|Find|Follow|Give|Install|Leave"
+    r"|Lower|Make|Mend|Move|Raise|Remove|Save|Set|Simulate|Sort|Sweep|Take|Use|Wait|Widen|Write)\b",
     re.IGNORECASE,
 )
 # It says by itself what is wrong and what would be right.

@@ -1,0 +1,135 @@
+"""What is loaded when: nothing by ``import wedgebrake``, and no warning by anything."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import windows
+
+import wedgebrake as wb
+from wedgebrake.measures.spectrum import window_weights
+from wedgebrake.plots import style
+from wedgebrake.plots.save import image
+
+PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
+HOMES = sorted(
+    {getattr(getattr(wb, name), "__module__", "wedgebrake.paper") for name in wb.__all__}
+)
+AREAS = ("app", "cli", "measures", "model", "orbits", "paper", "plots", "solvers", "sweeps")
+
+
+def python(*arguments: str) -> str:
+    """What Python prints; an error or a word on standard error is a failure."""
+    done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=300)
+    said = re.sub(r"^Compiling the kernels: .*\n", "", done.stderr)  # where the cache is empty
+    assert (done.returncode, said) == (0, "")
+    return done.stdout
+
+
+class TestWarnings:
+    def test_none_as_the_package_and_its_names_are_imported(self):
+        code = (
+            "import wedgebrake as wb\n"
+            "for name in wb.__all__: getattr(wb, name)\n"
+            "print(len(dir(wb)))\n"
+        )
+        assert int(python("-W", "error", "-c", code)) == len(wb.__all__)
+
+    @pytest.mark.parametrize("area", AREAS)
+    def test_none_as_a_part_is_imported_first(self, area):
+        python("-W", "error", "-c", f"import wedgebrake.{area}")
+
+    def test_none_in_any_public_module(self):
+        """Each on its own path, so that none leans on what another one loaded."""
+        assert "wedgebrake.solvers.solve" in HOMES
+        code = (
+            "import importlib, sys\n"
+            "for name in sys.argv[1:]:\n"
+            "    for old in [one for one in sys.modules if one.startswith('wedgebrake')]:\n"
+            "        del sys.modules[old]\n"
+            "    importlib.import_module(name)\n"
+        )
+        python("-W", "error", "-c", code, *HOMES)
+
+    def test_none_in_a_run_with_a_picture(self, tmp_path):
+        words = python(
+            "-W", "error", "-m", "wedgebrake", "simulate", str(PAPER), "--set", "periods=20",
+            "--plot", str(tmp_path / "run.png"),
+        )  # fmt: skip
+        assert "Picture: " in words
+
+
+class TestLoading:
+    def test_the_package_loads_nothing_else(self):
+        code = (
+            "import sys; before = set(sys.modules)\n"
+            "import wedgebrake\n"
+            "import json; print(json.dumps(sorted(set(sys.modules) - before)))\n"
+        )
+        loaded = {name.partition(".")[0] for name in json.loads(python("-c", code))}
+        assert loaded - set(sys.stdlib_module_names) == {"wedgebrake"}
+
+    def test_a_run_with_a_picture_loads_no_more_than_it_needs(self, tmp_path):
+        """Each of these takes a tenth of a second or more."""
+        code = (
+            "import sys\n"
+            "from wedgebrake.cli.main import main\n"
+            f"sys.argv = ['wedgebrake', 'simulate', {str(PAPER)!r}, '--set', 'periods=20',\n"
+            f"            '--plot', {str(tmp_path / 'run.png')!r}]\n"
+            "try:\n"
+            "    main()\n"
+            "except SystemExit:\n"
+            "    pass\n"
+            "heavy = ['scipy.signal', 'scipy.stats', 'scipy.optimize', 'scipy.integrate', 'zarr',\n"
+            "         'matplotlib.pyplot', 'distributed', 'panel', 'bokeh', 'h5netcdf', 'rich']\n"
+            "print([name for name in heavy if name in sys.modules])\n"
+        )
+        assert python("-c", code).splitlines()[-1] == "[]"
+
+
+class TestShortCuts:
+    """What makes the start quick gives what the slow way gives, bit for bit."""
+
+    @pytest.mark.parametrize("n", [2, 3, 4, 101, 4096, 25_000])
+    def test_the_usual_window_is_scipys(self, n):
+        ours = window_weights("hann", n)
+        assert ours.tobytes() == windows.get_window("hann", n, fftbins=True).tobytes()
+
+    @pytest.mark.parametrize("what", ["response", "spectrum", "map", "section"])
+    def test_a_picture_is_that_of_savefig(self, what, tmp_path):
+        system = wb.paper.system()
+        response = wb.simulate(system, periods=20)
+        eta, alpha = np.linspace(-2.0, 1.0, 30), np.linspace(1.05, 2.0, 20)
+        shown = {
+            "response": lambda: response,
+            "spectrum": lambda: wb.spectrum(response),
+            "map": lambda: wb.stability_map(system, eta=eta, alpha=alpha),
+            "section": lambda: wb.poincare(system, periods=20, transient=1),
+        }[what]()
+        figure, other = wb.plot(shown), wb.plot(shown)
+        canvas, dpi = figure.canvas, figure.dpi
+        ours = image(figure, "png", width=800)
+        path = tmp_path / "savefig.png"
+        with style.use():
+            other.savefig(path, dpi=800 / other.get_figwidth() * (1.0 + 1e-9), metadata={})
+        assert ours == path.read_bytes()
+        assert (figure.canvas, figure.dpi) == (canvas, dpi)
+
+
+def test_nothing_is_written_where_the_cache_is_named(tmp_path):
+    """Beside the cache itself, a start leaves no file behind."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    subprocess.run(
+        [sys.executable, "-c", "import wedgebrake as wb; wb.stability(wb.paper.system())"],
+        cwd=tmp_path,
+        env=environment,
+        check=True,
+    )
+    assert list(tmp_path.iterdir()) == []
