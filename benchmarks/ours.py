@@ -1,0 +1,63 @@
+"""The package on the work of the table: the kernels alone, and the front doors."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+import wedgebrake as wb
+from wedgebrake._kernels import exact as exact_kernel
+from wedgebrake._kernels.codes import COMPLETED
+from wedgebrake.solvers import exact, smooth, smooth_periods
+from work import DIAGRAM_COMPARED, ETAS, PERIODS, system
+
+TOLERANCES = {"coulomb": (None,), "smoothed": (1e-6, 1e-8, 1e-10, 1e-12)}
+# What the others are set beside.
+REFERENCE = {"coulomb": None, "smoothed": 1e-8}
+State = tuple[float, float]
+
+
+def kernel(machine: wb.BrakedDriveline, rtol: float | None, periods: int) -> Callable[[], State]:
+    """The compiled solver alone, without what makes a dataset of its answer.
+
+    rtol : None for the exact solver
+    """
+    if rtol is None:
+        given = exact.problem(machine)
+        log, points = exact_kernel.empty_log(0), np.empty((periods, 2))
+
+        def run() -> State:
+            start = (0, 0.0, 0.0, 0.0)
+            found = exact_kernel.run(*given, *start, periods, 0.0, 10**7, log, points)
+            assert found[0] == COMPLETED
+            return float(found[3]), float(found[4])
+
+        return run
+    task = smooth.problem(machine, rtol)
+
+    def advance() -> State:
+        found = smooth_periods.advance(task, (0.0, 0.0), periods, 10**8)
+        assert found.outcome == COMPLETED
+        return found.state
+
+    return advance
+
+
+def bifurcation(law: str, threads: int) -> float:
+    """Seconds for the bifurcation diagram, with classes, exponents and torques of each point."""
+    limits = {} if REFERENCE[law] is None else {"rtol": REFERENCE[law]}
+    start = time.perf_counter()
+    wb.bifurcation(
+        system(law, 0.0), eta=ETAS, periods=PERIODS, transient=200, threads=threads, **limits
+    )
+    return time.perf_counter() - start
+
+
+def diagram_states(law: str) -> np.ndarray:
+    """(point, 2): angle and velocity where the diagrams are compared, by the same sweep."""
+    limits = {} if REFERENCE[law] is None else {"rtol": REFERENCE[law]}
+    found = wb.sweep(
+        system(law, 0.0), eta=ETAS, periods=DIAGRAM_COMPARED, transient=DIAGRAM_COMPARED // 2,
+        **limits,
+    )  # fmt: skip
+    return np.column_stack([found["final_angle"], found["final_velocity"]])

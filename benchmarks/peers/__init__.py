@@ -1,0 +1,24 @@
+"""What a user would pick instead, doing the same work: one file a peer.
+
+brake          the wedge brake in plain numbers, and how long it rests
+peer           what each of them answers to
+scipy_ode      SciPy's solve_ivp with a compiled right side
+heyoka_events  heyoka, one trajectory at a time, with terminal events
+heyoka_batch   heyoka, several trajectories in vector lanes, with terminal events
+moreau         Siconos, Moreau time-stepping (moreau_steps runs under its Python)
+xppaut         XPPAUT without a screen
+octave         GNU Octave, lsode
+auto           AUTO-07p, branches of periodic orbits
+"""
+
+from peers.peer import Answers, Peer
+
+__all__ = ["Answers", "Peer", "all_peers"]
+
+
+def all_peers() -> list[Peer]:
+    """Every peer, installed or not, in the order of the table."""
+    from peers import heyoka_batch, heyoka_events, moreau, octave, scipy_ode, xppaut
+
+    modules = (heyoka_events, heyoka_batch, scipy_ode, moreau, xppaut, octave)
+    return [peer for module in modules for peer in module.peers()]

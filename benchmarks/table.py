@@ -1,0 +1,217 @@
+"""Measurement of the table: every program on every case, with its error."""
+
+import os
+import platform
+from collections.abc import Callable, Iterator, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import ours
+import wedgebrake as wb
+from peers import Peer, auto
+from timing import best
+from work import (
+    CASES,
+    DIAGRAM_COMPARED,
+    ETAS,
+    PERIODS,
+    Case,
+    diagram,
+    duration,
+    neighbours,
+    system,
+    truth,
+)
+
+Row = dict[str, Any]
+# How long a program may work on a diagram [s]; beyond, it gets a part of the points.
+PATIENCE = 10.0
+# Errors below it cannot be told from those of the truth.
+FLOOR = 1e-9
+
+
+def machine() -> dict[str, Any]:
+    """What was measured on, and with what."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
+    names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
+    return {
+        "processor": names[0] if names else platform.machine(),
+        "processors": len(os.sched_getaffinity(0)),
+        "load": os.getloadavg()[0],
+        "python": platform.python_version(),
+        "versions": {name: _version(name) for name in ("wedgebrake", "numba", "scipy", "heyoka")},
+    }
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def errors(states: np.ndarray, truths: np.ndarray) -> dict[str, float]:
+    """The largest over the states (n, 2), [rad] and [rad/s]."""
+    angle, velocity = np.abs(np.atleast_2d(states) - np.atleast_2d(truths)).max(axis=0)
+    return {"error_angle": float(angle), "error_velocity": float(velocity)}
+
+
+def own_rows(case: Case, count: int = PERIODS) -> Iterator[Row]:
+    """The package on one case: its kernel at every tolerance, and the front door."""
+    expected = truth(case.system, case.compared)
+    for rtol in ours.TOLERANCES[case.law]:
+        seconds = best(ours.kernel(case.system, rtol, count))
+        state = np.array(ours.kernel(case.system, rtol, case.compared)())
+        asked = "exact" if rtol is None else f"rtol {rtol:g}"
+        yield {
+            "program": "wedgebrake", "asked": asked, "seconds": seconds, "own": True,
+            "reference": rtol == ours.REFERENCE[case.law], **errors(state, expected),
+        }  # fmt: skip
+
+
+def peer_row(peer: Peer, case: Case, periods: int = PERIODS) -> Row:
+    """One peer on one case; those that like several get the case and its neighbours."""
+    brakes = neighbours(case, peer.lanes)
+    run = _repeated(peer, brakes, duration(case.system, periods))
+    states, seconds = run.states, run.seconds
+    if case.compared != periods:
+        states = peer.solve(brakes, duration(case.system, case.compared)).states
+    return {
+        "program": peer.name, "asked": peer.asked, "seconds": seconds / len(brakes), "own": False,
+        "reference": False, **errors(states[0], truth(case.system, case.compared)),
+    }  # fmt: skip
+
+
+def _repeated(peer: Peer, brakes: Sequence[Any], until: float) -> Any:
+    """The fastest of some runs; a slow program has one."""
+    fastest = peer.solve(brakes, until)
+    spent = fastest.seconds
+    while spent < 1.0:
+        again = peer.solve(brakes, until)
+        spent += again.seconds
+        fastest = min(fastest, again, key=lambda one: one.seconds)
+    return fastest
+
+
+def case_rows(case: Case, peers: Sequence[Peer], periods: int = PERIODS) -> list[Row]:
+    """Everything on one case, with ratios."""
+    rows = list(own_rows(case, periods))
+    rows += [peer_row(peer, case, periods) for peer in peers]
+    shared = {"law": case.law, "case": case.words, "compared": case.compared}
+    return [{**shared, **row} for row in compared(rows)]
+
+
+def compared(rows: list[Row]) -> list[Row]:
+    """Rows with their ratios to ours.
+
+    ratio       : of the time to that of our reference row
+    ratio_equal : of the time to that of our fastest row whose error is not larger, or, where
+                  all are larger, of our most accurate one
+    """
+    own = [row for row in rows if row["own"]]
+    [reference] = [row for row in own if row["reference"]]
+    made = []
+    for row in rows:
+        allowed = max(row["error_velocity"], FLOOR)
+        fair = [one for one in own if one["error_velocity"] <= allowed]
+        beside = min(fair, key=lambda one: one["seconds"], default=None) or min(
+            own, key=lambda one: one["error_velocity"]
+        )
+        ratios = {"ratio": row["seconds"] / reference["seconds"]}
+        if not row["own"]:
+            ratios["ratio_equal"] = row["seconds"] / beside["seconds"]
+        made.append({**row, **ratios})
+    return made
+
+
+def diagram_rows(law: str, peers: Sequence[Peer], known: dict[str, float]) -> list[Row]:
+    """The bifurcation diagram: seconds are those of a point.
+
+    known : seconds for a trajectory, by program and accuracy, to choose how many points it gets
+    """
+    truths = np.array([truth(system(law, float(eta)), DIAGRAM_COMPARED) for eta in ETAS])
+    rows = []
+    own_errors = errors(ours.diagram_states(law), truths)
+    asked = "exact" if ours.REFERENCE[law] is None else f"rtol {ours.REFERENCE[law]:g}"
+    several = len(os.sched_getaffinity(0))
+    for threads in dict.fromkeys((1, several)):
+        seconds = best(lambda threads=threads: ours.bifurcation(law, threads)) / ETAS.size
+        words = "1 thread" if threads == 1 else f"{threads} threads"
+        rows.append(
+            {"program": f"wedgebrake, wb.bifurcation, {words}", "asked": asked, "own": True,
+             "reference": threads == 1, "seconds": seconds, "points": ETAS.size, **own_errors}
+        )  # fmt: skip
+    for peer in peers:
+        stride = int(np.ceil(known[peer.name + peer.asked] * ETAS.size / PATIENCE))
+        brakes = diagram(law, stride)
+        one = system(law, 0.0)
+        run = peer.solve(brakes, duration(one, PERIODS))
+        states = peer.solve(brakes, duration(one, DIAGRAM_COMPARED)).states
+        rows.append(
+            {"program": peer.name, "asked": peer.asked, "own": False, "reference": False,
+             "seconds": run.seconds / len(brakes), "points": len(brakes),
+             **errors(states, truths[::stride])}
+        )  # fmt: skip
+    shared = {"law": law, "case": "diagram", "compared": DIAGRAM_COMPARED}
+    return [{**shared, **row} for row in compared(rows)]
+
+
+def branch_rows() -> list[Row]:
+    """The synchronous orbit of the smoothed brake followed: seconds are those of an orbit.
+
+    Where its period doubles is compared with AUTO's answer on twice as fine a mesh.
+    """
+    if auto.missing():
+        return []
+    start = system("smoothed", auto.START)
+    first = wb.orbit(start)
+    # AUTO's coarse and fine answers agree to the digits that it prints; ours must meet the fine.
+    fine = auto.follow(start, 800).doubling
+    theirs = min((auto.follow(start, 400) for _ in range(3)), key=lambda one: one.seconds)
+
+    def follow() -> wb.Branch:
+        branch = wb.continuation(first, step=0.005, eta=(auto.START, auto.END))
+        for point in branch:
+            assert np.isfinite(point.multipliers[0])
+        return branch
+
+    branch = follow()
+    [doubling] = [
+        point.value
+        for point in branch.bifurcations
+        if point.bifurcation is not None and point.bifurcation.kind.value == "period doubling"
+    ]
+    count = len(branch.points)
+    return [
+        {"program": "wedgebrake, wb.continuation", "asked": "rtol 1e-10", "orbits": count,
+         "seconds": best(follow) / count, "error": abs(doubling - fine)},
+        {"program": "AUTO-07p", "asked": "400 intervals", "orbits": theirs.orbits,
+         "seconds": theirs.seconds / theirs.orbits, "error": abs(theirs.doubling - fine)},
+    ]  # fmt: skip
+
+
+def measure(peers: Sequence[Peer], *, quick: bool, say: Callable[[str], None]) -> dict[str, Any]:
+    """The whole table as plain values; ``quick``: the first case of each law, no diagram."""
+    absent = {peer.name: peer.missing() for peer in peers if peer.missing()}
+    if auto.missing():
+        absent["AUTO-07p"] = auto.missing()
+    here = [peer for peer in peers if not peer.missing()]
+    rows: list[Row] = []
+    for law in dict.fromkeys(case.law for case in CASES):
+        of_law = [peer for peer in here if peer.law == law]
+        cases = [case for case in CASES if case.law == law]
+        for case in cases[:1] if quick else cases:
+            say(f"{law}, {case.words}")
+            chosen = of_law if case is cases[0] else [one for one in of_law if not one.slow]
+            rows += case_rows(case, chosen)
+        if not quick:
+            say(f"{law}, diagram")
+            known = {one["program"] + one["asked"]: one["seconds"] for one in rows}
+            rows += diagram_rows(law, [one for one in of_law if not one.slow], known)
+    say("branch")
+    branch = [] if quick else branch_rows()
+    return {"machine": machine(), "rows": rows, "branch": branch, "left_out": absent}
