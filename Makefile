@@ -5,6 +5,7 @@
 # make bench  speed, as ratios to peers in the same run
 # make lint   the house rules alone
 # make slow   the studies of minutes
+# make coverage  which lines the tests run, of the kernels as plain Python; fails below a floor
 # make docs   the documentation as pages for a browser, in out/docs
 # make paper  the audit of the source paper, with the copy in docs
 
@@ -13,7 +14,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT := out
 
-.PHONY: demo app test bench lint slow docs paper clean
+.PHONY: demo app test bench lint slow coverage docs paper clean
 
 $(VENV)/.demo: pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer, or say make PYTHON=python3"; exit 2; }
@@ -59,6 +60,14 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/paper.py
 	$(BIN)/python benchmarks/orbits.py
 	$(BIN)/python benchmarks/explorer.py
+
+coverage: $(VENV)/.dev
+	$(BIN)/coverage erase
+	$(BIN)/coverage run tests/release/interpreted.py --plain >/dev/null
+	$(BIN)/coverage run -m pytest -m "not slow"
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report --include='*/_kernels/*' --fail-under=90
+	$(BIN)/coverage report --skip-covered
 
 docs: $(VENV)/.dev
 	$(BIN)/python -m sphinx -W --keep-going docs $(OUT)/docs
