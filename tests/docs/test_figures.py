@@ -4,6 +4,8 @@ import re
 import runpy
 from pathlib import Path
 
+import wedgebrake as wb
+
 DOCS = Path(__file__).parents[2] / "docs"
 
 
@@ -17,9 +19,11 @@ def test_every_figure_is_drawn_by_the_script_and_shown_on_a_page(tmp_path):
     assert drawn == set(re.findall(r"\(figures/([\w.]+)\)", pages))
 
 
-def test_the_readings_of_the_adding_sliding_figure_are_those_of_the_branch():
+def test_the_caption_of_the_adding_sliding_figure_says_where_it_is():
     script = runpy.run_path(str(DOCS / "figures.py"))
-    before, after = script["BEFORE"], script["AFTER"]
+    start = wb.orbit(script["SYSTEM"].replace(eta=-36), order=2)
+    branch = wb.continuation(start, eta=(-36, script["AFTER"]))
+    kinds = {p.bifurcation.kind.value: p.value for p in branch if p.bifurcation}
     text = (DOCS / "theory.md").read_text(encoding="utf-8")
-    [at] = re.findall(r"at η = −([\d.]+) it touches the end", text)
-    assert before < -float(at) < after
+    [caption] = re.findall(r"at η = −([\d.]+) it touches the end", text)
+    assert f"{-kinds['adding-sliding']:.4f}" == caption
