@@ -21,6 +21,10 @@ dop853      the Dormand-Prince 8(5,3) step with its continuous extension
 series      a step by Taylor series, for mu tanh and brakes whose g is a fraction
 smooth      any smooth law: the layer by series or DOP853, saturated speeds in closed form
 smooth_tangent  the derivative of its flow: the variational equation on the same steps
+smooth_tally  what it adds up to: heat, range, time at rest
+smooth_periods  period by period, with both
+trace       a formula written once, as vector instructions for several systems at once
+lanes       several smooth motions side by side, by series
 ode14x      the paper's fixed-step extrapolated linearly implicit Euler
 
 State convention: ``theta`` is the driveline angle [rad] and ``w`` its velocity [rad/s].

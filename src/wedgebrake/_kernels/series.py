@@ -68,6 +68,21 @@ def acceleration(plant, law, side, drive, theta, w):
 
 
 @compiled
+def series_numbers(plant, law, numbers):
+    """What steps in lanes need of a system, into ``numbers`` (13,); the slope for v > 0."""
+    inertia, damping, stiffness, _, omega, w_rest = plant
+    kappa, mu, a, b, d, radius, force, slope = law
+    numbers[0], numbers[1] = damping / inertia, stiffness / inertia
+    numbers[2], numbers[3] = force / inertia, slope / inertia
+    numbers[4], numbers[5], numbers[6] = omega * omega, w_rest, kappa
+    # The gain is top tanh/(gap - lever tanh), its slope rise e/(1 + e)^2/(...)^2.
+    numbers[7], numbers[8], numbers[9] = radius * a * mu, b, d * mu
+    numbers[10] = 4.0 * radius * a * b * mu * kappa
+    numbers[11] = kappa * (mu * d * d - b * b / mu) / (a * b * radius)
+    numbers[12] = 2.0 * kappa * mu * d / b
+
+
+@compiled
 def expand(plant, law, side, t, theta, w, work):
     """Fill ``work`` (6 rows of ORDER + 1) with the series of the motion from (t, theta, w).
 

@@ -62,7 +62,7 @@ TRAIL_COLUMNS = TRAIL_SPEEDS + STAGES
 
 # A numeric step may cover this share of the way to the nearest pole of the law, which for
 # tanh(v/band) lies at v = i pi/2 band: a Runge-Kutta step, and a series.
-_SHARE, _SERIES_SHARE, _POLE = 0.4, 0.6, 0.5 * math.pi
+_SHARE, SERIES_SHARE, POLE = 0.4, 0.6, 0.5 * math.pi
 # A start on a kink is no crossing, nor is what happens within this share of a step: far less
 # than the kink bends there, but more than rounding where the speed grows as time cubed.
 _ON_KINK = 1e-4
@@ -98,7 +98,7 @@ def _leave(trail, left, stretch, t, theta, w, size):
 
 
 @compiled
-def _stretch_at(edges, w, rising):
+def stretch_at(edges, w, rising):
     """The stretch that holds ``w``; on an edge, the one that the motion enters."""
     stretch = 0
     while stretch < edges.size and (w > edges[stretch] or (w == edges[stretch] and rising)):
@@ -237,7 +237,7 @@ def _series_step(
     per_theta = 1.0 / (rtol * (scale_theta + abs(theta)))
     h = min(longest(work, per_theta, 1.0 / (rtol * (scale_w + abs(w)))), h_max)
     # Further, and the series could miss the steep layer altogether.
-    furthest = _SERIES_SHARE * (abs(w - plant[5]) + reach)
+    furthest = SERIES_SHARE * (abs(w - plant[5]) + reach)
     if abs(a) * h > furthest:
         h = furthest / abs(a)
     if not h >= tiny:
@@ -357,7 +357,7 @@ def _run(
     w2, f = stiffness / inertia, amplitude / inertia
     length = 2.0 * math.pi / omega
     top = edges.size
-    reach = _POLE * band
+    reach = POLE * band
     steps, rows, wanted, left = 0, 0, 0, 0
     trailing = trail.shape[0] > 0
     stalled = False
@@ -371,7 +371,7 @@ def _run(
     if series is not None:
         a = series_acceleration(plant, series, side, drive_at(plant, t), theta, w)
     rising = a > 0.0 or (a == 0.0 and f * omega * math.cos(omega * t) > w2 * w)
-    stretch = _stretch_at(edges, w, rising)
+    stretch = stretch_at(edges, w, rising)
     inside = abs(w - w_rest) <= band
     rows = _write(log, rows, START, period, t, theta, w, 0.0)
     if inside:
@@ -461,13 +461,13 @@ def _run(
             return DIVERGED, period, t, theta, w, steps, rows, wanted, left
         if hit != REACHED_END:
             side = -1.0 if hit == HIT_LOW else 1.0
-            stretch = _stretch_at(edges, w, hit == HIT_HIGH)
+            stretch = stretch_at(edges, w, hit == HIT_HIGH)
             kind = REVERSAL if w == edges[rest_edge] else BREAKPOINT
             on_kink = w == edges[rest_edge] or w == kinks[stretch, 0] or w == kinks[stretch, 1]
             if on_kink and (w != w0 or t != t0):
                 rows = _write(log, rows, kind, period, t, theta, w, side)
         elif not linear[stretch]:
-            stretch = _stretch_at(edges, w, a > 0.0)
+            stretch = stretch_at(edges, w, a > 0.0)
         if pair is not None:  # noqa: SIM102 - one condition alone is left out by Numba
             if came_linear and not linear[stretch]:
                 a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)

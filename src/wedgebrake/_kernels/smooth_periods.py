@@ -32,7 +32,7 @@ def _advance(
     sums     : None, or (smooth_tally.ENTRIES,) to go on with, from the time ``begin`` [s]
     shortest : the shortest stick [s]
 
-    Returns (outcome, periods done, time in the last one, theta, w, steps).
+    Returns (outcome, periods done, theta, w, steps).
     """
     pair = None
     if given is not None:
@@ -50,7 +50,7 @@ def _advance(
     matrices[:] = math.nan
     for done in range(count):
         while True:
-            outcome, _, t, theta1, w1, spent, rows, _, left = run(
+            outcome, _, _, theta1, w1, spent, rows, _, left = run(
                 plant, pair, series, edges, kinks, linear, table, rest_edge, band, w_diverged,
                 tolerances, h_max, 0, 0.0, theta, w, 1, 0.0, max_steps - steps, log, number, time,
                 seen, work, trail,
@@ -65,7 +65,7 @@ def _advance(
         if sums is not None:
             passages(log, rows, begin + done * length, shortest, sums)
         if outcome != COMPLETED:
-            return outcome, done, t, theta, w, steps
+            return outcome, done, theta, w, steps
         points[done + 1, 0], points[done + 1, 1] = theta, w
         if sums is not None:
             add(plant, pair, series, kinks, linear, table, trail, left, sums)
@@ -76,7 +76,7 @@ def _advance(
             carry(
                 plant, pair, series, tolerances[0], kinks, linear, table, reach, trail, left, matrix
             )
-    return COMPLETED, count, 0.0, theta, w, steps
+    return COMPLETED, count, theta, w, steps
 
 
 def _signature(sums):

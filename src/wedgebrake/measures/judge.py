@@ -27,6 +27,8 @@ from wedgebrake.solvers.sticks import SHORTEST_STICK
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wedgebrake.solvers.smooth_periods import Passed
+
 FloatArray = NDArray[np.float64]
 State = tuple[float, float]
 
@@ -43,17 +45,24 @@ _UNSETTLED = (codes.UNDECIDED, codes.QUASI_PERIODIC, codes.CHAOTIC)
 
 
 def judge(
-    system: BrakedDriveline, initial: State, method: str, protocol: Protocol
+    system: BrakedDriveline,
+    initial: State,
+    method: str,
+    protocol: Protocol,
+    begun: Passed | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Run a system and judge its motion.
+
+    begun : its transient, where that was run before (smooth friction)
 
     Returns (answer, record): the columns of ``_kernels.point`` and the recorded Poincare
     points, (n, 2): n = recorded periods + 1, or fewer where the run ended early.
     """
     if method == "exact":
         return _exactly(system, initial, protocol)
-    kind = _Smooth if method == "smooth" else _Scheme
-    return kind(system, initial, method, protocol).judged()
+    if method == "smooth":
+        return _Smooth(system, initial, method, protocol, begun).judged()
+    return _Scheme(system, initial, method, protocol).judged()
 
 
 def _exactly(
@@ -202,31 +211,44 @@ class _Smooth(_Run):
     """With smooth friction, in the compiled kernel."""
 
     def __init__(
-        self, system: BrakedDriveline, initial: State, method: str, protocol: Protocol
+        self,
+        system: BrakedDriveline,
+        initial: State,
+        method: str,
+        protocol: Protocol,
+        begun: Passed | None,
     ) -> None:
         from wedgebrake.solvers import smooth, smooth_periods
 
         super().__init__(system, initial, method, protocol)
         self.given = smooth.problem(system, protocol.rtol, *initial)
         self.advance, self.no_sums = smooth_periods.advance, smooth_periods.no_sums
+        self.begun = begun
         self.length = 1.0 / system.excitation.frequency
         self.matrices = np.empty((0, 2, 2))
         self.sums = self.no_sums()
         self.looked = 0
 
-    def _go(self, periods: int, sums: FloatArray | None, begin: float) -> float:
-        there = self.advance(
-            self.given, self.state, periods, self.protocol.max_steps - self.work,
-            derivative=sums is not None, sums=sums, begin=begin,
+    def _go(self, periods: int, sums: FloatArray | None, begin: float) -> None:
+        self._take(
+            self.advance(
+                self.given, self.state, periods, self.protocol.max_steps - self.work,
+                derivative=sums is not None, sums=sums, begin=begin,
+            )
         )  # fmt: skip
+
+    def _take(self, there: Passed) -> None:
+        """Go on from there."""
         self.points = np.concatenate([self.points, there.points[1:]])
         self.state, self.work = there.state, self.work + there.steps
         self.status = Status.of(there.outcome)
         self.matrices = there.matrices
-        return there.time
 
     def _advance(self, periods: int) -> None:
-        self._go(periods, None, 0.0)
+        if self.begun is not None:
+            self._take(self.begun)
+        else:
+            self._go(periods, None, 0.0)
 
     def _look(self, periods: int) -> None:
         self.sums, self.looked = self.no_sums(), periods

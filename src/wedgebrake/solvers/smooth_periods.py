@@ -22,7 +22,6 @@ class Passed(NamedTuple):
     points   : (m + 1, 2) angle [rad] and velocity [rad/s] at the beginning of each of m
                completed periods, and at the end of the last
     state    : where the run ended
-    time     : how long it was [s]
     steps    : spent
     matrices : (m, 2, 2) derivatives over each period; no rows where not asked for
     """
@@ -30,7 +29,6 @@ class Passed(NamedTuple):
     outcome: int
     points: FloatArray
     state: tuple[float, float]
-    time: float
     steps: int
     matrices: FloatArray
 
@@ -77,11 +75,8 @@ def advance(
         (friction, friction_shape, brake, brake_shape), numbers, tableau = given.pair
         laws = (_functions(friction, brake), (friction_shape, brake_shape), numbers, tableau)
         run = kernel.advance_pair(sums is not None)(given.plant, laws, None, *rest)
-    outcome, done, time, angle, velocity, steps = run
-    return Passed(
-        outcome, points[: done + 1], (angle, velocity), done * length + time, steps,
-        matrices[:done] if derivative else matrices,
-    )  # fmt: skip
+    outcome, done, angle, velocity, steps = run
+    return Passed(outcome, points[: done + 1], (angle, velocity), steps, matrices[:done])
 
 
 def period_map(

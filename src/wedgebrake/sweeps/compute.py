@@ -14,6 +14,7 @@ from wedgebrake._kernels import codes, point
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.swept import INITIAL
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 from wedgebrake.sweeps.grid import batches
@@ -110,9 +111,18 @@ class Chunk:
     def _points_at_once(self) -> int:
         protocol = self._plan.protocol
         if self._plan.method != "exact":
-            return 1
+            return self._lanes()
         wait = _SETTLING_PERIODS if protocol.automatic else protocol.first
         return max(1, _BATCH_PERIODS // (wait + protocol.recorded))
+
+    def _lanes(self) -> int:
+        """Points of a slow solver that are worked on at once: transients go side by side."""
+        plan = self._plan
+        if plan.method != "smooth" or plan.grid.follow is not None or not plan.protocol.first:
+            return 1
+        from wedgebrake.solvers.smooth_lanes import WIDTH
+
+        return WIDTH
 
     def _initial_states(self, count: int) -> FloatArray:
         states = np.empty((count, 2))
@@ -158,22 +168,51 @@ class Chunk:
         from wedgebrake.measures.judge import judge
 
         plan = self._plan
+        systems = {number: self._system(number) for number in numbers}
+        begun = self._begun({n: one for n, one in systems.items() if one is not None})
         before: FloatArray | None = None
-        for number in numbers:
-            place = tuple(int(one[number]) for one in self._indices)
-            initial = (float(self._states[number, 0]), float(self._states[number, 1]))
+        for number, system in systems.items():
+            initial = self._state(number)
             if plan.grid.follow is not None and before is not None:
                 initial = (float(before[point.FINAL_THETA]), float(before[point.FINAL_W]))
-            try:
-                system = system_at(plan.system, plan.grid.axes, place)
-            except InputError:
+            if system is None:
                 self._answers[number], before = np.nan, None
                 continue
-            answer, record = judge(system, initial, plan.method, plan.protocol)
+            answer, record = judge(system, initial, plan.method, plan.protocol, begun.get(number))
             self._answers[number] = answer
             before = answer if answer[point.OUTCOME] == codes.COMPLETED else None
             if plan.keep_points:
                 self._record[number, : record.shape[0]] = record
+
+    def _system(self, number: int) -> BrakedDriveline | None:
+        """The system of a point; None where there is none."""
+        place = tuple(int(one[number]) for one in self._indices)
+        try:
+            return system_at(self._plan.system, self._plan.grid.axes, place)
+        except InputError:
+            return None
+
+    def _state(self, number: int) -> tuple[float, float]:
+        return float(self._states[number, 0]), float(self._states[number, 1])
+
+    def _begun(self, systems: dict[int, BrakedDriveline]) -> dict[int, Any]:
+        """Transients that were run side by side."""
+        protocol = self._plan.protocol
+        if self._lanes() == 1:
+            return {}
+        from wedgebrake.solvers.smooth import problem
+        from wedgebrake.solvers.smooth_lanes import advance_together, fits
+
+        given = {
+            number: problem(system, protocol.rtol, *self._state(number))
+            for number, system in systems.items()
+        }
+        given = {number: one for number, one in given.items() if fits(one)}
+        if not given:
+            return {}
+        states = self._states[list(given)]
+        passed = advance_together(list(given.values()), states, protocol.first, protocol.max_steps)
+        return dict(zip(given, passed, strict=True))
 
 
 def compute(plan: Plan, where: dict[str, slice]) -> dict[str, Any]:
