@@ -2,7 +2,8 @@
 #             leave pictures and verdicts
 # make test   set up everything, check the house rules, run the tests
 # make app    the explorer: a page where sliders move the machine
-# make bench  speed, as ratios to peers in the same run
+# make bench  speed and error of the package and its peers in one table, then each part's own
+# make bench-docs  docs/benchmarks.md and docs/scale.md from what bench measured
 # make lint   the house rules alone
 # make slow   the studies of minutes
 # make coverage  which lines the tests run, of the kernels as plain Python; fails below a floor
@@ -14,7 +15,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT := out
 
-.PHONY: demo app test bench lint slow coverage docs paper clean
+.PHONY: demo app test bench bench-docs lint slow coverage docs paper clean
 
 $(VENV)/.demo: pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer, or say make PYTHON=python3"; exit 2; }
@@ -56,10 +57,15 @@ slow: $(VENV)/.bench
 
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/run.py
+	$(BIN)/python benchmarks/scale.py
 	$(BIN)/python benchmarks/sweeps.py
 	$(BIN)/python benchmarks/paper.py
 	$(BIN)/python benchmarks/orbits.py
 	$(BIN)/python benchmarks/explorer.py
+
+bench-docs: $(VENV)/.bench
+	$(BIN)/python benchmarks/run.py --write-docs
+	$(BIN)/python benchmarks/scale.py --write-docs
 
 coverage: $(VENV)/.dev
 	$(BIN)/coverage erase

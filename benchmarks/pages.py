@@ -2,62 +2,17 @@
 
 from collections.abc import Iterator
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 LAW_WORDS = {"coulomb": "Coulomb friction", "smoothed": "Smoothed friction"}
-HEAD = "| program | asked for | time | a second | ratio | at equal error | error, velocity | angle |"
+COLUMNS = (
+    "program", "asked for", "time", "a second", "ratio", "at equal error", "error, velocity",
+    "angle",
+)  # fmt: skip
+HEAD = f"| {' | '.join(COLUMNS)} |"
 RULE = "|---|---|--:|--:|--:|--:|--:|--:|"
-
-PAGE = """# Benchmarks
-
-Written by `make bench-docs` from what `make bench` measured; nothing here is typed by hand.
-
-The same work through wedgebrake and through what one would use instead, in one run on one
-machine: {processor}, {processors} processors, load {load:.1f} at the start; Python {python},
-{versions}. Everything runs on one core, but for the row that says otherwise.
-
-**The work.** The wedge brake of the [theory](theory.md), section 4, without a static peak, from rest
-over {periods} periods of the torque, in four cases; and a bifurcation diagram over η of {points}
-points of {periods} periods each at F₀ = {force}.
-
-**Time** is that of one trajectory (in the diagram, of one point), the best of several runs, without
-what is compiled or started once: wedgebrake's kernels are compiled and cached, heyoka has built its
-integrator, XPPAUT's start is taken off. wedgebrake's own rows are its kernels without the making of a
-dataset; rows of the diagram are the public call, which gives each point its class of motion,
-exponents, sticks and torques as well. The others compute a point's last state and nothing else.
-
-**Ratio** is the time over that of wedgebrake's row in bold. A fast wrong answer is not a peer:
-**at equal error** is the time over that of wedgebrake's fastest row whose velocity is no further from
-the truth than the peer's (errors below 1e-9 count as 1e-9).
-
-**Error** is the distance from the truth, of the velocity [rad/s] and the angle [rad], at the end of
-the period that the heading names; in the diagram the largest over its points. The truth for Coulomb
-friction is the exact solver, for smoothed friction the smooth one at 1e-13. The tests hold both
-against an independent Taylor integrator (heyoka) to 1e-9, and the solvers against 50-digit arithmetic.
-A chaotic motion is compared before rounding has grown to 1e-9: at η = −24, F₀ = 0.036 with Coulomb
-friction a change of the torque in its last bit grows to 1e-10 in 30 periods and to 0.1 in 100.
-
-{table}
-{branch}
-{absent}
-## What the rows are
-
-- **heyoka**: Taylor series in compiled code. It needs its terminal events to be right here. Without
-  them it is wrong in the first digits: for speeds beyond 1 rad/s tanh(ξRv) is 1 in double precision,
-  the series does not see the steep layer about zero velocity, and a step goes over a whole reversal.
-  Splitting at v = 0 alone does not cure it; steps must also end at the border of the layer. With
-  Coulomb friction reversals, sticks and releases are switched in Python callbacks. In vector lanes
-  neighbouring machines run side by side; with Coulomb friction a brake at rest is then a mode of the
-  equations, whose events are the ends of the rest.
-- **SciPy** `solve_ivp`, right side compiled by Numba. Coulomb friction by pieces with terminal
-  events, smoothed friction as one right side. Steps are held below 2 ms, or all its methods step over
-  reversals; even so its events miss what happens twice within a step. `Radau` is measured on the
-  first case of each law only: half a minute a trajectory.
-- **Siconos**: Moreau's time-stepping on the Coulomb system, the friction a relay. Its error falls with
-  the first power of the step. The smallest step is measured on the first case only.
-- **XPPAUT** without a screen, `cvode`; it prints eight digits. **Octave** `lsode`, interpreted.
-- **AUTO-07p** continues orbits; it is compared on that, not on trajectories.
-"""
+TEMPLATES = Path(__file__).with_name("templates")
 
 
 def one_table(rows: list[dict[str, Any]]) -> str:
@@ -116,7 +71,7 @@ def page(found: dict[str, Any], *, periods: int, points: int, force: float) -> s
     """docs/benchmarks.md."""
     here = found["machine"]
     versions = ", ".join(f"{name} {number}" for name, number in here["versions"].items())
-    text = PAGE.format(
+    text = (TEMPLATES / "benchmarks.md").read_text(encoding="utf-8").format(
         **{**here, "versions": versions}, periods=periods, points=points, force=force,
         table=one_table(found["rows"]), branch=branch_table(found["branch"]),
         absent=absent(found["left_out"]),

@@ -1,4 +1,4 @@
-"""Speed of sweeps, beside a loop over single runs in the same run: ``make bench-sweeps``.
+"""Speed of sweeps, beside a loop over single runs in the same run: ``make bench``.
 
 Work: the bifurcation diagram of the paper's wedge brake in eta, 400 points of 250 periods, and
 a part of the regime map over eta and F0, from which the whole of 1000 x 1000 is computed
@@ -14,9 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-import peers
 import wedgebrake as wb
+from peers.brake import Brake
+from peers.heyoka_events import HeyokaEvents
 from timing import best
+from work import PERIODS, duration
 
 SYSTEM = wb.paper.system(eta=-24.0, F0=0.036)
 ETAS = np.linspace(-60.0, 12.0, 400)
@@ -96,13 +98,13 @@ def main() -> None:
 
 def heyoka_row(ours):
     """The peer with stick and slip modes, driven from Python, on one point of the diagram."""
-    try:
-        run, name = peers.heyoka_coulomb(SYSTEM)
-    except ImportError as error:
-        print(f"  (left out: {error.name} is not installed)")
+    peer = HeyokaEvents("coulomb", 1e-15)
+    if peer.missing():
+        print(f"  (left out: {peer.name}, {peer.missing()})")
         return
-    theirs = best(run, seconds=1.0, least=2)
-    print(f"  {name}: {theirs * 1e3:.2f} ms a point on one thread,", end=" ")
+    brakes, until = [Brake.of(SYSTEM)], duration(SYSTEM, PERIODS)
+    theirs = best(lambda: peer.solve(brakes, until), seconds=1.0, least=2)
+    print(f"  {peer.name}: {theirs * 1e3:.2f} ms a point on one thread,", end=" ")
     print(f"{theirs / ours:.1f} times as long")
 
 

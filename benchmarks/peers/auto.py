@@ -1,4 +1,4 @@
-"""AUTO-07p on the work that it is made for: following the synchronous orbit of the smoothed brake."""
+"""AUTO-07p on the work that it is made for: the synchronous orbit of the smoothed brake."""
 
 import sys
 from pathlib import Path
@@ -7,7 +7,8 @@ from typing import NamedTuple
 import wedgebrake as wb
 
 sys.path += [str(Path(__file__).parents[2] / folder) for folder in ("tests", "tests/peers")]
-import auto_peer  # noqa: E402 - the tests ask AUTO the same way
+# The tests ask AUTO the same way.
+import auto_peer
 
 START, END = 12.0, -22.0
 STEP = 0.35

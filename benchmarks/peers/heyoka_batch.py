@@ -42,9 +42,7 @@ class HeyokaBatch(Peer):
         # The last vector is filled up with the last brake.
         padded = [*brakes, *[brakes[-1]] * (-count % self.lanes)]
         start = time.perf_counter()
-        states = [
-            run(padded[i : i + self.lanes], until) for i in range(0, len(padded), self.lanes)
-        ]
+        states = [run(padded[i : i + self.lanes], until) for i in range(0, len(padded), self.lanes)]
         seconds = time.perf_counter() - start
         return Answers(np.concatenate(states)[:count], seconds)
 
@@ -139,13 +137,10 @@ def coulomb(tolerance: float, lanes: int) -> Callable[[Sequence[Brake], float], 
         given = brakes
         ta.set_time(0.0)
         ta.state[:] = 0.0
-        ta.pars[:] = np.transpose(
-            [
-                (0.0, 0.0, 0.0, one.gain(1) * one.fa, -one.gain(-1) * one.fa)
-                + (one.te, one.om, one.k, 1.0 / one.release)
-                for one in brakes
-            ]
-        )
+        ta.pars[:3] = 0.0
+        limits = [(one.gain(1) * one.fa, -one.gain(-1) * one.fa) for one in brakes]
+        ta.pars[3:5] = np.transpose(limits)
+        ta.pars[5:] = np.transpose([(one.te, one.om, one.k, 1.0 / one.release) for one in brakes])
         ta.reset_cooldowns()
         ta.propagate_until(until)
         return ta.state.T.copy()

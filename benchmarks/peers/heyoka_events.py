@@ -70,9 +70,7 @@ def coulomb(tolerance: float) -> Callable[[Brake, float], State]:
     events += [
         hy.t_event(inverse * w - s, callback=at_release, cooldown=COOLDOWN) for s in (1.0, -1.0)
     ]
-    ta = hy.taylor_adaptive(
-        equations, [0.0, 0.0], pars=[0.0] * 6, t_events=events, tol=tolerance
-    )
+    ta = hy.taylor_adaptive(equations, [0.0, 0.0], pars=[0.0] * 6, t_events=events, tol=tolerance)
     # Leaving rest on the root of an event: the first small step is made without events.
     free = hy.taylor_adaptive(equations, [0.0, 0.0], pars=[0.0] * 5, tol=tolerance)
 
