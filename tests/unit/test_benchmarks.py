@@ -170,7 +170,7 @@ def test_peers_say_whether_they_are_there():
     "peer", all_peers(), ids=lambda peer: f"{peer.name} {peer.asked} {peer.law}"
 )
 def test_peer_follows_the_brake(peer):
-    """Two periods of a motion that reverses and sticks: to 1e-5, or to the first order in a step."""
+    """Two periods of a motion that reverses and sticks: to 1e-5, or to first order in a step."""
     if why := peer.missing():
         pytest.skip(why)
     case = brief(peer.law)
