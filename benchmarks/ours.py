@@ -1,6 +1,5 @@
 """The package on the work of the table: the kernels alone, and the front doors."""
 
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -43,19 +42,17 @@ def kernel(machine: wb.BrakedDriveline, rtol: float | None, periods: int) -> Cal
     return advance
 
 
-def bifurcation(law: str, threads: int) -> float:
-    """Seconds for the bifurcation diagram, with classes, exponents and torques of each point."""
-    limits = {} if REFERENCE[law] is None else {"rtol": REFERENCE[law]}
-    start = time.perf_counter()
+def bifurcation(law: str, rtol: float | None, threads: int) -> None:
+    """The bifurcation diagram, with classes, exponents and torques of each point."""
+    limits = {} if rtol is None else {"rtol": rtol}
     wb.bifurcation(
         system(law, 0.0), eta=ETAS, periods=PERIODS, transient=200, threads=threads, **limits
     )
-    return time.perf_counter() - start
 
 
-def diagram_states(law: str) -> np.ndarray:
+def diagram_states(law: str, rtol: float | None) -> np.ndarray:
     """(point, 2): angle and velocity where the diagrams are compared, by the same sweep."""
-    limits = {} if REFERENCE[law] is None else {"rtol": REFERENCE[law]}
+    limits = {} if rtol is None else {"rtol": rtol}
     found = wb.sweep(
         system(law, 0.0), eta=ETAS, periods=DIAGRAM_COMPARED, transient=DIAGRAM_COMPARED // 2,
         **limits,

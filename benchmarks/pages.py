@@ -34,9 +34,10 @@ def line(row: dict[str, Any]) -> str:
     if "points" in row:
         name += f" ({row['points']} points)"
     equal = "–" if row["own"] else times(row["ratio_equal"])
+    asked = row["asked"].replace("e-0", "e-")
     cells = [
-        name, row["asked"], duration(row["seconds"]), f"{rounded(1.0 / row['seconds'])}",
-        times(row["ratio"]), equal, size(row["error_velocity"]), size(row["error_angle"]),
+        name, asked, duration(row["seconds"]), rounded(1.0 / row["seconds"]), times(row["ratio"]),
+        equal, size(row["error_velocity"]), size(row["error_angle"]),
     ]  # fmt: skip
     return "| " + " | ".join(cells) + " |"
 

@@ -104,7 +104,7 @@ def test_kernels_that_are_timed_give_the_truth(law):
 
 
 def test_diagram_is_compared_with_its_own_points():
-    states = ours.diagram_states("coulomb")
+    states = ours.diagram_states("coulomb", None)
     for i in (0, 77, 199):
         machine = work.system("coulomb", float(work.ETAS[i]))
         expected = work.truth(machine, work.DIAGRAM_COMPARED)
@@ -139,6 +139,31 @@ def test_fair_ratio_is_to_the_fastest_row_that_is_as_right():
         return table.compared([*own, other])[-1]["ratio_equal"]
 
     assert [ratio(error) for error in (1e-3, 1e-6, 5e-8, 1e-12)] == [8.0, 4.0, 2.0, 2.0]
+
+
+def test_part_of_a_diagram_is_compared_on_its_own_points():
+    own = {"own": True, "reference": True, "seconds": 1.0, "error_velocity": 0.1}
+    better = {**own, "reference": False, "seconds": 2.0, "error_velocity": 0.1}
+    rows = [{**own, "wrong": [1e-7, 0.1, 1e-7]}, {**better, "wrong": [1e-9, 0.1, 1e-9]}]
+    other = {"own": False, "reference": False, "seconds": 8.0, "stride": 2}
+
+    def ratio(error):
+        return table.compared([*rows, {**other, "error_velocity": error}])[-1]["ratio_equal"]
+
+    assert [ratio(error) for error in (1e-6, 1e-8)] == [8.0, 4.0]
+
+
+def test_diagram_of_a_peer(monkeypatch):
+    monkeypatch.setattr(table, "best", lambda _: 0.2)
+    monkeypatch.setattr(ours, "bifurcation", lambda *_: None)
+    peer = Told("coulomb", (0.0, 0.0), (0.0, 0.0))
+    known = {peer.name + peer.asked: 1.0}
+    row = table.diagram_rows("coulomb", [peer], known)[-1]
+    assert (row["points"], row["stride"]) == (10, 20)
+    assert row["seconds"] == pytest.approx(0.1)
+    etas = work.ETAS[::20]
+    expected = [abs(work.truth(work.system("coulomb", float(e)), 20)[1]) for e in etas]
+    assert row["error_velocity"] == pytest.approx(max(expected))
 
 
 def test_missing_peer_is_told(monkeypatch):
