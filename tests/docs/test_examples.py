@@ -101,7 +101,7 @@ def arguments(line):
 @pytest.mark.parametrize("page", PAGES)
 def test_every_make_target_that_it_names_exists(page):
     makefile = (ROOT / "Makefile").read_text()
-    for target in set(re.findall(r"(?:`|^)make (\w+)", TEXTS[page], flags=re.MULTILINE)):
+    for target in set(re.findall(r"(?:`|^)make ([\w-]+)", TEXTS[page], flags=re.MULTILINE)):
         assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
 
 
