@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake._kernels import codes, lanes
+from wedgebrake._kernels import codes, lanes, series
 from wedgebrake._kernels.trace import Plain
 from wedgebrake.solvers.smooth import problem
 from wedgebrake.solvers.smooth_lanes import WIDTH, advance_together, fits
@@ -113,16 +113,17 @@ def test_the_formula_is_python():
     """What was compiled for eight lanes is the formula, lane by lane."""
     rng = np.random.default_rng(5)
     given, state = problem(paper(), 1e-9), (0.01, 0.03)
-    inputs, outputs = np.zeros((lanes._INPUTS, WIDTH)), np.zeros((lanes._OUTPUTS, WIDTH))
-    lanes.series_numbers(np.array(given.plant), np.array(given.series), inputs[:, 0])
+    inputs = np.zeros((series.INPUTS, WIDTH))
+    outputs = np.zeros((series.OUTPUTS_OF_MOTION, WIDTH))
+    series.load(given.plant, given.series, inputs, 0)
     inputs[:] = inputs[:, :1]
-    rows = [lanes._THETA, lanes._W, lanes._DRIVE, lanes._RATE]
+    rows = [series.THETA, series.W, series.DRIVE, series.RATE]
     inputs[rows] = rng.uniform(-0.2, 0.2, (4, WIDTH)) + np.array([*state, 1.0, 1.0])[:, None]
-    inputs[[lanes._LAST, lanes._LONGEST, lanes._REACH]] = [[1e-4], [1e-2], [0.05]]
-    inputs[[lanes._TOL_THETA, lanes._TOL_W]] = [[1e-10], [1e-9]]
+    inputs[[series.LAST, series.LONGEST, series.REACH]] = [[1e-4], [1e-2], [0.05]]
+    inputs[[series.TOL_THETA, series.TOL_W]] = [[1e-10], [1e-9]]
     lanes.step_lanes(inputs, outputs)
     for lane in range(WIDTH):
-        right = np.array(lanes._step(Plain, lambda row, lane=lane: inputs[row, lane]))
+        right = series.formula_of_motion(Plain, lambda row, lane=lane: inputs[row, lane])
         np.testing.assert_allclose(outputs[:, lane], right, rtol=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""One step by a Taylor series, for friction mu tanh and brakes whose g is a fraction.
+"""Steps by Taylor series, for friction mu tanh and brakes whose g is a fraction.
 
 With m = mu tanh(kappa v) and g = a m/(b - m d), the torque per force G = R g obeys
 
@@ -9,47 +9,167 @@ so that all coefficients of theta, w and G follow from each other by products of
 rejected steps, and the motion inside the step as a polynomial as exact as the step itself,
 on which the kinks of the law are found without missing one.
 
-Law numbers: (kappa, mu, a, b, d, R, F_0, slope); v = w - w_rest is the sliding velocity.
+A step is one formula, compiled for one system and for several side by side (``trace``). Its
+inputs and outputs are columns of arrays, one column for each system (lane).
 """
 
 import math
 
-import numpy as np
-
 from .compiling import compiled
 from .slip import HIT_HIGH, HIT_LOW, REACHED_END
+from .trace import traced
 
 # Coefficients kept: of theta and w up to this power of the time.
 ORDER = 16
-# Rows of the scratch array: theta, w, w' as series; the driving torque over the inertia; G, Q;
-# and for deviations the slope of the torque, and angle and velocity of both of them.
-_THETA, _W, SERIES_A, _DRIVE, _G, _Q, _SLOPE, _X, _Y = range(9)
-SERIES_ROWS = 11
 
-_OVER = 1.0 / np.arange(1.0, ORDER + 2.0)
+# Numbers of a system, from (kappa, mu, a, b, d, R, F_0, slope) and the driveline: over the
+# inertia the damping, stiffness, initial force and slope of the force (times the direction of
+# sliding); omega^2, w_rest, kappa; the gain is TOP tanh/(GAP - LEVER tanh), its slope
+# RISE e/(1 + e)^2/(...)^2; BEND is p2, LEAN p1.
+(
+    _DAMPING, _STIFFNESS, _FORCE, SLOPE, _OMEGA2, _REST, _KAPPA, _TOP, _GAP, _LEVER, _RISE, _BEND,
+    _LEAN,
+) = range(13)  # fmt: skip
+# And of a step: the state, the driving torque over the inertia and its rate; the last step, the
+# longest one allowed, how far w may go, the tolerances of angle and velocity.
+THETA, W, DRIVE, RATE, LAST, LONGEST, REACH, TOL_THETA, TOL_W = range(13, 22)
+INPUTS = 22
+# What a step gives: its size; at its end the state, w', how far w went at most, the driving
+# torque and its rate; then the series of theta, w, w', G and Q.
+SIZE, THETA1, W1, A1, WAY, DRIVE1, RATE1 = range(7)
+_TERMS = ORDER + 1
+_THETAS, _WS, ACCELS, _GAINS, _RATES = (7 + row * _TERMS for row in range(5))
+# Without the last two, of which the motion knows enough.
+OUTPUTS_OF_MOTION = _GAINS
+OUTPUTS = _RATES + _TERMS
+
 # A start on a kink is no crossing, nor is what rounding makes of this share of a step.
 _ON_KINK = 1e-6
 
 
+def formula(maths, get):
+    """All outputs of a step, from ``get(input)``; in plain Python, for ``trace``."""
+    omega2, bend, force, slope = get(_OMEGA2), get(_BEND), get(_FORCE), get(SLOPE)
+    stiffness, theta, w = get(_STIFFNESS), get(THETA), get(W)
+    v = w - get(_REST)
+    x = get(_KAPPA) * v
+    e = maths.exp(-2.0 * maths.absolute(x))
+    over = 1.0 / (1.0 + e)
+    tanh = maths.signed((1.0 - e) * over, x)
+    part = 1.0 / (get(_GAP) - get(_LEVER) * tanh)
+    gain, rate = get(_TOP) * tanh * part, get(_RISE) * e * over * over * part * part
+    lean = get(_LEAN) + 2.0 * bend * gain
+    pressed, drag = force + slope * v, get(_DAMPING) + slope * gain
+    drive = [get(DRIVE), get(RATE)]
+    accel = drive[0] - get(_DAMPING) * w - stiffness * theta - pressed * gain
+    thetas, ws, accels, gains, rates = [theta, w], [w, accel], [accel], [gain, rate * accel], [rate]
+    for n in range(1, ORDER):
+        square, moved, turned = 0.0, 0.0, 0.0
+        for j in range(1, n):
+            moved = moved + ws[j] * gains[n - j]
+            turned = turned + rates[j] * accels[n - j]
+            if 2 * j < n:
+                square = square + gains[j] * gains[n - j]
+        square = 2.0 * square
+        if n % 2 == 0:
+            square = square + gains[n // 2] * gains[n // 2]
+        share = 1.0 / (n + 1.0)
+        drive.append(omega2 * drive[n - 1] * (-share / n))
+        # What hangs on the newest term comes last: the next one waits for it.
+        now = (drive[n] - stiffness * thetas[n] - slope * moved - drag * ws[n]) - pressed * gains[n]
+        change = bend * square + lean * gains[n]
+        accels.append(now)
+        rates.append(change)
+        ws.append(now * share)
+        thetas.append(ws[n] * share)
+        gains.append(((turned + accel * change) + rate * now) * share)
+    furthest = get(REACH) / (maths.absolute(accel) + 1e-300)
+    h = maths.smaller(_longest(maths, get, thetas, ws), maths.smaller(get(LONGEST), furthest))
+    theta1, w1, a1, way = thetas[ORDER], ws[ORDER], accels[ORDER - 1], maths.absolute(ws[ORDER])
+    drive1, rate1 = drive[ORDER], ORDER * drive[ORDER]
+    for n in range(ORDER - 1, -1, -1):
+        theta1, w1, drive1 = theta1 * h + thetas[n], w1 * h + ws[n], drive1 * h + drive[n]
+        if n > 0:
+            way = way * h + maths.absolute(ws[n])
+            a1, rate1 = a1 * h + accels[n - 1], rate1 * h + n * drive[n]
+    ends = [h, theta1, w1, a1, way * h, drive1, rate1]
+    return [*ends, *thetas, *ws, *accels, 0.0, *gains, *rates, 0.0]
+
+
+def _longest(maths, get, thetas, ws):
+    """The step that the last two terms allow, by roots of a power of two from the last step."""
+    s = get(LAST)
+    fourth = (s * s) * (s * s)
+    power = fourth * fourth * fourth * (s * s) * s
+    largest = 0.0
+    for n in (ORDER - 1, ORDER):
+        angle, speed = (
+            maths.absolute(thetas[n]) / get(TOL_THETA),
+            maths.absolute(ws[n]) / get(TOL_W),
+        )
+        term = maths.larger(angle, speed) * power * (s if n == ORDER else 1.0)
+        root = maths.sqrt(maths.sqrt(maths.sqrt(maths.sqrt(term + 1e-290))))
+        if n < ORDER:
+            # The sixteenth root for the fifteenth: beyond 1 a bound of what is missing.
+            root = root * (1.0 + maths.larger(root - 1.0, 0.0) * (1.0 / n))
+        largest = maths.larger(largest, root)
+    return s / largest
+
+
+def formula_of_motion(maths, get):
+    """The outputs of a step without the series of G and Q."""
+    return formula(maths, get)[:OUTPUTS_OF_MOTION]
+
+
+_step = traced(formula, 1)
+
+
 @compiled
-def _tanh(x):
-    """(tanh x, 1 - tanh^2 x), the latter without cancellation."""
-    e = math.exp(-2.0 * abs(x))
-    if abs(x) < 0.05:
-        # Below, 1 - e would lose digits (error below 1e-16).
-        y = x * x
-        size = x * (1.0 - y * (1 / 3 - y * (2 / 15 - y * (17 / 315 - y * 62 / 2835))))
-    else:
-        size = math.copysign((1.0 - e) / (1.0 + e), x)
-    return size, 4.0 * e / ((1.0 + e) * (1.0 + e))
+def step(inputs, outputs):
+    """``formula`` for one system: inputs (INPUTS, 1), outputs (OUTPUTS, 1)."""
+    _step(inputs, outputs)
+
+
+@compiled
+def load(plant, law, inputs, lane):
+    """The numbers of a system into a column of ``inputs``."""
+    inertia, damping, stiffness, _, omega, w_rest = plant
+    kappa, mu, a, b, d, radius, force, slope = law
+    inputs[_DAMPING, lane], inputs[_STIFFNESS, lane] = damping / inertia, stiffness / inertia
+    inputs[_FORCE, lane], inputs[SLOPE, lane] = force / inertia, slope / inertia
+    inputs[_OMEGA2, lane], inputs[_REST, lane], inputs[_KAPPA, lane] = omega * omega, w_rest, kappa
+    inputs[_TOP, lane], inputs[_GAP, lane], inputs[_LEVER, lane] = radius * a * mu, b, d * mu
+    inputs[_RISE, lane] = 4.0 * radius * a * b * mu * kappa
+    inputs[_BEND, lane] = kappa * (mu * d * d - b * b / mu) / (a * b * radius)
+    inputs[_LEAN, lane] = 2.0 * kappa * mu * d / b
+
+
+@compiled
+def aim(plant, law, side, t, theta, w, inputs):
+    """The state that the next step of one system begins at, sliding to ``side``."""
+    f, omega = plant[3] / plant[0], plant[4]
+    inputs[SLOPE, 0] = side * law[7] / plant[0]
+    inputs[THETA, 0], inputs[W, 0] = theta, w
+    inputs[DRIVE, 0], inputs[RATE, 0] = f * math.sin(omega * t), f * omega * math.cos(omega * t)
+
+
+@compiled
+def limit(tolerances, longest, reach, inputs, lane):
+    """The limits of the next step; ``reach``: how far w may go."""
+    rtol, scale_theta, scale_w = tolerances
+    inputs[LONGEST, lane], inputs[REACH, lane] = longest, reach
+    inputs[TOL_THETA, lane] = rtol * (scale_theta + abs(inputs[THETA, lane]))
+    inputs[TOL_W, lane] = rtol * (scale_w + abs(inputs[W, lane]))
 
 
 @compiled
 def _gain(law, v):
     """(G, dG/dv) at the sliding velocity v."""
     kappa, mu, a, b, d, radius, _, _ = law
-    tanh, slope = _tanh(kappa * v)
+    e = math.exp(-2.0 * abs(kappa * v))
+    tanh = math.copysign(-math.expm1(-2.0 * abs(kappa * v)) / (1.0 + e), v)
     gap = b - mu * d * tanh
+    slope = 4.0 * e / ((1.0 + e) * (1.0 + e))
     return radius * a * mu * tanh / gap, radius * a * b * mu * kappa * slope / (gap * gap)
 
 
@@ -61,6 +181,13 @@ def brake_torque_at(law, side, v):
 
 
 @compiled
+def torque_slope(law, side, v):
+    """dM/dv of the brake torque M at the sliding velocity v [N m s/rad]."""
+    gain, rate = _gain(law, v)
+    return side * law[7] * gain + (law[6] + side * law[7] * v) * rate
+
+
+@compiled
 def acceleration(plant, law, side, drive, theta, w):
     """Theta'' sliding to ``side``, under the driving torque ``drive`` (eq. 1)."""
     torque = brake_torque_at(law, side, w - plant[5])
@@ -68,103 +195,23 @@ def acceleration(plant, law, side, drive, theta, w):
 
 
 @compiled
-def series_numbers(plant, law, numbers):
-    """What steps in lanes need of a system, into ``numbers`` (13,); the slope for v > 0."""
-    inertia, damping, stiffness, _, omega, w_rest = plant
-    kappa, mu, a, b, d, radius, force, slope = law
-    numbers[0], numbers[1] = damping / inertia, stiffness / inertia
-    numbers[2], numbers[3] = force / inertia, slope / inertia
-    numbers[4], numbers[5], numbers[6] = omega * omega, w_rest, kappa
-    # The gain is top tanh/(gap - lever tanh), its slope rise e/(1 + e)^2/(...)^2.
-    numbers[7], numbers[8], numbers[9] = radius * a * mu, b, d * mu
-    numbers[10] = 4.0 * radius * a * b * mu * kappa
-    numbers[11] = kappa * (mu * d * d - b * b / mu) / (a * b * radius)
-    numbers[12] = 2.0 * kappa * mu * d / b
-
-
-@compiled
-def expand(plant, law, side, t, theta, w, work):
-    """Fill ``work`` (6 rows of ORDER + 1) with the series of the motion from (t, theta, w).
-
-    side : +-1, direction of sliding, in which the step has to stay
-    """
-    inertia, damping, stiffness, amplitude, omega, w_rest = plant
-    kappa, mu, a, b, d, radius, force, slope = law
-    thetas, ws, accels = work[_THETA], work[_W], work[SERIES_A]
-    drive, gains, rates = work[_DRIVE], work[_G], work[_Q]
-    over = 1.0 / inertia
-    damping, stiffness, force, slope = (
-        damping * over, stiffness * over, force * over, side * slope * over,
-    )  # fmt: skip
-    v = w - w_rest
-    gain, rate = _gain(law, v)
-    # Q(G) = p0 + p1 G + p2 G^2; its slope at G.
-    bend = kappa * (mu * d * d - b * b / mu) / (a * b * radius)
-    lean = 2.0 * (kappa * mu * d / b + bend * gain)
-    pressed = force + slope * v
-    drive[0] = amplitude * over * math.sin(omega * t)
-    drive[1] = amplitude * over * omega * math.cos(omega * t)
-    thetas[0], thetas[1] = theta, w
-    accel = drive[0] - damping * w - stiffness * theta - pressed * gain
-    ws[0], ws[1], accels[0] = w, accel, accel
-    gains[0], gains[1], rates[0] = gain, rate * accel, rate
-    for n in range(1, ORDER):
-        # The products without their first and last terms, in two sums each: a processor
-        # adds to one while it waits for the other.
-        square, moved, turned = 0.0, 0.0, 0.0
-        square2, moved2, turned2 = 0.0, 0.0, 0.0
-        for j in range(1, n - 1, 2):
-            square += gains[j] * gains[n - j]
-            moved += ws[j] * gains[n - j]
-            turned += rates[j] * accels[n - j]
-            square2 += gains[j + 1] * gains[n - j - 1]
-            moved2 += ws[j + 1] * gains[n - j - 1]
-            turned2 += rates[j + 1] * accels[n - j - 1]
-        if n % 2 == 0:
-            square += gains[n - 1] * gains[1]
-            moved += ws[n - 1] * gains[1]
-            turned += rates[n - 1] * accels[1]
-        share = _OVER[n]
-        drive[n + 1] = -omega * omega * drive[n - 1] * share * _OVER[n - 1]
-        # What hangs on the newest term comes last: the next one waits for it.
-        known = drive[n] - stiffness * thetas[n] - slope * (moved + moved2)
-        now = (known - (damping + slope * gain) * ws[n]) - pressed * gains[n]
-        change = bend * (square + square2) + lean * gains[n]
-        accels[n], rates[n] = now, change
-        ws[n + 1] = now * share
-        thetas[n + 1] = ws[n] * share
-        turned = (turned + turned2) * share
-        gains[n + 1] = (turned + (accel * share) * change) + (rate * share) * now
-
-
-@compiled
-def longest(work, per_theta, per_w):
-    """The step that the last two terms allow; per_*: one over the tolerances of the step."""
-    last = max(abs(work[_W, ORDER]) * per_w, abs(work[_THETA, ORDER]) * per_theta)
-    before = max(abs(work[_W, ORDER - 1]) * per_w, abs(work[_THETA, ORDER - 1]) * per_theta)
-    size = max(math.log(last + 1e-300) / ORDER, math.log(before + 1e-300) / (ORDER - 1))
-    return math.exp(-size)
-
-
-@compiled
-def state(work, tau):
-    """(theta, w, w', bound of the way that w has gone) a time tau after the series begins."""
-    theta, w, a = work[_THETA, ORDER], work[_W, ORDER], work[SERIES_A, ORDER - 1]
-    way = abs(w)
+def state(outputs, lane, tau):
+    """(theta, w, w') a time tau after a step begins."""
+    theta, w = outputs[_THETAS + ORDER, lane], outputs[_WS + ORDER, lane]
+    a = outputs[ACCELS + ORDER - 1, lane]
     for n in range(ORDER - 1, 0, -1):
-        theta = theta * tau + work[_THETA, n]
-        w = w * tau + work[_W, n]
-        way = way * tau + abs(work[_W, n])
-        a = a * tau + work[SERIES_A, n - 1]
-    return theta * tau + work[_THETA, 0], w * tau + work[_W, 0], a, way * tau
+        theta = theta * tau + outputs[_THETAS + n, lane]
+        w = w * tau + outputs[_WS + n, lane]
+        a = a * tau + outputs[ACCELS + n - 1, lane]
+    return theta * tau + outputs[_THETAS, lane], w * tau + outputs[_WS, lane], a
 
 
 @compiled
-def _bounds(work, h):
+def _bounds(outputs, lane, h):
     """Bounds of |w''| and |w'''| within a time h."""
     two, three = 0.0, 0.0
     for n in range(ORDER, 1, -1):
-        term = n * (n - 1.0) * abs(work[_W, n])
+        term = n * (n - 1.0) * abs(outputs[_WS + n, lane])
         two = two * h + term
         if n > 2:
             three = three * h + term * (n - 2.0)
@@ -172,17 +219,17 @@ def _bounds(work, h):
 
 
 @compiled
-def _first(work, h, edge, sign, tiny):
+def _first(outputs, lane, h, edge, sign, tiny):
     """Time until sign (w - edge) first vanishes, after a start at or above 0; 2h: not within h.
 
     Each step is one that provably holds no root, from a bound of the second derivative (of
     the third on leaving the edge); near a root these are Newton's, from the safe side.
     """
-    two, three = _bounds(work, h)
-    gap, speed = sign * (work[_W, 0] - edge), sign * work[SERIES_A, 0]
+    two, three = _bounds(outputs, lane, h)
+    gap, speed = sign * (outputs[_WS, lane] - edge), sign * outputs[ACCELS, lane]
     tau = 0.0
     if gap <= 0.0:
-        turn = sign * work[SERIES_A, 1]
+        turn = sign * outputs[ACCELS + 1, lane]
         if speed < 0.0 or (speed == 0.0 and turn < 0.0):
             return 0.0
         # gap >= speed tau + turn tau^2/2 - three tau^3/6
@@ -191,7 +238,7 @@ def _first(work, h, edge, sign, tiny):
         tau = max(tau, _ON_KINK * h)
         if tau >= h:
             return 2.0 * h
-        _, w, a, _ = state(work, tau)
+        _, w, a = state(outputs, lane, tau)
         gap, speed = sign * (w - edge), sign * a
     for _ in range(200):
         if gap < 0.0 or (gap == 0.0 and speed < 0.0):
@@ -203,39 +250,37 @@ def _first(work, h, edge, sign, tiny):
             return 2.0 * h
         if ahead <= tiny:
             return tau
-        _, w, a, _ = state(work, tau)
+        _, w, a = state(outputs, lane, tau)
         gap, speed = sign * (w - edge), sign * a
     return tau
 
 
 @compiled
-def crossing(work, h, way, low, high, tiny):
-    """(size of the step, what) up to the first of two edges that w leaves (low, high) by.
-
-    way : bound of the way that w goes in the step
-    """
-    size, what, w = h, REACHED_END, work[_W, 0]
+def crossing(outputs, lane, low, high, tiny):
+    """(size of the step, what) up to the first of two edges that w leaves (low, high) by."""
+    h, w, way = outputs[SIZE, lane], outputs[_WS, lane], outputs[WAY, lane]
+    size, what = h, REACHED_END
     if way == 0.0:
-        return h, REACHED_END
+        return size, what
     if w - low <= way:
-        found = _first(work, h, low, 1.0, tiny)
+        found = _first(outputs, lane, h, low, 1.0, tiny)
         if found <= size:
             size, what = found, HIT_LOW
     if high - w <= way:
-        found = _first(work, h, high, -1.0, tiny)
+        found = _first(outputs, lane, h, high, -1.0, tiny)
         if found <= size:
             size, what = found, HIT_HIGH
     return size, what
 
 
 @compiled
-def passes(work, h, level):
-    """When w passes ``level`` within h, known to lie on its other side then."""
+def passes(outputs, h, level):
+    """When w of one system passes ``level`` within h, known to lie on its other side then."""
     before, after = 0.0, h
-    rises = work[_W, 0] < level
+    rises = outputs[_WS, 0] < level
     tau = 0.5 * h
     for _ in range(60):
-        _, w, a, _ = state(work, tau)
+        _, w, a = state(outputs, 0, tau)
         if (w < level) == rises:
             before = tau
         else:
@@ -247,48 +292,47 @@ def passes(work, h, level):
     return tau
 
 
-@compiled
-def torque_slope(law, side, v):
-    """dM/dv of the brake torque M at the sliding velocity v [N m s/rad]."""
-    gain, rate = _gain(law, v)
-    return side * law[7] * gain + (law[6] + side * law[7] * v) * rate
+# Rows of scratch for deviations: the slope of the torque, angle and velocity of both of them.
+DEVIATION_ROWS, _SLOPE_ROW, _X, _Y = 5, 0, 1, 2
 
 
 @compiled
-def deviate(plant, law, side, rest, rtol, work, matrix):
-    """Carry the columns of ``matrix`` (2, 2), deviations, along the motion expanded in ``work``.
+def deviate(plant, law, side, rest, rtol, outputs, rows, matrix):
+    """Carry the columns of ``matrix`` (2, 2), deviations, along the step in ``outputs``.
 
     J y' + (c + dM/dv) y + k x = 0,  x' = y, term by term as the motion itself. Returns the
     time gone, at most ``rest``: less where an error of ``rtol`` asks for it, as the slope of the
     torque varies faster than the torque.
+
+    rows : (DEVIATION_ROWS, ORDER + 1) scratch
     """
     inertia, damping, stiffness, _, _, w_rest = plant
-    slopes, ws, gains, rates = work[_SLOPE], work[_W], work[_G], work[_Q]
+    slopes = rows[_SLOPE_ROW]
     slope = side * law[7]
-    pressed = law[6] + slope * (ws[0] - w_rest)
+    pressed = law[6] + slope * (outputs[_WS, 0] - w_rest)
     for n in range(ORDER):
         moved = 0.0
         for j in range(1, n + 1):
-            moved += ws[j] * rates[n - j]
-        slopes[n] = slope * (gains[n] + moved) + pressed * rates[n]
+            moved += outputs[_WS + j, 0] * outputs[_RATES + n - j, 0]
+        slopes[n] = slope * (outputs[_GAINS + n, 0] + moved) + pressed * outputs[_RATES + n, 0]
     slopes[0] += damping
     last, before = 1e-300, 1e-300
     spring = math.sqrt(stiffness / inertia)
     for column in range(2):
-        xs, ys = work[_X + 2 * column], work[_Y + 2 * column]
+        xs, ys = rows[_X + 2 * column], rows[_Y + 2 * column]
         xs[0], ys[0] = matrix[0, column], matrix[1, column]
         for n in range(ORDER):
             push = stiffness * xs[n]
             for j in range(n + 1):
                 push += slopes[j] * ys[n - j]
-            ys[n + 1] = -push / inertia * _OVER[n]
-            xs[n + 1] = ys[n] * _OVER[n]
+            ys[n + 1] = -push / (inertia * (n + 1.0))
+            xs[n + 1] = ys[n] / (n + 1.0)
         size = abs(ys[0]) + spring * abs(xs[0]) + 1e-300
         last = max(last, abs(ys[ORDER]) / size)
         before = max(before, abs(ys[ORDER - 1]) / size)
     tau = min(rest, (rtol / last) ** (1.0 / ORDER), (rtol / before) ** (1.0 / (ORDER - 1)))
     for column in range(2):
-        xs, ys = work[_X + 2 * column], work[_Y + 2 * column]
+        xs, ys = rows[_X + 2 * column], rows[_Y + 2 * column]
         x, y = xs[ORDER], ys[ORDER]
         for n in range(ORDER - 1, -1, -1):
             x = x * tau + xs[n]

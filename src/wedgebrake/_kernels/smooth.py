@@ -17,6 +17,7 @@ Where the torque is linear, the exact solver's closed form and event search serv
 import math
 from functools import cache
 
+import numpy as np
 from numba import types
 
 from .codes import (
@@ -47,8 +48,24 @@ from .dop853 import (
 )
 from .flow import BLOCKED, G2, KIND, entry, state_at
 from .flow import acceleration as linear_acceleration
-from .series import SERIES_A, crossing, expand, longest, passes, state
+from .series import (
+    A1,
+    ACCELS,
+    INPUTS,
+    LAST,
+    OUTPUTS,
+    SIZE,
+    THETA1,
+    W1,
+    aim,
+    crossing,
+    limit,
+    load,
+    passes,
+    state,
+)
 from .series import acceleration as series_acceleration
+from .series import step as step_by_series
 from .slip import HIT_HIGH, HIT_LOW, OUT_OF_PATIENCE, REACHED_END, slip
 from .torque import LAW, SHAPE
 
@@ -224,45 +241,41 @@ def _numeric_step(
 
 @compiled
 def _series_step(
-    plant, law, tolerances, work, reach, side, t, theta, w, h_max, h_left, low, high, tiny, stalled
-):
+    plant, law, tolerances, inputs, outputs, reach, side, t, theta, w, h_max, h_left, low, high,
+    tiny, stalled,
+):  # fmt: skip
     """One step by series, ended at the first kink that it would cross.
 
     Returns (theta, w, a, size, what); size -1: below ``tiny``. ``stalled`` as for
-    ``_numeric_step``. ``work`` holds the series.
+    ``_numeric_step``. ``outputs`` holds the series.
     """
-    rtol, scale_theta, scale_w = tolerances
-    expand(plant, law, side, t, theta, w, work)
-    a = work[SERIES_A, 0]
-    per_theta = 1.0 / (rtol * (scale_theta + abs(theta)))
-    h = min(longest(work, per_theta, 1.0 / (rtol * (scale_w + abs(w)))), h_max)
-    # Further, and the series could miss the steep layer altogether.
+    aim(plant, law, side, t, theta, w, inputs)
     furthest = SERIES_SHARE * (abs(w - plant[5]) + reach)
-    if abs(a) * h > furthest:
-        h = furthest / abs(a)
-    if not h >= tiny:
-        return theta, w, a, -1.0, REACHED_END
-    h = min(h, h_left)
-    theta1, w1, a1, way = state(work, h)
-    size, hit = crossing(work, h, way, low, high, tiny)
+    limit(tolerances, min(h_max, h_left), furthest, inputs, 0)
+    step_by_series(inputs, outputs)
+    h = outputs[SIZE, 0]
+    if not h >= min(tiny, h_left):
+        return theta, w, outputs[ACCELS, 0], -1.0, REACHED_END
+    inputs[LAST, 0] = max(h, 1e-3 * inputs[LAST, 0])
+    size, hit = crossing(outputs, 0, low, high, tiny)
     if hit == REACHED_END or (stalled and size <= tiny):
-        return theta1, w1, a1, h, REACHED_END
+        return outputs[THETA1, 0], outputs[W1, 0], outputs[A1, 0], h, REACHED_END
     edge = low if hit == HIT_LOW else high
     if size <= tiny:
-        return theta, edge, a, 0.0, hit
-    theta, _, a, _ = state(work, size)
+        return theta, edge, outputs[ACCELS, 0], 0.0, hit
+    theta, _, a = state(outputs, 0, size)
     return theta, edge, a, size, hit
 
 
 @compiled
-def _see_series(work, t, h, period, want_period, want_time, seen, wanted):
+def _see_series(outputs, t, h, period, want_period, want_time, seen, wanted):
     """States at the wanted times inside a step; the next one wanted."""
     while wanted < want_time.size and (
         want_period[wanted] < period
         or (want_period[wanted] == period and want_time[wanted] <= t + h)
     ):
         part = min(h, max(0.0, want_time[wanted] - t))
-        seen[wanted, 0], seen[wanted, 1], _, _ = state(work, part)
+        seen[wanted, 0], seen[wanted, 1], _ = state(outputs, 0, part)
         wanted += 1
     return wanted
 
@@ -369,6 +382,9 @@ def _run(
         laws, numbers, tableau = pair
         a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
     if series is not None:
+        inputs, outputs = np.zeros((INPUTS, 1)), np.empty((OUTPUTS, 1))
+        load(plant, series, inputs, 0)
+        inputs[LAST, 0] = 1e-2 * h_max
         a = series_acceleration(plant, series, side, drive_at(plant, t), theta, w)
     rising = a > 0.0 or (a == 0.0 and f * omega * math.cos(omega * t) > w2 * w)
     stretch = stretch_at(edges, w, rising)
@@ -421,8 +437,9 @@ def _run(
                 )  # fmt: skip
             if series is not None:
                 theta, w, a, hs, hit = _series_step(
-                    plant, series, tolerances, work, reach, 1.0 if low >= w_rest else -1.0,
-                    t, theta, w, h_max, t_end - t, low, high, 1e-15 * length, stalled,
+                    plant, series, tolerances, inputs, outputs, reach,
+                    1.0 if low >= w_rest else -1.0, t, theta, w, h_max, t_end - t, low, high,
+                    1e-15 * length, stalled,
                 )  # fmt: skip
             steps += attempts
             stalled = hs == 0.0
@@ -440,7 +457,9 @@ def _run(
                         period, want_period, want_time, seen, wanted,
                     )  # fmt: skip
                 if series is not None:
-                    wanted = _see_series(work, t, hs, period, want_period, want_time, seen, wanted)
+                    wanted = _see_series(
+                        outputs, t, hs, period, want_period, want_time, seen, wanted
+                    )
             t = t_end if t_end - t - hs <= 4e-16 * length else t + hs
 
         if (abs(w - w_rest) <= band) != inside and not linear[stretch]:
@@ -451,7 +470,7 @@ def _run(
                 gap0, gap1 = abs(w0 - w_rest) - band, abs(w - w_rest) - band
                 when = t0 + (t - t0) * gap0 / (gap0 - gap1)
             if series is not None:
-                when = t0 + passes(work, t - t0, w_rest + side * band)
+                when = t0 + passes(outputs, t - t0, w_rest + side * band)
             kind = BAND_ENTERED if inside else BAND_LEFT
             rows = _write(log, rows, kind, period, when, theta, w, side)
 

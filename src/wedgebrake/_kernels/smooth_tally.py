@@ -13,7 +13,8 @@ from .dop853 import ROWS, SUMS, acceleration, drive_at
 from .dop853 import step as advance
 from .flow import G2, Q, entry, state_at
 from .flow import acceleration as linear_acceleration
-from .series import SERIES_A, SERIES_ROWS, brake_torque_at, expand, state
+from .series import ACCELS, INPUTS, OUTPUTS, aim, brake_torque_at, load, state
+from .series import step as step_by_series
 from .smooth import (
     LOG_KIND,
     LOG_SIDE,
@@ -83,7 +84,9 @@ def passages(log, rows, before, shortest, sums):
 
 
 @compiled
-def _inside(plant, pair, series, stretch, linear, line, start, begin, theta0, w0, tau, scratch):
+def _inside(
+    plant, pair, series, stretch, linear, line, start, begin, theta0, w0, tau, scratch, outputs
+):
     """(theta, w, w', brake torque) in a step, a time tau after it begins.
 
     start : of a linear stretch (sine, cosine, *entry) of its closed form
@@ -107,7 +110,7 @@ def _inside(plant, pair, series, stretch, linear, line, start, begin, theta0, w0
         )  # fmt: skip
         torque = brake_torque(*laws, *numbers, w - w_rest)
     if series is not None:
-        theta, w, a, _ = state(scratch, tau)
+        theta, w, a = state(outputs, 0, tau)
         torque = brake_torque_at(series, 1.0 if w >= w_rest else -1.0, w - w_rest)
     return theta, w, a, torque
 
@@ -127,7 +130,10 @@ def add(plant, pair, series, kinks, linear, table, trail, left, sums):
     inertia, _, stiffness, amplitude, omega, w_rest = plant
     w2, f = stiffness / inertia, amplitude / inertia
     fastest = max(omega, math.sqrt(w2))
-    scratch = np.empty((SERIES_ROWS, SUMS))
+    scratch = np.empty((4, SUMS))
+    inputs, outputs = np.ones((INPUTS, 1)), np.empty((OUTPUTS, 1))
+    if series is not None:
+        load(plant, series, inputs, 0)
     start = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for row in trail[:left]:
         stretch, begin, whole = int(row[TRAIL_STRETCH]), row[TRAIL_TIME], row[TRAIL_SIZE]
@@ -145,15 +151,28 @@ def add(plant, pair, series, kinks, linear, table, trail, left, sums):
                 a = acceleration(plant, laws, numbers, drive_at(plant, begin), theta0, w0)
             if series is not None:
                 side = 1.0 if kinks[stretch, 0] >= w_rest else -1.0
-                expand(plant, series, side, begin, theta0, w0, scratch)
-                a = scratch[SERIES_A, 0]
+                aim(plant, series, side, begin, theta0, w0, inputs)
+                step_by_series(inputs, outputs)
+                a = outputs[ACCELS, 0]
         _widen(sums, theta0, w0)
         before, w_before, a_before = 0.0, w0, a
         for look in range(parts * _NODES.size + 1):
             part, k = look // _NODES.size, look % _NODES.size
             tau = whole * (part + _NODES[k]) / parts if part < parts else whole
             theta, w, a, torque = _inside(
-                plant, pair, series, stretch, linear, line, start, begin, theta0, w0, tau, scratch
+                plant,
+                pair,
+                series,
+                stretch,
+                linear,
+                line,
+                start,
+                begin,
+                theta0,
+                w0,
+                tau,
+                scratch,
+                outputs,
             )
             if part < parts:
                 sums[HEAT] += whole / parts * _WEIGHTS[k] * torque * (w - w_rest)
@@ -170,7 +189,7 @@ def add(plant, pair, series, kinks, linear, table, trail, left, sums):
                     at = late - high * (late - early) / (high - low)
                     theta1, w1, a1, _ = _inside(
                         plant, pair, series, stretch, linear, line, start, begin, theta0, w0, at,
-                        scratch,
+                        scratch, outputs,
                     )  # fmt: skip
                     _widen(sums, theta1, w1)
                     middle = a1 if turns == 0 else w1

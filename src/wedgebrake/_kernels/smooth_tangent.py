@@ -20,7 +20,8 @@ from .compiling import compiled
 from .dop853 import ROWS, STAGES, SUMS, acceleration, drive_at
 from .dop853 import step as advance
 from .flow import G2, impulse
-from .series import SERIES_ROWS, deviate, expand, state
+from .series import INPUTS, OUTPUTS, aim, deviate, load, state
+from .series import step as step_by_series
 from .smooth import (
     TRAIL_SIZE,
     TRAIL_SPEEDS,
@@ -129,17 +130,18 @@ def _through_pair(plant, pair, kinks, reach, row, scratch, matrix):
 
 
 @compiled
-def _through_series(plant, law, rtol, kinks, row, scratch, matrix):
+def _through_series(plant, law, rtol, kinks, row, inputs, outputs, rows, matrix):
     """``matrix`` after the series step of a ``row`` of the trail."""
     stretch, rest = int(row[TRAIL_STRETCH]), row[TRAIL_SIZE]
     side = 1.0 if kinks[stretch, 0] >= plant[5] else -1.0
     t, theta, w = row[TRAIL_TIME], row[TRAIL_THETA], row[TRAIL_W]
     while True:
-        expand(plant, law, side, t, theta, w, scratch)
-        gone = deviate(plant, law, side, rest, rtol, scratch, matrix)
+        aim(plant, law, side, t, theta, w, inputs)
+        step_by_series(inputs, outputs)
+        gone = deviate(plant, law, side, rest, rtol, outputs, rows, matrix)
         if gone >= rest:
             return
-        theta, w, _, _ = state(scratch, gone)
+        theta, w, _ = state(outputs, 0, gone)
         t += gone
         rest -= gone
 
@@ -151,7 +153,10 @@ def carry(plant, pair, series, rtol, kinks, linear, table, reach, trail, left, m
     plant ... table : as for ``smooth.run``;  rtol : share of a deviation that a series may err by
     reach : distance of the law's nearest pole from zero sliding speed [rad/s]
     """
-    scratch = np.empty((SERIES_ROWS, SUMS))
+    scratch = np.empty((5, SUMS))
+    inputs, outputs = np.ones((INPUTS, 1)), np.empty((OUTPUTS, 1))
+    if series is not None:
+        load(plant, series, inputs, 0)
     for row in trail[:left]:
         stretch = int(row[TRAIL_STRETCH])
         if linear[stretch]:
@@ -160,4 +165,4 @@ def carry(plant, pair, series, rtol, kinks, linear, table, reach, trail, left, m
         if pair is not None:
             _through_pair(plant, pair, kinks, reach, row, scratch, matrix)
         if series is not None:
-            _through_series(plant, series, rtol, kinks, row, scratch, matrix)
+            _through_series(plant, series, rtol, kinks, row, inputs, outputs, scratch, matrix)
