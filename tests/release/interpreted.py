@@ -17,11 +17,12 @@ import numpy as np
 
 def interpret() -> None:
     """Leave the kernels uncompiled; before any of them is imported."""
-    from wedgebrake._kernels import compiling
+    from wedgebrake._kernels import compiling, trace
 
     np.seterr(all="ignore")  # compiled code divides by zero without a word
     compiling.compiled = lambda function: function
     compiling.compiled_for = lambda _signature: lambda function: function
+    trace.traced = trace.plain
 
 
 def results() -> dict[str, list[float]]:
@@ -67,6 +68,9 @@ def results() -> dict[str, list[float]]:
         "smooth motion": lambda: judged(
             wb.motion(smooth["smoothed"], periods=3, transient=1, rtol=1e-5)
         ),
+        "lanes": lambda: wb.bifurcation(
+            smooth["smoothed"], eta=[-6.0, 0.0], periods=4, transient=2, rtol=1e-5
+        )["velocity"].values.ravel(),
         "orbit": lambda: wb.orbit(paper(eta=-24.0), order=1).multipliers[0].real,
         "branches": lambda: wb.branches(paper(), eta=(-10.0, -17.0), step=0.1, points=12)["eta"][0],
         "torus": lambda: judged(wb.motion(paper(eta=-21.5), periods=80, transient=30)),

@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from llvmlite import ir
-from numba import config, types
+from numba import types
 from numba.extending import intrinsic
 
 _CONTRACT = ("contract",)
@@ -106,19 +106,21 @@ class _Symbols:
         return self._call("maxnum", one, other)
 
 
+def plain(formula: Any, width: int) -> Any:
+    """What ``traced`` gives, uncompiled: the lanes one after the other."""
+
+    def run(inputs: Any, outputs: Any) -> None:
+        for lane in range(width):
+            outputs[:, lane] = formula(Plain, lambda row, lane=lane: inputs[row, lane])
+
+    return run
+
+
 def traced(formula: Any, width: int) -> Any:
     """``formula(maths, inputs) -> outputs`` as a compiled function (inputs, outputs) -> None.
 
     inputs, outputs : (numbers, width), C-contiguous; the formula sees one vector for each row
     """
-    if config.DISABLE_JIT:  # type: ignore[attr-defined]
-
-        def plain(inputs: Any, outputs: Any) -> None:
-            for lane in range(width):
-                outputs[:, lane] = formula(Plain, lambda row, lane=lane: inputs[row, lane])
-
-        return plain
-
     @intrinsic
     def run(typing: Any, inputs: Any, outputs: Any) -> Any:  # noqa: ARG001 - Numba's signature
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
