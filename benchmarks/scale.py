@@ -134,7 +134,7 @@ def chunk_costs() -> dict[str, float]:
     layout = plan.layout(CHUNK)
     indices = layout.indices()
     # Lines of equal eta from all over the map; the first of each, of full length.
-    chosen = [one for one in indices if one[1] == 0][:: SIDE // 16]
+    chosen = [one for one in indices if one[1] == 0][:: SIDE // 10]
     start = time.perf_counter()
     answers = [compute(plan, layout.slices(index)) for index in chosen]
     work = (time.perf_counter() - start) / len(chosen)
@@ -169,24 +169,12 @@ def chunk_costs() -> dict[str, float]:
     }
 
 
-def fitted(x: list[float], y: list[float]) -> dict[str, float]:
-    """Slope of log y over log x, with its standard error."""
-    (slope, _), spread = np.polyfit(np.log(x), np.log(y), 1, cov=True)
-    return {"slope": float(slope), "error": float(spread[0, 0] ** 0.5)}
-
-
 def measure() -> dict[str, Any]:
     """Everything, as plain values."""
-    found: dict[str, Any] = {"machine": machine(), "periods": {}, "points": {}, "fits": {}}
+    found: dict[str, Any] = {"machine": machine(), "periods": {}, "points": {}}
     for law in LAWS:
         print(f"... {law}", file=sys.stderr)
-        periods, points = over_periods(law), over_points(law)
-        found["periods"][law], found["points"][law] = periods, points
-        large = [row for row in points if row["points"] > 900]  # a store alone takes 50 ms
-        found["fits"][law] = {
-            "periods": fitted([row["periods"] for row in periods], [r["seconds"] for r in periods]),
-            "points": fitted([row["points"] for row in large], [row["seconds"] for row in large]),
-        }
+        found["periods"][law], found["points"][law] = over_periods(law), over_points(law)
     print("... chunks", file=sys.stderr)
     found["chunk"] = chunk_costs()
     try:

@@ -8,6 +8,8 @@ import numpy as np
 
 TEMPLATE = Path(__file__).with_name("templates") / "scale.md"
 SIDE = 10_000
+# From these sizes on, what does not grow with them is little.
+LARGE = {"periods": 500, "points": 1000}
 LAW_WORDS = {"coulomb": "Coulomb, exact", "smoothed": "smoothed, rtol 1e-9"}
 
 
@@ -131,17 +133,34 @@ def _points(found: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def line(x: list[float], y: list[float]) -> tuple[float, float, float]:
+    """y = start + slope x by least squares of relative errors, and the largest of these."""
+    slope, start = np.polyfit(x, y, 1, w=1.0 / np.array(y))
+    away = np.abs((start + slope * np.array(x)) / np.array(y) - 1.0).max()
+    return float(start), float(slope), float(away)
+
+
+def slope(x: list[float], y: list[float]) -> tuple[float, float]:
+    """Of log y over log x, with its standard error."""
+    (found, _), spread = np.polyfit(np.log(x), np.log(y), 1, cov=True)
+    return float(found), float(spread[0, 0] ** 0.5)
+
+
 def _fits(found: dict[str, Any]) -> str:
-    lines = ["| law | time over periods | time over points, from 1000 on |", "|---|--:|--:|"]
+    lines = ["| law | over | time at 0 | for each | largest deviation | slope, large sizes |"]
+    lines.append("|---|---|--:|--:|--:|--:|")
     for law, words in LAW_WORDS.items():
-        fits = found["fits"][law]
-        cells = " | ".join(_fit(fits[name]) for name in ("periods", "points"))
-        lines.append(f"| {words} | {cells} |")
+        for name in ("periods", "points"):
+            x = [row[name] for row in found[name][law]]
+            y = [row["seconds"] for row in found[name][law]]
+            start, each, away = line(x, y)
+            large = [i for i, size in enumerate(x) if size >= LARGE[name]]
+            found_slope, error = slope([x[i] for i in large], [y[i] for i in large])
+            lines.append(
+                f"| {words} | {name} | {_time(start)} | {_time(each)} | {100.0 * away:.0f} %"
+                f" | {found_slope:.2f} ± {error:.2f} |"
+            )
     return "\n".join(lines)
-
-
-def _fit(one: dict[str, float]) -> str:
-    return f"{one['slope']:.3f} ± {one['error']:.3f}"
 
 
 def _cluster(rows: list[dict[str, float]]) -> str:

@@ -223,3 +223,13 @@ def test_time_of_the_great_map():
     assert chunk.most_cores == pytest.approx(200.0)
     assert chunk.wall(100) == (pytest.approx(200.0), "the points")
     assert chunk.wall(10_000) == (pytest.approx(100.0), "the client")
+
+
+def test_growth_is_read_off_the_times():
+    sizes = [62.0, 250.0, 1000.0, 4000.0]
+    start, each, away = scale_page.line(sizes, [0.3 + 2e-3 * n for n in sizes])
+    assert (start, each) == (pytest.approx(0.3), pytest.approx(2e-3))
+    assert away < 1e-12
+    found, error = scale_page.slope(sizes, [5.0 * n**1.5 for n in sizes])
+    assert found == pytest.approx(1.5)
+    assert error < 1e-9
