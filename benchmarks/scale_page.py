@@ -176,9 +176,7 @@ def _walls(chunk: Chunk, processors: int, alone: float) -> str:
     lines.append(f"| this machine, {processors} threads | {_time(alone)} | the points |")
     for cores in (100, 10_000):
         seconds, spent = chunk.wall(cores)
-        lines.append(
-            f"| {cores:,} cores, Dask".replace(",", " ") + f" | {_time(seconds)} | {spent} |"
-        )
+        lines.append(f"| {cores} cores, Dask | {_time(seconds)} | {spent} |")
     return "\n".join(lines)
 
 
