@@ -19,6 +19,7 @@ from work import (
     ETAS,
     PERIODS,
     Case,
+    beside,
     diagram,
     duration,
     neighbours,
@@ -72,6 +73,15 @@ def own_rows(case: Case, count: int = PERIODS) -> Iterator[Row]:
             "program": "wedgebrake", "asked": asked, "seconds": seconds, "own": True,
             "reference": rtol == ours.REFERENCE[case.law], **errors(state, expected),
         }  # fmt: skip
+        if rtol is None:
+            continue
+        brakes = beside(case, ours.LANES)
+        run = ours.kernel_in_lanes(brakes, rtol, case.compared)
+        yield {
+            "program": f"wedgebrake, {ours.LANES} lanes", "asked": asked, "own": True,
+            "seconds": best(ours.kernel_in_lanes(brakes, rtol, count)) / ours.LANES,
+            "reference": False, "lanes": ours.LANES, **errors(np.array(run()), expected),
+        }  # fmt: skip
 
 
 def peer_row(peer: Peer, case: Case, periods: int = PERIODS) -> Row:
@@ -83,7 +93,8 @@ def peer_row(peer: Peer, case: Case, periods: int = PERIODS) -> Row:
         states = peer.solve(brakes, duration(case.system, case.compared)).states
     return {
         "program": peer.name, "asked": peer.asked, "seconds": seconds / len(brakes), "own": False,
-        "reference": False, **errors(states[0], truth(case.system, case.compared)),
+        "reference": False, "lanes": peer.lanes,
+        **errors(states[0], truth(case.system, case.compared)),
     }  # fmt: skip
 
 
@@ -111,7 +122,7 @@ def compared(rows: list[Row]) -> list[Row]:
 
     ratio       : of the time to that of our reference row
     ratio_equal : of the time to that of our fastest row whose error is not larger, or, where
-                  all are larger, of our most accurate one
+                  all are larger, of our most accurate one; in lanes to those in lanes
     """
     # On all processors we are beside no one.
     own = [row for row in rows if row["own"] and not row.get("shared")]
@@ -131,9 +142,11 @@ def _as_right(row: Row, own: list[Row]) -> Row:
     if "stride" in row:
         wrong = {id(one): max(one["wrong"][:: row["stride"]]) for one in own}
     allowed = max(row["error_velocity"], FLOOR)
-    fair = [one for one in own if wrong[id(one)] <= allowed]
+    several = row.get("lanes", 1) > 1
+    alike = [one for one in own if (one.get("lanes", 1) > 1) == several] or own
+    fair = [one for one in alike if wrong[id(one)] <= allowed]
     return min(fair, key=lambda one: one["seconds"], default=None) or min(
-        own, key=lambda one: wrong[id(one)]
+        alike, key=lambda one: wrong[id(one)]
     )
 
 

@@ -70,12 +70,17 @@ def truth(machine: wb.BrakedDriveline, periods: int) -> np.ndarray:
     return np.array([found.attrs["final_angle"], found.attrs["final_velocity"]])
 
 
-def neighbours(case: Case, count: int) -> list[Brake]:
-    """The case, and others a thousandth away, for programs that like to have several."""
+def beside(case: Case, count: int) -> list[wb.BrakedDriveline]:
+    """The case, and others a thousandth away."""
     return [
-        Brake.of(system(case.law, case.eta - 0.001 * i * max(1.0, abs(case.eta)), case.force))
+        system(case.law, case.eta - 0.001 * i * max(1.0, abs(case.eta)), case.force)
         for i in range(count)
     ]
+
+
+def neighbours(case: Case, count: int) -> list[Brake]:
+    """The same for programs that like to have several."""
+    return [Brake.of(machine) for machine in beside(case, count)]
 
 
 def diagram(law: str, stride: int = 1) -> list[Brake]:

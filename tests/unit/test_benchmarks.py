@@ -124,7 +124,9 @@ def test_errors_and_ratios_of_a_case(monkeypatch):
     assert row["error_velocity"] == pytest.approx(0.5)
     assert row["ratio"] == pytest.approx(4.0)
     assert row["ratio_equal"] == pytest.approx(4.0)
-    assert [one["reference"] for one in rows] == [False, True, False, False, False]
+    # Alone and in lanes at each tolerance; the reference is alone, at 1e-8.
+    assert [place for place, one in enumerate(rows) if one["reference"]] == [2]
+    assert [one.get("lanes", 1) > 1 for one in rows] == [False, True] * 4 + [False]
     assert all(one["error_velocity"] < 1e-4 for one in rows[:-1])
 
 

@@ -50,6 +50,16 @@ def test_killed_worker_costs_nothing_but_time(alone, client, tmp_path) -> None:
     assert spread.load().identical(alone)
 
 
+def test_the_same_sweep_again_and_again(client) -> None:
+    """What is alike must not stand for what is being forgotten."""
+    eta = np.linspace(-20.0, 0.0, 6)
+    found = [
+        wb.sweep(wb.paper.system(), client=client, eta=eta, periods=20, transient=10)
+        for _ in range(8)
+    ]
+    assert all(one.identical(found[0]) for one in found)
+
+
 def test_error_in_a_worker_is_told(client, monkeypatch) -> None:
     with pytest.raises(wb.InputError, match="client = 'no such thing'"):
         wb.sweep(wb.paper.system(), client="no such thing", eta=[1.0])

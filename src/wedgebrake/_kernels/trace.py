@@ -121,6 +121,7 @@ def traced(formula: Any, width: int) -> Any:
 
     inputs, outputs : (numbers, width), C-contiguous; the formula sees one vector for each row
     """
+
     @intrinsic
     def run(typing: Any, inputs: Any, outputs: Any) -> Any:  # noqa: ARG001 - Numba's signature
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:

@@ -71,7 +71,9 @@ def by_cluster(
     waiting = iter(wanted)
     running: dict[Any, ChunkIndex] = {}
     try:
-        [shared] = client.scatter([plan], broadcast=True)
+        # Without the hash, or the plan of an earlier sweep that is alike, and is being forgotten,
+        # would stand for this one.
+        [shared] = client.scatter([plan], broadcast=True, hash=False)
         hands = max(1, sum(client.nthreads().values()))
     except (TypeError, RuntimeError, OSError) as error:
         raise InputError(
