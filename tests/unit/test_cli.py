@@ -108,7 +108,7 @@ class TestSimulateJson:
         assert set(answer) == {
             "wedgebrake", "versions", "system", "groups", "method", "options", "status",
             "message", "final", "stability", "steady_from", "stick_slip_class", "stick_share",
-            "events", "sticks", "poincare", "repeats_after", "summary",
+            "brake_torque", "events", "sticks", "poincare", "repeats_after", "summary",
         }  # fmt: skip
         assert answer["wedgebrake"] == wb.__version__
         assert answer["versions"] == {
@@ -217,6 +217,22 @@ class TestWords:
         assert status == 0
         assert "Sliding forwards: does not exist (self-locking)." in text
 
+    def test_torque_of_the_brake(self, run):
+        study = wb.load_study(PAPER)
+        response = wb.simulate(study.system, **study.run.arguments())
+        torque = wb.brake_torque(response, 0.8 * response.attrs["final_time"])
+        _, text, _ = run("simulate", PAPER)
+        words = (
+            f"brake torque: {torque.mean_size:.4g} N m in the mean, {torque.peak:.4g} N m at most"
+        )
+        assert words in text
+        _, text, _ = run("simulate", PAPER, "--json")
+        assert strict_json(text)["brake_torque"]["peak"] == torque.peak
+        # Samples too far apart for an integral.
+        status, text, _ = run("simulate", PAPER, "--set", "samples_per_period=2")
+        assert status == 0
+        assert "brake torque" not in text
+
     @pytest.mark.parametrize(
         ("changes", "words"),
         [
@@ -227,6 +243,10 @@ class TestWords:
             (["periods=1", "samples_per_period=1"], "Response (exact)"),
             (["kinetic=0", "static=0", "slope=0"], "Non-stick-slip vibration"),
             (["amplitude=0"], "The brake holds the driveline at rest."),
+            (["amplitude=0", "drive_speed=3"], "No torque drives it: its periods are not counted."),
+            (["amplitude=0", "drive_speed=3"], "rad/s, stuck "),
+            (["periods=40"], "The run is too short to tell after how many periods it repeats."),
+            (["periods=40"], " % of the time (of the last 0.798 s)."),
         ],
     )
     def test_of_every_kind_of_motion(self, changes, words, run):

@@ -283,19 +283,19 @@ class TestSave:
             save(figure, tmp_path / "folder.png")
         assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.png"]
 
-    @pytest.mark.parametrize("broken", ["savefig", "replace", "interrupt"])
+    @pytest.mark.parametrize("broken", ["draw", "replace", "interrupt"])
     def test_failure_leaves_the_old_file_and_nothing_else(
         self, figure, tmp_path, monkeypatch, broken
     ):
         path = tmp_path / "a.png"
         path.write_bytes(b"old")
-        error = {"savefig": MemoryError, "replace": OSError, "interrupt": KeyboardInterrupt}[broken]
+        error = {"draw": MemoryError, "replace": OSError, "interrupt": KeyboardInterrupt}[broken]
 
         def fail(*_args, **_named):
             raise error
 
-        if broken == "savefig":
-            monkeypatch.setattr(Figure, "savefig", fail)
+        if broken == "draw":
+            monkeypatch.setattr(Figure, "draw", fail)
         else:
             monkeypatch.setattr(Path, "replace", fail)
         expected = wb.OutputError if broken == "replace" else error

@@ -364,3 +364,12 @@ def test_no_event_is_lost_between_tolerances():
     for a, b in itertools.pairwise(found):
         assert np.array_equal(a.event_kind.values, b.event_kind.values)
         assert np.max(np.abs(a.event_time.values - b.event_time.values)) <= 1e-5
+
+
+def test_a_law_that_jumps_at_rest_is_refused():
+    """Or is far steeper than stated: it would be crept through for ever."""
+    for law in (lambda v: math.copysign(0.3, v) if v else 0.0, lambda v: 0.3 * math.tanh(1e6 * v)):
+        with pytest.raises(ValueError, match=r"width = 0.01 m/s: must rise from 0 .* Coulomb"):
+            wb.CustomFriction(law=law, width=0.01)
+    for width in (1e-3, 1e-2, 1e-1):  # a stated width need not be the exact one
+        wb.CustomFriction(law=lambda v: 0.3 * math.tanh(100.0 * v), width=width)

@@ -336,6 +336,21 @@ def test_linear_stability_limit_is_that_of_stability() -> None:
             assert found["sliding_damping"].values[i, j] == pytest.approx(least, abs=1e-12)
 
 
+def test_time_left_leaves_out_what_came_before_the_first_points(monkeypatch) -> None:
+    """Compilation: 20 s until the first ten of a hundred points, a second for the next ten."""
+    from wedgebrake.sweeps import progress
+
+    clock = iter([0.0, 20.0, 21.0])
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: next(clock))
+    seen: list[progress.Progress] = []
+    meter = progress.Meter(100, 0, seen.append)
+    meter.add(10)
+    assert "left" not in str(seen[-1])
+    meter.add(10)
+    assert seen[-1].left == pytest.approx(8.0)
+    assert str(seen[-1]) == "20 of 100 points, 0.952 points/s, 8 s left"
+
+
 def test_progress_counts_every_point() -> None:
     seen = []
     wb.sweep(SYSTEM, eta=ETAS, periods=20, transient=10, progress=seen.append)

@@ -25,7 +25,8 @@ def explore(
     missing = [name for name in ("panel", "bokeh") if find_spec(name) is None]
     if missing:
         raise InputError(
-            f"app: needs {' and '.join(missing)}. Install the extra: pip install 'wedgebrake[app]'."
+            f"app: needs {' and '.join(missing)}. Install the extra: pip install"
+            " 'wedgebrake[app]'; in a clone, make app does it."
         )
     if not 0 <= port <= 65535:
         raise InputError(f"--port {port}: must be 0 to 65535; 0 takes any that is free.")

@@ -6,18 +6,23 @@ import json
 import math
 import platform
 from collections.abc import Collection
+from dataclasses import asdict
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.errors import InputError
 from wedgebrake.linear_stability import DirectionStability, Stability, stability
+from wedgebrake.measures.torque import brake_torque
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
 
+# Most periods of the torque that a repetition is looked for in.
+_LONGEST = 24
 _LIBRARIES = ("numpy", "scipy", "numba", "xarray", "pydantic")
 
 
@@ -131,17 +136,32 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
             "velocity": response["poincare_velocity"].values.tolist(),
         },
     }
-    repeats = repetition(response)
+    driven = report["system"]["excitation"]["amplitude"] > 0.0
+    report["brake_torque"] = _torque(response, steady_from)
+    repeats = repetition(response) if driven else None
     report["repeats_after"] = repeats and {"periods": repeats[0], "distance": repeats[1]}
     report["summary"] = summary(report, response)
     return report
 
 
-def repetition(response: xr.Dataset, longest: int = 24) -> tuple[int, float] | None:
+def _torque(response: xr.Dataset, start: float) -> dict[str, float] | None:
+    """Mean, mean size and peak [N m] of the brake's torque; None where samples are too few."""
+    try:
+        return asdict(brake_torque(response, start))
+    except InputError:
+        return None
+
+
+def _longest(response: xr.Dataset) -> int:
+    """Most periods that a repetition is looked for in; a short run has fewer points."""
+    return min(_LONGEST, max(2, response.sizes["period"] // 5) // 2)
+
+
+def repetition(response: xr.Dataset) -> tuple[int, float] | None:
     """(n, distance): the last Poincare points return after n periods, to a share of their size.
 
     The smallest n whose points return within 1e-3 over the last fifth of the run; None if
-    there is none up to ``longest``, or too few points to say. It is an observation, not a
+    there is none up to 24, or too few points to say. It is an observation, not a
     classification of the motion.
     """
     points = np.column_stack(
@@ -149,7 +169,7 @@ def repetition(response: xr.Dataset, longest: int = 24) -> tuple[int, float] | N
     )
     tail = points[-max(2, len(points) // 5) :]
     scale = np.max(np.abs(points), axis=0, initial=1e-300)
-    for n in range(1, min(longest, len(tail) // 2) + 1):
+    for n in range(1, min(_longest(response), len(tail) // 2) + 1):
         distance = float(np.max(np.abs(tail[n:] - tail[:-n]) / scale))
         if distance <= 1e-3:
             return n, distance
@@ -166,10 +186,21 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
     if kind == "at rest":
         return "The brake holds the driveline at rest."
     words = f"{kind[0].upper()}{kind[1:]} vibration, velocity between {late.min():.4g} and"
-    words += f" {late.max():.4g} rad/s, at rest {100 * report['stick_share']:.3g} % of the time."
+    words += f" {late.max():.4g} rad/s,"
+    # A brake that sticks to a turning shaft is not at rest.
+    turning = report["system"]["driveline"]["drive_speed"] != 0.0
+    words += f" {'stuck' if turning else 'at rest'} {100 * report['stick_share']:.3g} % of the time"
+    looked = _longest(response)
+    if looked < _LONGEST:
+        words += f" (of the last {report['final']['time'] - report['steady_from']:.3g} s)"
+    words += "."
+    if report["system"]["excitation"]["amplitude"] == 0.0:
+        return words + " No torque drives it: its periods are not counted."
     repeats = report["repeats_after"]
+    if repeats is None and looked < _LONGEST:
+        return words + " The run is too short to tell after how many periods it repeats."
     if repeats is None:
-        return words + " It does not repeat within 24 torque periods."
+        return words + f" It does not repeat within {_LONGEST} torque periods."
     n, distance = repeats["periods"], repeats["distance"]
     words += " It repeats every torque period" if n == 1 else f" It repeats every {n} periods"
     return words + (f" (to {distance:.0e})." if distance > 1e-6 else ".")
@@ -187,6 +218,10 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     ]
     if report["status"] == "completed":  # else the summary has said it
         lines.append(f"  {report['message']}")
+    torque = report["brake_torque"]
+    if torque and math.isfinite(torque["peak"]):
+        mean, peak = torque["mean_size"], torque["peak"]
+        lines.append(f"  brake torque: {mean:.4g} N m in the mean, {peak:.4g} N m at most")
     lines.append(f"  events: {events}")
     lines.append(
         f"  state at t = {final['time']:.6g} s: angle {final['angle']:.9g} rad,"

@@ -272,6 +272,11 @@ class SmoothedFriction(SmoothFriction):
         return self.law(float(speed), self.shape())
 
 
+# A law that has this share of its friction at this share of its width jumps at rest, or is
+# steeper than stated: the solver would creep through the jump for ever, or not see the layer.
+_INSIDE, _JUMP = 1e-3, 0.5
+
+
 class CustomFriction(SmoothFriction):
     """A smooth law of your own: m(v_r), a function that Numba can compile.
 
@@ -302,6 +307,14 @@ class CustomFriction(SmoothFriction):
                     f"friction.law: law({speed}) = {value!r}: must have the sign of its"
                     " argument. Friction opposes sliding; return m = mu sign(v_r)."
                 )
+        at_width, inside = (abs(self.law(share * self.width)) for share in (1.0, _INSIDE))
+        if inside > _JUMP * at_width:
+            raise ValueError(
+                f"friction.law: law({_INSIDE * self.width:g}) is {inside:g} already, with {at_width:g}"
+                f" at width = {self.width:g} m/s: must rise from 0 over about the width. State the"
+                " true half width of the steep part, or use CoulombFriction or TabulatedFriction"
+                " for friction that jumps at rest."
+            )
         return self
 
     @property

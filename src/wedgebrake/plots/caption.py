@@ -111,6 +111,10 @@ def _numbers(dataset: xr.Dataset, names: Sequence[str], fixed: Sequence[str]) ->
         _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
         for name in fixed
     ]
+    # How steep a smoothed law is decides where its limits lie, and is no group.
+    steepness = _stated(dataset, "system").get("friction", {}).get("steepness")
+    if steepness is not None and "steepness" not in changed:
+        chosen.append(_equation("steepness", float(steepness), "s/m"))
     numbers = ", ".join(part for part in (groups, *chosen) if part)
     return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
 

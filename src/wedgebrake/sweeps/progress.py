@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -15,23 +16,27 @@ class Progress:
 
     done, total : points; ``resumed`` of the done ones were there before
     rate        : points per second since this run began
+    later       : points per second since the first ones, which may have waited for compilation;
+                  0: not known yet; None: as ``rate``
     """
 
     done: int
     total: int
     resumed: int
     rate: float
+    later: float | None = None
 
     @property
     def left(self) -> float:
-        """Seconds left, at this rate; inf before there is one."""
-        return (self.total - self.done) / self.rate if self.rate > 0.0 else float("inf")
+        """Seconds left, at the later rate; inf before there is one."""
+        rate = self.rate if self.later is None else self.later
+        return (self.total - self.done) / rate if rate > 0.0 else float("inf")
 
     def __str__(self) -> str:
         text = f"{self.done} of {self.total} points"
         if self.rate > 0.0:
             text += f", {self.rate:.3g} points/s"
-        if self.rate > 0.0 and self.done < self.total:
+        if self.done < self.total and math.isfinite(self.left):
             text += f", {duration(self.left)} left"
         return text
 
@@ -61,6 +66,7 @@ class Meter:
         self._total, self._resumed, self._done = total, resumed, resumed
         self._report = report
         self._start = time.perf_counter()
+        self._first: tuple[int, float] | None = None
         self._last = -_PAUSE
         if report is not None:
             report(Progress(resumed, total, resumed, 0.0))
@@ -78,7 +84,12 @@ class Meter:
             return
         self._last = now
         rate = (self._done - self._resumed) / now if now > 0.0 else 0.0
-        self._report(Progress(self._done, self._total, self._resumed, rate))
+        later = 0.0
+        if self._first is None:
+            self._first = self._done, now
+        elif now > self._first[1]:
+            later = (self._done - self._first[0]) / (now - self._first[1])
+        self._report(Progress(self._done, self._total, self._resumed, rate, later))
 
 
 class Bar:
