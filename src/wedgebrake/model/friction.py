@@ -310,8 +310,8 @@ class CustomFriction(SmoothFriction):
         at_width, inside = (abs(self.law(share * self.width)) for share in (1.0, _INSIDE))
         if inside > _JUMP * at_width:
             raise ValueError(
-                f"friction.law: law({_INSIDE * self.width:g}) is {inside:g} already, with {at_width:g}"
-                f" at width = {self.width:g} m/s: must rise from 0 over about the width. State the"
+                f"friction.law: law({_INSIDE * self.width:g}) is {inside:g} already, with"
+                f" {at_width:g} at width = {self.width:g} m/s: must rise from 0 over about the width. State the"
                 " true half width of the steep part, or use CoulombFriction or TabulatedFriction"
                 " for friction that jumps at rest."
             )
