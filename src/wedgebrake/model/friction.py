@@ -311,9 +311,9 @@ class CustomFriction(SmoothFriction):
         if inside > _JUMP * at_width:
             raise ValueError(
                 f"friction.law: law({_INSIDE * self.width:g}) is {inside:g} already, with"
-                f" {at_width:g} at width = {self.width:g} m/s: must rise from 0 over about the width. State the"
-                " true half width of the steep part, or use CoulombFriction or TabulatedFriction"
-                " for friction that jumps at rest."
+                f" {at_width:g} at width = {self.width:g} m/s: must rise from 0 over about the"
+                " width. State the true half width of the steep part, or use CoulombFriction or"
+                " TabulatedFriction for friction that jumps at rest."
             )
         return self
 
