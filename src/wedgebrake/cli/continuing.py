@@ -287,13 +287,13 @@ class _Told:
         value = branch.points[-1].value
         share = abs(value - self._over.first) / self._over.scale
         words = f"{self._points} orbits, branch {self._branches} at {self._over.name} = {value:.6g}"
-        self._hear(_Branches(min(int(100.0 * share), 99), 100, 0, 0.0, words))
+        self._hear(_Branches(min(int(100.0 * share), 99), 100, 0, 0.0, words=words))
 
     def end(self, followed: list[Followed]) -> None:
         """All are done."""
         count = sum(len(one.branch.points) for one in followed)
         branches = "1 branch" if len(followed) == 1 else f"{len(followed)} branches"
-        self._hear(_Branches(100, 100, 0, 0.0, f"{count} orbits of {branches}"))
+        self._hear(_Branches(100, 100, 0, 0.0, words=f"{count} orbits of {branches}"))
 
 
 def _in_options(text: str) -> str:

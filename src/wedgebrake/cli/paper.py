@@ -219,7 +219,7 @@ class _Watch:
             name, content = self._files.get()
             write(self._folder / name, content)
             self.written.append(self._folder / name)
-        moment = _Moment(self._parts, self.total, 0, 0.0, self._runs)
+        moment = _Moment(self._parts, self.total, 0, 0.0, runs=self._runs)
         if moment != self._shown:
             self._shown = moment
             self._bar(moment)
