@@ -12,19 +12,14 @@ HELD, LEFT_DOWN, LEFT_UP = 0, 1, 2
 def _wait_above(level, amplitude, phase):
     """Phase to wait until amplitude sin(phase) rises through ``level``; inf if it never does.
 
-    phase : in [0, 3 pi].  Zero when the torque is above already: then the wait is over.
+    Zero when the torque is above already: then the wait is over.
     """
     if level >= amplitude:
         return math.inf
     if level < -amplitude:
         return 0.0
     crossing = math.asin(level / amplitude)
-    since = phase - crossing
-    # A remainder, of what is at most a turn and a half outside; a division takes longer.
-    if since < 0.0:
-        since += 2.0 * math.pi
-    elif since >= 2.0 * math.pi:
-        since -= 2.0 * math.pi
+    since = (phase - crossing) % (2.0 * math.pi)
     if since < math.pi - 2.0 * crossing:
         return 0.0
     return 2.0 * math.pi - since

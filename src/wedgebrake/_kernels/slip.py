@@ -6,8 +6,6 @@ from .bound import bound, safe_step
 from .compiling import compiled
 from .flow import CELL, G2, NOISE, acceleration, entry, jerk, snap, state_at
 
-# A move of Newton's below this share is the last one: the next would be its square.
-_LAST = 1e-9
 # What ended the search.
 REACHED_END, HIT_LOW, HIT_HIGH, OUT_OF_PATIENCE = 0, 1, 2, 3
 
@@ -56,10 +54,7 @@ def _polish(row, w2, f, omega, target, w, a, j, s, sine, cosine, step):
         value = gap + x * (a + x * (p2 + x * (p3 + x * value)))
         slope = 5.0 * p5 + x * (6.0 * p6 + x * (7.0 * p7 + x * 8.0 * p8))
         slope = a + x * (2.0 * p2 + x * (3.0 * p3 + x * (4.0 * p4 + x * slope)))
-        move = value / slope
-        x -= move
-        if abs(move) <= _LAST * x:
-            break
+        x -= value / slope
     x = max(x, 0.0)
     angle = p4 / 5.0 + x * (p5 / 6.0 + x * (p6 / 7.0 + x * (p7 / 8.0 + x * p8 / 9.0)))
     return x, x * (w + x * (a / 2.0 + x * (p2 / 3.0 + x * (p3 / 4.0 + x * angle))))
