@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -69,7 +70,16 @@ class TestAgainstTheFrontDoor:
         desk = desk.edited(friction=friction)
         moment = look(desk)
         expected = wb.motion(desk.system, desk.periods, transient=desk.transient)
-        assert repr(moment.motion) == repr(expected)
+        if friction != "smoothed":
+            assert repr(moment.motion) == repr(expected)
+            return
+        # Samples end no step of the solver's, but its periods do.
+        for field in fields(expected):
+            found, right = (getattr(one, field.name) for one in (moment.motion, expected))
+            if isinstance(right, float):
+                assert found == pytest.approx(right, rel=1e-5, nan_ok=True), field.name
+            else:
+                assert found == right, field.name
 
     def test_a_settled_motion_is_judged_with_its_transient(self, desk):
         moment = look(desk, settle=True)

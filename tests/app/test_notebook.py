@@ -49,7 +49,7 @@ def test_other_subjects_are_refused(subject):
 
 
 def test_a_machine_that_no_study_file_names_is_refused():
-    friction = wb.CustomFriction(law=lambda v: 0.3 if v > 0 else -0.3, width=0.01)
+    friction = wb.CustomFriction(law=lambda v: 0.3 * v / (0.01 + abs(v)), width=0.01)
     with pytest.raises(wb.InputError, match="the explorer takes parts that a study file can name"):
         wb.explore(wb.paper.system().replace(friction=friction))
 

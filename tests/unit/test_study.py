@@ -80,11 +80,13 @@ class TestRoundTrip:
         jsonschema.validate(tomllib.loads(path.read_text()), schema())
 
     def test_every_kind_has_been_tried(self):
-        assert set(wb.Brake.kinds) == set(BRAKES)
+        # Other tests make brakes of their own.
+        own = {k for k, one in wb.Brake.kinds.items() if one.__module__.startswith("wedgebrake.")}
+        assert own == set(BRAKES)
         properties = schema()["properties"]
         for name, kinds in (("brake", BRAKES), ("friction", FRICTIONS)):
             known = {one["properties"]["kind"]["const"] for one in properties[name]["oneOf"]}
-            assert known == set(kinds)
+            assert known - (set(wb.Brake.kinds) - own) == set(kinds)
 
     def test_of_a_run(self):
         run = {

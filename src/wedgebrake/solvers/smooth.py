@@ -67,9 +67,18 @@ class Problem(NamedTuple):
 
 
 def problem(
-    system: BrakedDriveline, rtol: float, angle: float = 0.0, velocity: float = 0.0
+    system: BrakedDriveline,
+    rtol: float,
+    angle: float = 0.0,
+    velocity: float = 0.0,
+    *,
+    any_law: bool = False,
 ) -> Problem:
-    """The kernel's arguments for a system, a tolerance and an initial state."""
+    """The kernel's arguments for a system, a tolerance and an initial state.
+
+    any_law : Runge-Kutta steps where series would do. Their derivative is that of the computed
+              map itself, not of the true one: what Newton's method wants.
+    """
     line, torque = system.driveline, system.excitation
     friction = system.friction
     assert isinstance(friction, SmoothFriction)  # noqa: S101 - the front door has checked it
@@ -87,7 +96,7 @@ def problem(
     push = torque.amplitude + float(np.max(np.abs(finite))) + _held(system)
     speed = push / (line.inertia * fastest)
     band = friction.transition / system.brake.radius
-    series = _series(system, friction)
+    series = None if any_law else _series(system, friction)
     largest = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.drive_speed)
     return Problem(
         plant=(*plant, 0.0 - line.drive_speed),

@@ -109,9 +109,9 @@ def work(desk: Desk) -> Iterator[StabilityMap]:
 def _axes(desk: Desk) -> tuple[Axis, Axis]:
     if desk.system.groups.eta is None:
         raise InputError(
-            "No map: eta is not defined without damping or friction, and so no margin in it. Raise"
-            " them; without damping sliding is linearly stable exactly where the slope of the"
-            " actuation force is positive."
+            "eta is not defined without damping or friction, and so no margin in it. Raise them;"
+            " without damping sliding is linearly stable exactly where the slope of the actuation"
+            " force is positive."
         )
     if desk.system.driveline.stiffness == 0.0:
         raise InputError(
