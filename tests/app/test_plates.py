@@ -369,7 +369,7 @@ def test_without_damping_there_is_no_eta(few):
     assert diagram.parameter(desk) in axes(desk.system)
     assert set(regimes.parameters(desk)) <= set(axes(desk.system))
     assert next(diagram.work(desk)).known
-    with pytest.raises(InputError, match="eta is not defined"):
+    with pytest.raises(InputError, match="eta: not defined"):
         stability.key(desk)
 
 

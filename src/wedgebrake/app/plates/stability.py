@@ -109,7 +109,7 @@ def work(desk: Desk) -> Iterator[StabilityMap]:
 def _axes(desk: Desk) -> tuple[Axis, Axis]:
     if desk.system.groups.eta is None:
         raise InputError(
-            "eta is not defined without damping or friction, and so no margin in it. Raise them;"
+            "eta: not defined without damping or friction, and so no margin in it. Raise them;"
             " without damping sliding is linearly stable exactly where the slope of the actuation"
             " force is positive."
         )
