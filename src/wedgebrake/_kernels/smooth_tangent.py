@@ -20,7 +20,7 @@ from .compiling import compiled
 from .dop853 import ROWS, STAGES, SUMS, acceleration, drive_at
 from .dop853 import step as advance
 from .flow import G2, impulse
-from .series import INPUTS, OUTPUTS, aim, deviate, load, state
+from .series import DEVIATION_ROWS, INPUTS, OUTPUTS, aim, deviate, load, state
 from .series import step as step_by_series
 from .smooth import (
     TRAIL_SIZE,
@@ -153,7 +153,7 @@ def carry(plant, pair, series, rtol, kinks, linear, table, reach, trail, left, m
     plant ... table : as for ``smooth.run``;  rtol : share of a deviation that a series may err by
     reach : distance of the law's nearest pole from zero sliding speed [rad/s]
     """
-    scratch = np.empty((5, SUMS))
+    scratch = np.empty((DEVIATION_ROWS, SUMS))
     inputs, outputs = np.ones((INPUTS, 1)), np.empty((OUTPUTS, 1))
     if series is not None:
         load(plant, series, inputs, 0)
