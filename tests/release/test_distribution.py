@@ -174,7 +174,7 @@ def test_an_extra_installs_alone(extra, built, tmp_path):
         if other != extra and command is not None:
             refused = place.call("wedgebrake", *command)
             assert refused.returncode == 2
-            assert f"Install the extra: pip install 'wedgebrake[{other}]'." in refused.stderr
+            assert f"Install the extra: pip install 'wedgebrake[{other}]'" in refused.stderr
     if extra == "netcdf":
         place.call("wedgebrake", "simulate", "paper.toml", "--out", "run.nc", check=True)
         assert (tmp_path / "run.nc").stat().st_size > 10_000
