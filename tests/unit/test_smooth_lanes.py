@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake._kernels import codes, lanes, series
+from wedgebrake._kernels import codes, lanes, past, series
 from wedgebrake._kernels.trace import Plain
 from wedgebrake.solvers.smooth import problem
 from wedgebrake.solvers.smooth_lanes import WIDTH, advance_together, fits
@@ -109,22 +109,25 @@ def test_patience():
     assert all(0 < one.points.shape[0] < 5 for one in found)
 
 
-def test_the_formula_is_python():
-    """What was compiled for eight lanes is the formula, lane by lane."""
+@pytest.mark.parametrize("formulas", [series, past], ids=["a step", "a step seen again"])
+def test_the_formula_is_python(formulas):
+    """What was compiled for several lanes is the formula, lane by lane."""
     rng = np.random.default_rng(5)
     given, state = problem(paper(), 1e-9), (0.01, 0.03)
-    inputs = np.zeros((series.INPUTS, WIDTH))
-    outputs = np.zeros((series.OUTPUTS_OF_MOTION, WIDTH))
+    width = WIDTH if formulas is series else past.WIDTH
+    inputs = np.zeros((series.INPUTS, width))
+    outputs = np.zeros((formulas.OUTPUTS, width))
     series.load(given.plant, given.series, inputs, 0)
     inputs[:] = inputs[:, :1]
     rows = [series.THETA, series.W, series.DRIVE, series.RATE]
-    inputs[rows] = rng.uniform(-0.2, 0.2, (4, WIDTH)) + np.array([*state, 1.0, 1.0])[:, None]
-    inputs[[series.LAST, series.LONGEST, series.REACH]] = [[1e-4], [1e-2], [0.05]]
+    inputs[rows] = rng.uniform(-0.2, 0.2, (4, width)) + np.array([*state, 1.0, 1.0])[:, None]
+    inputs[[series.LAST, series.LONGEST, series.REACH]] = [[1e-4], [1e-4], [0.05]]
     inputs[[series.TOL_THETA, series.TOL_W]] = [[1e-10], [1e-9]]
-    lanes.step_lanes(inputs, outputs)
-    for lane in range(WIDTH):
-        right = series.formula_of_motion(Plain, lambda row, lane=lane: inputs[row, lane])
-        np.testing.assert_allclose(outputs[:, lane], right, rtol=1e-12)
+    compiled = lanes.step_lanes if formulas is series else past.expand_lanes
+    compiled(inputs, outputs)
+    for lane in range(width):
+        right = formulas.formula(Plain, lambda row, lane=lane: inputs[row, lane])
+        np.testing.assert_allclose(outputs[:, lane], right, rtol=1e-12, atol=1e-300)
 
 
 def test_a_sweep_takes_lanes():

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 import wedgebrake as wb
 from equations import angular_frequency, gain
-from wedgebrake._kernels import codes, series, smooth_tangent
+from wedgebrake._kernels import codes, series, smooth_tangent, trace
 from wedgebrake.solvers import smooth
 from wedgebrake.solvers.smooth import problem
 from wedgebrake.solvers.smooth_periods import PeriodMap, period_map
@@ -157,11 +157,16 @@ def test_slope_of_the_torque_never_looks_across_a_kink(system, beyond):
 @pytest.mark.parametrize("system", [paper(), CONVENTIONAL], ids=["wedge", "conventional"])
 def test_slope_of_the_torque_of_a_series(system):
     """In closed form, from far below the layer to the release."""
-    law = problem(system, 1e-9).series
+    given, inputs = problem(system, 1e-9), np.ones((series.INPUTS, 1))
+    series.load(given.plant, given.series, inputs, 0)
     for v in np.geomspace(1e-9, 0.999 * system.actuation.release_speed, 40):
         for side in (-1.0, 1.0):
-            got = series.torque_slope(law, side, side * v)
-            assert got == pytest.approx(torque_slope(system, side * v), rel=1e-12)
+            series.aim(given.plant, given.series, side, 0.0, 0.0, side * v, inputs, 0)
+            get = lambda row: inputs[row, 0]  # noqa: E731
+            *_, gains, rates = series.expand(trace.Plain, get)
+            pressed = get(series.FORCE) + get(series.SLOPE) * side * v
+            got = get(series.SLOPE) * gains[0] + pressed * rates[0]
+            assert got * given.plant[0] == pytest.approx(torque_slope(system, side * v), rel=1e-12)
 
 
 def variational(system, state):

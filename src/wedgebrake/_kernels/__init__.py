@@ -19,6 +19,7 @@ batch       many systems, one after another
 along       a smooth law's torque at many velocities
 dop853      the Dormand-Prince 8(5,3) step with its continuous extension
 series      a step by Taylor series, for mu tanh and brakes whose g is a fraction
+past        such steps seen again, side by side: derivatives, and the motion inside
 smooth      any smooth law: the layer by series or DOP853, saturated speeds in closed form
 smooth_tangent  the derivative of its flow: the variational equation on the same steps
 smooth_tally  what it adds up to: heat, range, time at rest

@@ -21,7 +21,7 @@ from .series import (
     INPUTS,
     LAST,
     LONGEST,
-    OUTPUTS_OF_MOTION,
+    OUTPUTS,
     RATE,
     RATE1,
     SIZE,
@@ -32,7 +32,7 @@ from .series import (
     W,
     acceleration,
     crossing,
-    formula_of_motion,
+    formula,
     limit,
     load,
     state,
@@ -43,7 +43,7 @@ from .trace import traced
 
 WIDTH = 8
 
-_together = traced(formula_of_motion, WIDTH)
+_together = traced(formula, WIDTH)
 
 
 @compiled
@@ -125,7 +125,7 @@ def run(
     points   : (WIDTH, periods + 1, 2) receives the states at the beginnings of the periods
     outcomes, done, steps : (WIDTH,) receive the codes, completed periods, steps
     """
-    inputs, outputs = np.zeros((INPUTS, WIDTH)), np.zeros((OUTPUTS_OF_MOTION, WIDTH))
+    inputs, outputs = np.zeros((INPUTS, WIDTH)), np.zeros((OUTPUTS, WIDTH))
     t, stretch, going = np.zeros(WIDTH), np.zeros(WIDTH, np.int64), np.ones(WIDTH, np.bool_)
     stalled = np.zeros(WIDTH, np.bool_)
     count = points.shape[1] - 1

@@ -27,7 +27,7 @@ ORDER = 16
 # sliding); omega^2, w_rest, kappa; the gain is TOP tanh/(GAP - LEVER tanh), its slope
 # RISE e/(1 + e)^2/(...)^2; BEND is p2, LEAN p1.
 (
-    _DAMPING, _STIFFNESS, _FORCE, SLOPE, _OMEGA2, _REST, _KAPPA, _TOP, _GAP, _LEVER, _RISE, _BEND,
+    DAMPING, STIFFNESS, FORCE, SLOPE, _OMEGA2, REST, _KAPPA, _TOP, _GAP, _LEVER, _RISE, _BEND,
     _LEAN,
 ) = range(13)  # fmt: skip
 # And of a step: the state, the driving torque over the inertia and its rate; the last step, the
@@ -35,13 +35,10 @@ ORDER = 16
 THETA, W, DRIVE, RATE, LAST, LONGEST, REACH, TOL_THETA, TOL_W = range(13, 22)
 INPUTS = 22
 # What a step gives: its size; at its end the state, w', how far w went at most, the driving
-# torque and its rate; then the series of theta, w, w', G and Q.
+# torque and its rate; then the series of theta, w and w'.
 SIZE, THETA1, W1, A1, WAY, DRIVE1, RATE1 = range(7)
-_TERMS = ORDER + 1
-_THETAS, _WS, ACCELS, _GAINS, _RATES = (7 + row * _TERMS for row in range(5))
-# Without the last two, of which the motion knows enough.
-OUTPUTS_OF_MOTION = _GAINS
-OUTPUTS = _RATES + _TERMS
+THETAS, WS, ACCELS = (7 + row * (ORDER + 1) for row in range(3))
+OUTPUTS = ACCELS + ORDER
 
 # The last terms may have this share of the tolerance: what is left out adds up over the steps,
 # and a hundredth costs a third more of them.
@@ -50,21 +47,21 @@ _SHARE = 0.01
 _ON_KINK = 1e-6
 
 
-def formula(maths, get):
-    """All outputs of a step, from ``get(input)``; in plain Python, for ``trace``."""
-    omega2, bend, force, slope = get(_OMEGA2), get(_BEND), get(_FORCE), get(SLOPE)
-    stiffness, theta, w = get(_STIFFNESS), get(THETA), get(W)
-    v = w - get(_REST)
+def expand(maths, get):
+    """The series of (drive, theta, w, w', G, Q), from ``get(input)``; for ``formula``."""
+    omega2, bend, force, slope = get(_OMEGA2), get(_BEND), get(FORCE), get(SLOPE)
+    stiffness, theta, w = get(STIFFNESS), get(THETA), get(W)
+    v = w - get(REST)
     x = get(_KAPPA) * v
-    e = maths.exp(-2.0 * maths.absolute(x))
+    e = maths.exp(-2.0 * abs(x))
     over = 1.0 / (1.0 + e)
     tanh = maths.signed((1.0 - e) * over, x)
     part = 1.0 / (get(_GAP) - get(_LEVER) * tanh)
     gain, rate = get(_TOP) * tanh * part, get(_RISE) * e * over * over * part * part
     lean = get(_LEAN) + 2.0 * bend * gain
-    pressed, drag = force + slope * v, get(_DAMPING) + slope * gain
+    pressed, drag = force + slope * v, get(DAMPING) + slope * gain
     drive = [get(DRIVE), get(RATE)]
-    accel = drive[0] - get(_DAMPING) * w - stiffness * theta - pressed * gain
+    accel = drive[0] - get(DAMPING) * w - stiffness * theta - pressed * gain
     thetas, ws, accels, gains, rates = [theta, w], [w, accel], [accel], [gain, rate * accel], [rate]
     for n in range(1, ORDER):
         square, moved, turned = 0.0, 0.0, 0.0
@@ -86,17 +83,27 @@ def formula(maths, get):
         ws.append(now * share)
         thetas.append(ws[n] * share)
         gains.append(((turned + accel * change) + rate * now) * share)
-    furthest = get(REACH) / (maths.absolute(accel) + 1e-300)
-    h = maths.smaller(_longest(maths, get, thetas, ws), maths.smaller(get(LONGEST), furthest))
-    theta1, w1, a1, way = thetas[ORDER], ws[ORDER], accels[ORDER - 1], maths.absolute(ws[ORDER])
+    return drive, thetas, ws, accels, gains, rates
+
+
+def results(h, drive, thetas, ws, accels):
+    """The outputs of a step of size h with these series."""
+    theta1, w1, a1, way = thetas[ORDER], ws[ORDER], accels[ORDER - 1], abs(ws[ORDER])
     drive1, rate1 = drive[ORDER], ORDER * drive[ORDER]
     for n in range(ORDER - 1, -1, -1):
         theta1, w1, drive1 = theta1 * h + thetas[n], w1 * h + ws[n], drive1 * h + drive[n]
         if n > 0:
-            way = way * h + maths.absolute(ws[n])
+            way = way * h + abs(ws[n])
             a1, rate1 = a1 * h + accels[n - 1], rate1 * h + n * drive[n]
-    ends = [h, theta1, w1, a1, way * h, drive1, rate1]
-    return [*ends, *thetas, *ws, *accels, 0.0, *gains, *rates, 0.0]
+    return [h, theta1, w1, a1, way * h, drive1, rate1, *thetas, *ws, *accels]
+
+
+def formula(maths, get):
+    """All outputs of a step, from ``get(input)``; in plain Python, for ``trace``."""
+    drive, thetas, ws, accels, _, _ = expand(maths, get)
+    furthest = get(REACH) / (abs(accels[0]) + 1e-300)
+    h = maths.smaller(_longest(maths, get, thetas, ws), maths.smaller(get(LONGEST), furthest))
+    return results(h, drive, thetas, ws, accels)
 
 
 def _longest(maths, get, thetas, ws):
@@ -106,10 +113,7 @@ def _longest(maths, get, thetas, ws):
     power = fourth * fourth * fourth * (s * s) * s
     largest = 0.0
     for n in (ORDER - 1, ORDER):
-        angle, speed = (
-            maths.absolute(thetas[n]) / get(TOL_THETA),
-            maths.absolute(ws[n]) / get(TOL_W),
-        )
+        angle, speed = abs(thetas[n]) / get(TOL_THETA), abs(ws[n]) / get(TOL_W)
         term = maths.larger(angle, speed) * power * (s if n == ORDER else 1.0)
         root = maths.sqrt(maths.sqrt(maths.sqrt(maths.sqrt(term + 1e-290))))
         if n < ORDER:
@@ -117,11 +121,6 @@ def _longest(maths, get, thetas, ws):
             root = root * (1.0 + maths.larger(root - 1.0, 0.0) * (1.0 / n))
         largest = maths.larger(largest, root)
     return s / largest
-
-
-def formula_of_motion(maths, get):
-    """The outputs of a step without the series of G and Q."""
-    return formula(maths, get)[:OUTPUTS_OF_MOTION]
 
 
 _step = traced(formula, 1)
@@ -138,9 +137,9 @@ def load(plant, law, inputs, lane):
     """The numbers of a system into a column of ``inputs``."""
     inertia, damping, stiffness, _, omega, w_rest = plant
     kappa, mu, a, b, d, radius, force, slope = law
-    inputs[_DAMPING, lane], inputs[_STIFFNESS, lane] = damping / inertia, stiffness / inertia
-    inputs[_FORCE, lane], inputs[SLOPE, lane] = force / inertia, slope / inertia
-    inputs[_OMEGA2, lane], inputs[_REST, lane], inputs[_KAPPA, lane] = omega * omega, w_rest, kappa
+    inputs[DAMPING, lane], inputs[STIFFNESS, lane] = damping / inertia, stiffness / inertia
+    inputs[FORCE, lane], inputs[SLOPE, lane] = force / inertia, slope / inertia
+    inputs[_OMEGA2, lane], inputs[REST, lane], inputs[_KAPPA, lane] = omega * omega, w_rest, kappa
     inputs[_TOP, lane], inputs[_GAP, lane], inputs[_LEVER, lane] = radius * a * mu, b, d * mu
     inputs[_RISE, lane] = 4.0 * radius * a * b * mu * kappa
     inputs[_BEND, lane] = kappa * (mu * d * d - b * b / mu) / (a * b * radius)
@@ -148,12 +147,13 @@ def load(plant, law, inputs, lane):
 
 
 @compiled
-def aim(plant, law, side, t, theta, w, inputs):
-    """The state that the next step of one system begins at, sliding to ``side``."""
+def aim(plant, law, side, t, theta, w, inputs, lane):
+    """The state that the next step begins at, sliding to ``side``."""
     f, omega = plant[3] / plant[0], plant[4]
-    inputs[SLOPE, 0] = side * law[7] / plant[0]
-    inputs[THETA, 0], inputs[W, 0] = theta, w
-    inputs[DRIVE, 0], inputs[RATE, 0] = f * math.sin(omega * t), f * omega * math.cos(omega * t)
+    inputs[SLOPE, lane] = side * law[7] / plant[0]
+    inputs[THETA, lane], inputs[W, lane] = theta, w
+    inputs[DRIVE, lane] = f * math.sin(omega * t)
+    inputs[RATE, lane] = f * omega * math.cos(omega * t)
 
 
 @compiled
@@ -167,28 +167,12 @@ def limit(tolerances, longest, reach, inputs, lane):
 
 
 @compiled
-def _gain(law, v):
-    """(G, dG/dv) at the sliding velocity v."""
-    kappa, mu, a, b, d, radius, _, _ = law
-    e = math.exp(-2.0 * abs(kappa * v))
-    tanh = math.copysign(-math.expm1(-2.0 * abs(kappa * v)) / (1.0 + e), v)
-    gap = b - mu * d * tanh
-    slope = 4.0 * e / ((1.0 + e) * (1.0 + e))
-    return radius * a * mu * tanh / gap, radius * a * b * mu * kappa * slope / (gap * gap)
-
-
-@compiled
 def brake_torque_at(law, side, v):
     """Torque of the brake sliding to ``side`` with the velocity v [N m]."""
-    gain, _ = _gain(law, v)
-    return (law[6] + law[7] * side * v) * gain
-
-
-@compiled
-def torque_slope(law, side, v):
-    """dM/dv of the brake torque M at the sliding velocity v [N m s/rad]."""
-    gain, rate = _gain(law, v)
-    return side * law[7] * gain + (law[6] + side * law[7] * v) * rate
+    kappa, mu, a, b, d, radius, force, slope = law
+    e = math.exp(-2.0 * abs(kappa * v))
+    tanh = math.copysign(-math.expm1(-2.0 * abs(kappa * v)) / (1.0 + e), v)
+    return (force + slope * side * v) * (radius * a * mu * tanh / (b - mu * d * tanh))
 
 
 @compiled
@@ -201,13 +185,13 @@ def acceleration(plant, law, side, drive, theta, w):
 @compiled
 def state(outputs, lane, tau):
     """(theta, w, w') a time tau after a step begins."""
-    theta, w = outputs[_THETAS + ORDER, lane], outputs[_WS + ORDER, lane]
+    theta, w = outputs[THETAS + ORDER, lane], outputs[WS + ORDER, lane]
     a = outputs[ACCELS + ORDER - 1, lane]
     for n in range(ORDER - 1, 0, -1):
-        theta = theta * tau + outputs[_THETAS + n, lane]
-        w = w * tau + outputs[_WS + n, lane]
+        theta = theta * tau + outputs[THETAS + n, lane]
+        w = w * tau + outputs[WS + n, lane]
         a = a * tau + outputs[ACCELS + n - 1, lane]
-    return theta * tau + outputs[_THETAS, lane], w * tau + outputs[_WS, lane], a
+    return theta * tau + outputs[THETAS, lane], w * tau + outputs[WS, lane], a
 
 
 @compiled
@@ -215,7 +199,7 @@ def _bounds(outputs, lane, h):
     """Bounds of |w''| and |w'''| within a time h."""
     two, three = 0.0, 0.0
     for n in range(ORDER, 1, -1):
-        term = n * (n - 1.0) * abs(outputs[_WS + n, lane])
+        term = n * (n - 1.0) * abs(outputs[WS + n, lane])
         two = two * h + term
         if n > 2:
             three = three * h + term * (n - 2.0)
@@ -230,7 +214,7 @@ def _first(outputs, lane, h, edge, sign, tiny):
     the third on leaving the edge); near a root these are Newton's, from the safe side.
     """
     two, three = _bounds(outputs, lane, h)
-    gap, speed = sign * (outputs[_WS, lane] - edge), sign * outputs[ACCELS, lane]
+    gap, speed = sign * (outputs[WS, lane] - edge), sign * outputs[ACCELS, lane]
     tau = 0.0
     if gap <= 0.0:
         turn = sign * outputs[ACCELS + 1, lane]
@@ -262,7 +246,7 @@ def _first(outputs, lane, h, edge, sign, tiny):
 @compiled
 def crossing(outputs, lane, low, high, tiny):
     """(size of the step, what) up to the first of two edges that w leaves (low, high) by."""
-    h, w, way = outputs[SIZE, lane], outputs[_WS, lane], outputs[WAY, lane]
+    h, w, way = outputs[SIZE, lane], outputs[WS, lane], outputs[WAY, lane]
     size, what = h, REACHED_END
     if way == 0.0:
         return size, what
@@ -281,7 +265,7 @@ def crossing(outputs, lane, low, high, tiny):
 def passes(outputs, h, level):
     """When w of one system passes ``level`` within h, known to lie on its other side then."""
     before, after = 0.0, h
-    rises = outputs[_WS, 0] < level
+    rises = outputs[WS, 0] < level
     tau = 0.5 * h
     for _ in range(60):
         _, w, a = state(outputs, 0, tau)
@@ -293,54 +277,4 @@ def passes(outputs, h, level):
         if abs(newton - tau) <= 1e-12 * h:
             return tau
         tau = newton if before < newton < after else 0.5 * (before + after)
-    return tau
-
-
-# Rows of scratch for deviations: the slope of the torque, angle and velocity of both of them.
-DEVIATION_ROWS, _SLOPE_ROW, _X, _Y = 5, 0, 1, 2
-
-
-@compiled
-def deviate(plant, law, side, rest, rtol, outputs, rows, matrix):
-    """Carry the columns of ``matrix`` (2, 2), deviations, along the step in ``outputs``.
-
-    J y' + (c + dM/dv) y + k x = 0,  x' = y, term by term as the motion itself. Returns the
-    time gone, at most ``rest``: less where an error of ``rtol`` asks for it, as the slope of the
-    torque varies faster than the torque.
-
-    rows : (DEVIATION_ROWS, ORDER + 1) scratch
-    """
-    inertia, damping, stiffness, _, _, w_rest = plant
-    slopes = rows[_SLOPE_ROW]
-    slope = side * law[7]
-    pressed = law[6] + slope * (outputs[_WS, 0] - w_rest)
-    for n in range(ORDER):
-        moved = 0.0
-        for j in range(1, n + 1):
-            moved += outputs[_WS + j, 0] * outputs[_RATES + n - j, 0]
-        slopes[n] = slope * (outputs[_GAINS + n, 0] + moved) + pressed * outputs[_RATES + n, 0]
-    slopes[0] += damping
-    last, before = 1e-300, 1e-300
-    spring = math.sqrt(stiffness / inertia)
-    for column in range(2):
-        xs, ys = rows[_X + 2 * column], rows[_Y + 2 * column]
-        xs[0], ys[0] = matrix[0, column], matrix[1, column]
-        for n in range(ORDER):
-            push = stiffness * xs[n]
-            for j in range(n + 1):
-                push += slopes[j] * ys[n - j]
-            ys[n + 1] = -push / (inertia * (n + 1.0))
-            xs[n + 1] = ys[n] / (n + 1.0)
-        size = abs(ys[0]) + spring * abs(xs[0]) + 1e-300
-        last = max(last, abs(ys[ORDER]) / size)
-        before = max(before, abs(ys[ORDER - 1]) / size)
-    rtol *= _SHARE
-    tau = min(rest, (rtol / last) ** (1.0 / ORDER), (rtol / before) ** (1.0 / (ORDER - 1)))
-    for column in range(2):
-        xs, ys = rows[_X + 2 * column], rows[_Y + 2 * column]
-        x, y = xs[ORDER], ys[ORDER]
-        for n in range(ORDER - 1, -1, -1):
-            x = x * tau + xs[n]
-            y = y * tau + ys[n]
-        matrix[0, column], matrix[1, column] = x, y
     return tau

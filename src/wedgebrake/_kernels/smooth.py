@@ -249,7 +249,7 @@ def _series_step(
     Returns (theta, w, a, size, what); size -1: below ``tiny``. ``stalled`` as for
     ``_numeric_step``. ``outputs`` holds the series.
     """
-    aim(plant, law, side, t, theta, w, inputs)
+    aim(plant, law, side, t, theta, w, inputs, 0)
     furthest = SERIES_SHARE * (abs(w - plant[5]) + reach)
     limit(tolerances, min(h_max, h_left), furthest, inputs, 0)
     step_by_series(inputs, outputs)

@@ -4,15 +4,16 @@ import math
 from functools import cache
 
 import numpy as np
-from numba import typed, types
+from numba import types
 
+from . import past
 from .codes import COMPLETED, LOG_FULL
 from .compiling import compiled, compiled_for
 from .dop853 import SUMS
 from .smooth import LOG_COLUMNS, SCRATCH_ROWS, TRAIL_COLUMNS, run
 from .smooth_tally import add, passages
 from .smooth_tangent import carry
-from .torque import LAW, SHAPE
+from .torque import LAWS, SHAPES
 
 # Rows of the log and of the trail of a period; most motions need a tenth.
 _ROOM = 512
@@ -38,7 +39,7 @@ def _advance(
     if given is not None:
         functions, shapes, numbers, tableau = given
         pair = ((functions[0], shapes[0], functions[1], shapes[1]), numbers, tableau)
-    number, time, seen = np.empty(0, np.int64), np.empty(0), np.empty((0, 2))
+    number, time, none = np.empty(0, np.int64), np.empty(0), np.empty((0, 2))
     work = np.empty((SCRATCH_ROWS, SUMS))
     count, length, reach = points.shape[0] - 1, 2.0 * math.pi / plant[4], 0.5 * math.pi * band
     trailing = matrices.shape[0] > 0
@@ -46,6 +47,7 @@ def _advance(
         trailing = True
     room, steps = _ROOM, 0
     log, trail = np.empty((room, LOG_COLUMNS)), np.empty((room if trailing else 0, TRAIL_COLUMNS))
+    record = np.empty((past.room_for(trail.shape[0]), past.OUTPUTS, past.WIDTH))
     points[0, 0], points[0, 1] = theta, w
     matrices[:] = math.nan
     for done in range(count):
@@ -53,13 +55,14 @@ def _advance(
             outcome, _, _, theta1, w1, spent, rows, _, left = run(
                 plant, pair, series, edges, kinks, linear, table, rest_edge, band, w_diverged,
                 tolerances, h_max, 0, 0.0, theta, w, 1, 0.0, max_steps - steps, log, number, time,
-                seen, work, trail,
+                none, work, trail,
             )  # fmt: skip
             if outcome != LOG_FULL:
                 break
             room *= 4
             log = np.empty((room, LOG_COLUMNS))
             trail = np.empty((room if trailing else 0, TRAIL_COLUMNS))
+            record = np.empty((past.room_for(trail.shape[0]), past.OUTPUTS, past.WIDTH))
         theta, w = theta1, w1
         steps += spent
         if sums is not None:
@@ -67,15 +70,22 @@ def _advance(
         if outcome != COMPLETED:
             return outcome, done, theta, w, steps
         points[done + 1, 0], points[done + 1, 1] = theta, w
+        # Numba leaves out a branch whose argument is None.
+        seen, law_seen = None, None
+        if series is not None:
+            if trailing:
+                past.see(plant, series, kinks, linear, trail, left, record)
+            seen, law_seen = record, (series, record)
         if sums is not None:
-            add(plant, pair, series, kinks, linear, table, trail, left, sums)
+            add(plant, pair, seen, linear, table, trail, left, sums)
         if matrices.shape[0] > 0:
             matrix = matrices[done]
             matrix[0, 0] = matrix[1, 1] = 1.0
             matrix[0, 1] = matrix[1, 0] = 0.0
             carry(
-                plant, pair, series, tolerances[0], kinks, linear, table, reach, trail, left, matrix
-            )
+                plant, pair, law_seen, tolerances[0], kinks, linear, table, reach, trail, left,
+                matrix,
+            )  # fmt: skip
     return COMPLETED, count, theta, w, steps
 
 
@@ -84,7 +94,7 @@ def _signature(sums):
     vector, matrix = types.Array(real, 1, "C"), types.Array(real, 2, "C")
     numbers = types.Tuple((real, real, real, types.boolean))
     tableau = types.Tuple((matrix, vector, matrix, vector, matrix, matrix))
-    given = types.Tuple((types.ListType(LAW), types.UniTuple(SHAPE, 2), numbers, tableau))
+    given = types.Tuple((LAWS, SHAPES, numbers, tableau))
     return (
         types.UniTuple(real, 6), given, types.none, vector, matrix,
         types.Array(types.boolean, 1, "C"), matrix, whole, real, real, types.UniTuple(real, 3),
@@ -100,17 +110,3 @@ def advance_pair(summed):
     """``_advance`` for any laws, with sums or without, compiled when first asked for."""
     sums = types.Array(types.float64, 1, "C") if summed else types.none
     return compiled_for(_signature(sums))(_advance)
-
-
-def _gather(friction, brake):
-    """Two laws as the list that ``_advance`` takes."""
-    pair = typed.List.empty_list(LAW)
-    pair.append(friction)
-    pair.append(brake)
-    return pair
-
-
-@cache
-def gather():
-    """``_gather``, compiled when first asked for."""
-    return compiled_for((LAW, LAW))(_gather)

@@ -13,8 +13,8 @@ from .dop853 import ROWS, SUMS, acceleration, drive_at
 from .dop853 import step as advance
 from .flow import G2, Q, entry, state_at
 from .flow import acceleration as linear_acceleration
-from .series import ACCELS, INPUTS, OUTPUTS, aim, brake_torque_at, load, state
-from .series import step as step_by_series
+from .past import NODES, PARTS, WEIGHTS, inside
+from .past import look as seen
 from .smooth import (
     LOG_KIND,
     LOG_SIDE,
@@ -46,9 +46,6 @@ ENTRIES = 10
 _CELL = 0.5
 # Secant steps to where the motion turns: there its extremes are flat.
 _REFINED = 4
-
-_X, _WEIGHT = np.polynomial.legendre.leggauss(6)
-_NODES, _WEIGHTS = 0.5 * (1.0 + _X), 0.5 * _WEIGHT
 
 
 @compiled
@@ -84,15 +81,16 @@ def passages(log, rows, before, shortest, sums):
 
 
 @compiled
-def _inside(
-    plant, pair, series, stretch, linear, line, start, begin, theta0, w0, tau, scratch, outputs
-):
-    """(theta, w, w', brake torque) in a step, a time tau after it begins.
+def _inside(plant, pair, past, number, linear, line, start, row, tau, look, scratch):
+    """(theta, w, w', brake torque) in the step of a ``row``, a time tau after it begins.
 
     start : of a linear stretch (sine, cosine, *entry) of its closed form
+    look  : number of the look, in order through the step; -1: another time. Then the torque in
+            a series step is left out, and given as 0
     """
     inertia, damping, stiffness, amplitude, omega, w_rest = plant
-    if linear[stretch]:
+    begin, theta0, w0 = row[TRAIL_TIME], row[TRAIL_THETA], row[TRAIL_W]
+    if linear[int(row[TRAIL_STRETCH])]:
         w2, f = stiffness / inertia, amplitude / inertia
         sine, cosine = math.sin(omega * (begin + tau)), math.cos(omega * (begin + tau))
         theta, w = state_at(
@@ -109,9 +107,12 @@ def _inside(
             scratch[0, :ROWS], scratch[1, :ROWS], scratch[2, :ROWS], scratch[3],
         )  # fmt: skip
         torque = brake_torque(*laws, *numbers, w - w_rest)
-    if series is not None:
-        theta, w, a = state(outputs, 0, tau)
-        torque = brake_torque_at(series, 1.0 if w >= w_rest else -1.0, w - w_rest)
+    if past is not None:
+        if look >= 0:
+            theta, w, a, torque = seen(past, number, look // NODES.size, look % NODES.size)
+            torque *= inertia
+        else:
+            theta, w, a = inside(past, number, row[TRAIL_SIZE], tau)
     return theta, w, a, torque
 
 
@@ -122,23 +123,22 @@ def _widen(sums, theta, w):
 
 
 @compiled
-def add(plant, pair, series, kinks, linear, table, trail, left, sums):
+def add(plant, pair, past, linear, table, trail, left, sums):
     """Add ``left`` rows of a trail to the ``sums`` (ENTRIES,).
 
-    plant ... table : as for ``smooth.run``
+    plant, pair, linear, table : as for ``smooth.run``
+    past : None, or what ``past.see`` found; one of pair and past is None
     """
     inertia, _, stiffness, amplitude, omega, w_rest = plant
     w2, f = stiffness / inertia, amplitude / inertia
     fastest = max(omega, math.sqrt(w2))
     scratch = np.empty((4, SUMS))
-    inputs, outputs = np.ones((INPUTS, 1)), np.empty((OUTPUTS, 1))
-    if series is not None:
-        load(plant, series, inputs, 0)
     start = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    number = -1
     for row in trail[:left]:
         stretch, begin, whole = int(row[TRAIL_STRETCH]), row[TRAIL_TIME], row[TRAIL_SIZE]
         theta0, w0, line = row[TRAIL_THETA], row[TRAIL_W], table[stretch]
-        parts, a = 1, 0.0
+        parts, a = PARTS, 0.0
         if linear[stretch]:
             parts = 1 + int(whole * fastest / _CELL)
             sine, cosine = math.sin(omega * begin), math.cos(omega * begin)
@@ -149,33 +149,20 @@ def add(plant, pair, series, kinks, linear, table, trail, left, sums):
             if pair is not None:
                 laws, numbers, _ = pair
                 a = acceleration(plant, laws, numbers, drive_at(plant, begin), theta0, w0)
-            if series is not None:
-                side = 1.0 if kinks[stretch, 0] >= w_rest else -1.0
-                aim(plant, series, side, begin, theta0, w0, inputs)
-                step_by_series(inputs, outputs)
-                a = outputs[ACCELS, 0]
+            if past is not None:
+                number += 1
+                _, _, a = inside(past, number, whole, 0.0)
         _widen(sums, theta0, w0)
         before, w_before, a_before = 0.0, w0, a
-        for look in range(parts * _NODES.size + 1):
-            part, k = look // _NODES.size, look % _NODES.size
-            tau = whole * (part + _NODES[k]) / parts if part < parts else whole
+        for look in range(parts * NODES.size + 1):
+            part, k = look // NODES.size, look % NODES.size
+            tau = whole * (part + NODES[k]) / parts if part < parts else whole
             theta, w, a, torque = _inside(
-                plant,
-                pair,
-                series,
-                stretch,
-                linear,
-                line,
-                start,
-                begin,
-                theta0,
-                w0,
-                tau,
-                scratch,
-                outputs,
-            )
+                plant, pair, past, number, linear, line, start, row, tau,
+                look if part < parts else -1, scratch,
+            )  # fmt: skip
             if part < parts:
-                sums[HEAT] += whole / parts * _WEIGHTS[k] * torque * (w - w_rest)
+                sums[HEAT] += whole / parts * WEIGHTS[k] * torque * (w - w_rest)
             _widen(sums, theta, w)
             # Between two looks, where the velocity turns, and where the angle does.
             for turns in range(2):
@@ -188,9 +175,8 @@ def add(plant, pair, series, kinks, linear, table, trail, left, sums):
                     # Secant, kept off the ends (Illinois).
                     at = late - high * (late - early) / (high - low)
                     theta1, w1, a1, _ = _inside(
-                        plant, pair, series, stretch, linear, line, start, begin, theta0, w0, at,
-                        scratch, outputs,
-                    )  # fmt: skip
+                        plant, pair, past, number, linear, line, start, row, at, -1, scratch
+                    )
                     _widen(sums, theta1, w1)
                     middle = a1 if turns == 0 else w1
                     if (middle < 0.0) == (high < 0.0):

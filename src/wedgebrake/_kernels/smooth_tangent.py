@@ -20,8 +20,7 @@ from .compiling import compiled
 from .dop853 import ROWS, STAGES, SUMS, acceleration, drive_at
 from .dop853 import step as advance
 from .flow import G2, impulse
-from .series import DEVIATION_ROWS, INPUTS, OUTPUTS, aim, deviate, load, state
-from .series import step as step_by_series
+from .past import carry as through_series
 from .smooth import (
     TRAIL_SIZE,
     TRAIL_SPEEDS,
@@ -130,33 +129,16 @@ def _through_pair(plant, pair, kinks, reach, row, scratch, matrix):
 
 
 @compiled
-def _through_series(plant, law, rtol, kinks, row, inputs, outputs, rows, matrix):
-    """``matrix`` after the series step of a ``row`` of the trail."""
-    stretch, rest = int(row[TRAIL_STRETCH]), row[TRAIL_SIZE]
-    side = 1.0 if kinks[stretch, 0] >= plant[5] else -1.0
-    t, theta, w = row[TRAIL_TIME], row[TRAIL_THETA], row[TRAIL_W]
-    while True:
-        aim(plant, law, side, t, theta, w, inputs)
-        step_by_series(inputs, outputs)
-        gone = deviate(plant, law, side, rest, rtol, outputs, rows, matrix)
-        if gone >= rest:
-            return
-        theta, w, _ = state(outputs, 0, gone)
-        t += gone
-        rest -= gone
-
-
-@compiled
-def carry(plant, pair, series, rtol, kinks, linear, table, reach, trail, left, matrix):
+def carry(plant, pair, past, rtol, kinks, linear, table, reach, trail, left, matrix):
     """Carry the columns of ``matrix`` (2, 2), deviations, along a trail of ``left`` rows.
 
-    plant ... table : as for ``smooth.run``;  rtol : share of a deviation that a series may err by
+    plant, pair, kinks, linear, table : as for ``smooth.run``
+    past  : None, or (the law's numbers, what ``past.see`` found); one of pair and past is None
+    rtol  : share of a deviation that a series may err by
     reach : distance of the law's nearest pole from zero sliding speed [rad/s]
     """
-    scratch = np.empty((DEVIATION_ROWS, SUMS))
-    inputs, outputs = np.ones((INPUTS, 1)), np.empty((OUTPUTS, 1))
-    if series is not None:
-        load(plant, series, inputs, 0)
+    scratch = np.empty((5, SUMS))
+    number = 0
     for row in trail[:left]:
         stretch = int(row[TRAIL_STRETCH])
         if linear[stretch]:
@@ -164,5 +146,7 @@ def carry(plant, pair, series, rtol, kinks, linear, table, reach, trail, left, m
             continue
         if pair is not None:
             _through_pair(plant, pair, kinks, reach, row, scratch, matrix)
-        if series is not None:
-            _through_series(plant, series, rtol, kinks, row, inputs, outputs, scratch, matrix)
+        if past is not None:
+            law, record = past
+            through_series(plant, law, rtol, kinks, row, record, number, matrix)
+            number += 1

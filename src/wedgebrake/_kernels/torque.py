@@ -4,9 +4,11 @@ Both are passed as first-class functions of one fixed type, so that a kernel is 
 and cached once for all laws.
 """
 
-from numba import types
+from functools import cache
 
-from .compiling import compiled
+from numba import typed, types
+
+from .compiling import compiled, compiled_for
 
 # A law's parameters: four numbers, the unused ones zero. A tuple, because arrays would be
 # reference-counted at every call.
@@ -14,6 +16,8 @@ SHAPE_SIZE = 4
 SHAPE = types.UniTuple(types.float64, SHAPE_SIZE)
 LAW_SIGNATURE = types.float64(types.float64, SHAPE)
 LAW = types.FunctionType(LAW_SIGNATURE)
+LAWS = types.ListType(LAW)
+SHAPES = types.UniTuple(SHAPE, 2)
 
 
 @compiled
@@ -28,3 +32,19 @@ def brake_torque(
     if force == 0.0 or (release and force < 0.0):
         return 0.0
     return radius * force * brake(friction(radius * v, friction_shape), brake_shape)
+
+
+def _gather(friction, brake):
+    pair = typed.List.empty_list(LAW)
+    pair.append(friction)
+    pair.append(brake)
+    return pair
+
+
+@cache
+def gather():
+    """Two laws as a list: to pass a function costs more than a period to solve.
+
+    Compiled when first asked for.
+    """
+    return compiled_for((LAW, LAW))(_gather)

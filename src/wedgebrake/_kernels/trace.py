@@ -20,7 +20,6 @@ class Plain:
     """Mathematics of floats."""
 
     sqrt, exp = staticmethod(math.sqrt), staticmethod(math.exp)
-    absolute = staticmethod(abs)
     smaller, larger = staticmethod(min), staticmethod(max)
 
     @staticmethod
@@ -60,6 +59,9 @@ class _Symbol:
     def __rtruediv__(self, other: Any) -> "_Symbol":
         return self._do("fdiv", other, swapped=True)
 
+    def __abs__(self) -> "_Symbol":
+        return self.maths.call("fabs", self)
+
     def __neg__(self) -> "_Symbol":
         return 0.0 - self
 
@@ -78,7 +80,7 @@ class _Symbols:
             return number.value
         return ir.Constant(self.type, [float(number)] * self.width)
 
-    def _call(self, name: str, *numbers: Any) -> _Symbol:
+    def call(self, name: str, *numbers: Any) -> _Symbol:
         values = [self.value(number) for number in numbers]
         module, full = self.builder.module, f"llvm.{name}.v{self.width}f64"
         function = module.globals.get(full)
@@ -88,22 +90,19 @@ class _Symbols:
         return _Symbol(self, self.builder.call(function, values))
 
     def sqrt(self, number: Any) -> _Symbol:
-        return self._call("sqrt", number)
+        return self.call("sqrt", number)
 
     def exp(self, number: Any) -> _Symbol:
-        return self._call("exp", number)
-
-    def absolute(self, number: Any) -> _Symbol:
-        return self._call("fabs", number)
+        return self.call("exp", number)
 
     def signed(self, size: Any, by: Any) -> _Symbol:
-        return self._call("copysign", size, by)
+        return self.call("copysign", size, by)
 
     def smaller(self, one: Any, other: Any) -> _Symbol:
-        return self._call("minnum", one, other)
+        return self.call("minnum", one, other)
 
     def larger(self, one: Any, other: Any) -> _Symbol:
-        return self._call("maxnum", one, other)
+        return self.call("maxnum", one, other)
 
 
 def plain(formula: Any, width: int) -> Any:

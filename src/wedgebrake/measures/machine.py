@@ -22,7 +22,7 @@ from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.characteristic import Characteristic
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
-from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
+from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.study import parse_study
 from wedgebrake.model.system import PARTS, BrakedDriveline
 
@@ -127,20 +127,13 @@ def _piecewise(law: Characteristic, middle: FloatArray) -> Law:
 
 def _smooth(system: BrakedDriveline, forward: NDArray[np.bool_]) -> Law:
     """A smooth law, as the solver has it; an arc keeps its direction of motion."""
-    from wedgebrake._kernels.along import torques
-    from wedgebrake.solvers.laws import brake_law, friction_law
+    from wedgebrake.solvers.smooth import torque_at
 
-    assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - what is not set-valued
-    laws = (*friction_law(system.friction), *brake_law(system.brake))
-    force = system.actuation
-    numbers = (system.brake.radius, force.initial_force, force.slope, force.release)
     direction = forward[:, None]
 
     def torque(v: FloatArray) -> FloatArray:
         v = _kept(v, direction)
-        out = np.empty(v.size)
-        torques(*laws, *numbers, v.ravel(), out)
-        return out.reshape(v.shape)
+        return torque_at(system, v.ravel()).reshape(v.shape)
 
     return torque
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from numba import njit, types
 
-from wedgebrake._kernels.torque import LAW_SIGNATURE, SHAPE_SIZE
+from wedgebrake._kernels.torque import LAW_SIGNATURE, SHAPE_SIZE, gather
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import CustomFriction, SmoothedFriction, SmoothFriction
@@ -73,6 +73,12 @@ def friction_law(friction: SmoothFriction) -> tuple[Any, Shape]:
 def brake_law(brake: Brake) -> tuple[Any, Shape]:
     """(compiled g(m, shape), shape) of a brake."""
     return compiled_law(type(brake).law), _padded(brake.shape())
+
+
+@cache
+def gathered(friction: Any, brake: Any) -> Any:
+    """Two compiled laws as the list that kernels take which are called often."""
+    return gather()(friction, brake)
 
 
 def _padded(shape: Shape) -> Shape:

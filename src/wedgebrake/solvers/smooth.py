@@ -15,7 +15,7 @@ from wedgebrake._kernels import smooth as kernel
 from wedgebrake.model.brakes import Brake, LeverBrake
 from wedgebrake.model.friction import SmoothedFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.laws import Shape, brake_law, friction_law
+from wedgebrake.solvers.laws import Shape, brake_law, friction_law, gathered
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 from wedgebrake.solvers.sticks import SHORTEST_STICK, sticks_from_layer, within
 from wedgebrake.solvers.trajectory import (
@@ -260,7 +260,9 @@ def _run(
 def torque_at(system: BrakedDriveline, speed: FloatArray) -> FloatArray:
     """R F_mu [N m] at sliding velocities (n,) [rad/s]."""
     torque = np.empty(speed.size)
-    along.torques(*_laws(system), *_numbers(system), np.ascontiguousarray(speed), torque)
+    friction, friction_shape, brake, brake_shape = _laws(system)
+    laws = gathered(friction, brake), (friction_shape, brake_shape)
+    along.torques(*laws, *_numbers(system), np.ascontiguousarray(speed), torque)
     return torque
 
 

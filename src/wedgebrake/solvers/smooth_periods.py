@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from wedgebrake._kernels import smooth_periods as kernel
 from wedgebrake._kernels import smooth_tally
+from wedgebrake.solvers.laws import gathered
 from wedgebrake.solvers.smooth import Problem
 from wedgebrake.solvers.sticks import SHORTEST_STICK
 from wedgebrake.solvers.trajectory import FloatArray
@@ -73,7 +73,7 @@ def advance(
         run = kernel.advance_series(given.plant, None, given.series, *rest)
     else:
         (friction, friction_shape, brake, brake_shape), numbers, tableau = given.pair
-        laws = (_functions(friction, brake), (friction_shape, brake_shape), numbers, tableau)
+        laws = (gathered(friction, brake), (friction_shape, brake_shape), numbers, tableau)
         run = kernel.advance_pair(sums is not None)(given.plant, laws, None, *rest)
     outcome, done, angle, velocity, steps = run
     return Passed(outcome, points[: done + 1], (angle, velocity), steps, matrices[:done])
@@ -95,9 +95,3 @@ def no_sums() -> FloatArray:
     sums = np.empty(smooth_tally.ENTRIES)
     smooth_tally.clear(sums)
     return sums
-
-
-@cache
-def _functions(friction: Any, brake: Any) -> Any:
-    """Two laws as the kernel takes them."""
-    return kernel.gather()(friction, brake)
