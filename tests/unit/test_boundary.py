@@ -148,6 +148,55 @@ def test_release_touches_a_slip_without_friction_where_the_linear_oscillator_say
     np.testing.assert_allclose(found.damping.values[[0, -1]].min(), 5.0, atol=0.5)
 
 
+class TestNothingTwice:
+    """A curve ends where it would go back over its own points."""
+
+    def test_torus_of_2t_ends_where_the_synchronous_orbit_is_at_its_resonance(self) -> None:
+        """There the halves of the 2T orbit meet; both multipliers of the synchronous one are -1.
+
+        Beyond, they change places: the same orbits, half of each later.
+        """
+        system = wb.paper.system(eta=-18.0, F0=0.036)
+        start = _of(_branch(system, 2, eta=(-18.0, -22.0)), "Neimark-Sacker")
+        begins = []
+        for step in (0.02, 0.005):
+            found = wb.boundary(start, step=step, eta=(-22.0, -10.0), F0=(0.03, 0.06))
+            assert found.attrs["begin"] == "period doubling of the synchronous orbit"
+            assert found.attrs["end"] == "left the range of eta"
+            assert np.all(np.diff(found.eta.values) < 0.0)
+            begins.append((float(found.eta[0]), float(found.F0[0])))
+        np.testing.assert_allclose(*begins, rtol=1e-6)
+        eta, force = begins[0]
+        # As section 13 of the theory says.
+        assert (eta, force) == pytest.approx((-18.0458, 0.0306961), rel=3e-6)
+        state = float(found.angle[0]), float(found.velocity[0])
+        first = wb.orbit(wb.paper.system(eta=eta, F0=force), 1, initial=state)
+        one, other = first.multipliers
+        assert (one * other).real == pytest.approx(1.0, abs=1e-5)
+        assert (one + other).real == pytest.approx(-2.0, abs=1e-5)
+
+    @pytest.mark.parametrize("points", [2000, 40])
+    def test_a_closed_curve_is_gone_round_once(self, points) -> None:
+        """Also where neither half of it is the whole: around a small region of doubled motion."""
+        system = wb.BrakedDriveline(
+            driveline=wb.Driveline(inertia=1.0, damping=0.15, stiffness=1e4, drive_speed=0.65),
+            brake=wb.WedgeBrake(radius=0.2, angle=0.5324),
+            friction=wb.CoulombFriction(kinetic=0.3147),
+            actuation=wb.Actuation(initial_force=300.0, slope=-15.2, release=False),
+            excitation=wb.HarmonicTorque(amplitude=1005.0, frequency=6.8),
+        )
+        start = _of(_branch(system.replace(f=0.41), f=(0.41, 0.38)), "period doubling")
+        ends = {"f": (0.3, 0.5), "drive_speed": (0.05, 3.0)}
+        found = wb.boundary(start, points=points, **ends)
+        assert "the curve has closed" in (found.attrs["begin"], found.attrs["end"])
+        places = np.column_stack([(found[n].values / (b - a)) for n, (a, b) in ends.items()])
+        np.testing.assert_allclose(places[0], places[-1], atol=1e-6)
+        # About a point within, the angles add up to one turn.
+        inner = places[1:-1].mean(axis=0)
+        turns = np.unwrap(np.arctan2(*(places - inner).T))
+        assert abs(turns[-1] - turns[0]) == pytest.approx(2.0 * np.pi, abs=1e-3)
+
+
 class TestBoundaries:
     def test_each_is_a_bifurcation_of_the_first_parameter(self) -> None:
         system = wb.paper.system(eta=-24.0, F0=0.067)

@@ -22,12 +22,12 @@ from wedgebrake.orbits.dataset import multiplier_columns
 from wedgebrake.orbits.equations import FloatArray, NoOrbitError, multipliers
 from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.kinds import Kind
-from wedgebrake.orbits.locate import Solution, tests
+from wedgebrake.orbits.locate import Solution, Step, tests
 from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check
 from wedgebrake.orbits.skeleton import SWITCH, follow
-from wedgebrake.orbits.symmetry import is_odd, met, prime_order
+from wedgebrake.orbits.symmetry import alike, is_odd, met, prime_order
 from wedgebrake.orbits.transitions import Margin, transition, violated
 
 if TYPE_CHECKING:
@@ -47,8 +47,9 @@ _FIRST, _SMALLEST, _GROW, _TURN = 0.1, 1e-5, 1.5, 0.95
 _VANISHING = 1e-7
 # Orbits nearer than this share of their size are one where curves meet.
 _MEETS = 1e-4
-# A curve that comes back to its begin within a step has closed.
-_CLOSED = 0.5
+# Parameters (scaled) and orbits (as shares of their size) nearer than this are the same.
+_SAME = 1e-5
+_CLOSED = "the curve has closed"
 
 
 def boundary(
@@ -223,7 +224,7 @@ class _Boundary:
         except (NotConvergedError, NoOrbitError):
             halves = [([self._solution(self.start)], "the curve has no direction here")] * 2
         else:
-            halves = [self._half(Solution(y, matrix, side * direction)) for side in (-1.0, 1.0)]
+            halves = self._both(Solution(y, matrix, direction))
         back, on = halves
         every = [*reversed(back[0][1:]), *on[0]]
         points = [self._point(at) for at in every]
@@ -273,8 +274,20 @@ class _Boundary:
         found = multipliers(*self.orbits.invariants(at.y))
         return BranchPoint(self.family, values, self.equations, unknowns, found, at.direction)
 
-    def _half(self, start: Solution) -> tuple[list[Solution], str]:
-        """The curve in one direction, and why it ends."""
+    def _both(self, start: Solution) -> list[tuple[list[Solution], str]]:
+        """The curve against its direction, and along it."""
+        on = self._half(start, start)
+        if on[1] == _CLOSED:
+            # One way round is all of it.
+            return [([start], _CLOSED), on]
+        # Of a curve that has not quite closed what is left to the other's end.
+        return [self._half(_turned(start), _turned(on[0][-1])), on]
+
+    def _half(self, start: Solution, goal: Solution) -> tuple[list[Solution], str]:
+        """The curve in one direction, and why it ends.
+
+        goal : of the curve, with the direction in which it closes there
+        """
         found, step = [start], _FIRST * self.largest
         while len(found) <= self.most:
             if step < _SMALLEST * self.largest:
@@ -296,11 +309,63 @@ class _Boundary:
                 continue
             if why:
                 return found, why
+            try:
+                last = self._last(Step(self.curve, now, after), after, goal)
+            except (NotConvergedError, NoOrbitError):
+                step *= 0.5
+                continue
+            if last is not None:
+                return [*found, last[0]], last[1]
             found.append(after)
-            if len(found) > 3 and np.linalg.norm(y - start.y) < _CLOSED * step:
-                return found, "the curve has closed"
             step = min(self.largest, _GROW * step)
         return found, f"stopped after {self.most} points"
+
+    def _last(
+        self, step: Step[BifurcationCurve], after: Solution, goal: Solution
+    ) -> tuple[Solution, str] | None:
+        """Where the curve would go over its own points beyond, and why; None: nowhere in a step."""
+        gap = self._gap(step.start)
+
+        def in_their_places(there: Solution) -> float:
+            return float(np.sum(gap * self._gap(there)))
+
+        def beyond_goal(there: Solution) -> float:
+            return float(goal.direction[-2:] @ (there.y - goal.y)[-2:])
+
+        if in_their_places(after) < 0.0:
+            # The halves of the orbit have changed places: the curve has gone through an orbit of
+            # half the periods, and what comes is what was, half an orbit later.
+            at = step.at(step.root(in_their_places))
+            fewer = self._prime(at)
+            if fewer < self.equations.order:
+                return at, met(fewer)
+        if beyond_goal(step.start) < 0.0 <= beyond_goal(after):
+            at = step.at(step.root(beyond_goal))
+            if self._is_same(at, goal):
+                return at, _CLOSED
+        return None
+
+    def _is_same(self, one: Solution, other: Solution) -> bool:
+        """Whether two points are one orbit, at any shift by whole periods."""
+        if np.linalg.norm((one.y - other.y)[-2:]) > _SAME:
+            return False
+        first, second = self._point(one), self._point(other)
+        omega = second.system.excitation.angular_frequency
+        return alike(first.points, second.points, omega, _SAME)
+
+    def _gap(self, at: Solution) -> FloatArray:
+        """From each Poincare point to that half an orbit before; none for an odd order."""
+        order = self.equations.order
+        if order % 2:
+            return np.zeros(0)
+        there = self._point(at)
+        states = there.points * [there.system.excitation.angular_frequency, 1.0]
+        return states - np.roll(states, order // 2, axis=0)
+
+    def _prime(self, at: Solution) -> int:
+        """The fewest periods after which an orbit repeats."""
+        there = self._point(at)
+        return prime_order(there.points, there.system.excitation.angular_frequency, _MEETS)
 
     def _left(self, at: Solution) -> str:
         """Why a point belongs to the curve no more; empty where it does."""
@@ -311,9 +376,7 @@ class _Boundary:
         others = self._lacking(at)
         if others:
             return self._met(at, others)
-        there = self._point(at)
-        omega = there.system.excitation.angular_frequency
-        fewer = prime_order(there.points, omega, _MEETS)
+        fewer = self._prime(at)
         if fewer < self.equations.order:
             return met(fewer)
         trace, _ = self.orbits.invariants(at.y)
@@ -335,3 +398,8 @@ class _Boundary:
         """The margins that are missed, but those that vanish all along."""
         margins = self.orbits.margins(at.y)
         return [end for end in violated(margins) if not margins[end] >= -_VANISHING]
+
+
+def _turned(at: Solution) -> Solution:
+    """A point of a curve that is gone through the other way."""
+    return at._replace(direction=-at.direction)

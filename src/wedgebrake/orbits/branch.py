@@ -211,7 +211,7 @@ class Branch(Iterator[BranchPoint]):
         self._now = Solution(curve.scaled(unknowns, values), self._now.matrix * ratio, direction)
         self._curve = curve
 
-    def _meets_parent(self, step: Step, after: Solution) -> bool:
+    def _meets_parent(self, step: Step[OrbitCurve], after: Solution) -> bool:
         """Whether the branch turns where it branches off another, and goes back as it came."""
         try:
             at = step.at(step.root(lambda there: float(there.direction[-1])))
@@ -266,7 +266,9 @@ class Branch(Iterator[BranchPoint]):
     def _value(self, at: Solution) -> float:
         return self._curve.unscaled(at.y)[1][0]
 
-    def _passed(self, step: Step, until: float, but: tuple[Kind, ...] = ()) -> list[BranchPoint]:
+    def _passed(
+        self, step: Step[OrbitCurve], until: float, but: tuple[Kind, ...] = ()
+    ) -> list[BranchPoint]:
         """The bifurcations of the derivative inside a step, but those of some kinds."""
         points = []
         for s, kind in smooth_bifurcations(step, until):
@@ -282,7 +284,7 @@ class Branch(Iterator[BranchPoint]):
             points.append(self._point(at, Bifurcation(found), length))
         return points
 
-    def _end_of_chain(self, step: Step, lacking: list[Margin]) -> bool:
+    def _end_of_chain(self, step: Step[OrbitCurve], lacking: list[Margin]) -> bool:
         """A bifurcation of friction: to its point, and on with the chain beyond."""
         found = first_end(step, lacking)
         if found is None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from scipy.optimize import brentq
 
-from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
+from wedgebrake.orbits.arclength import Curve, NotConvergedError, newton, tangent
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations import FloatArray
 from wedgebrake.orbits.kinds import Kind
@@ -34,10 +34,13 @@ class Solution(NamedTuple):
     direction: FloatArray
 
 
-class Step:
+AnyCurve = TypeVar("AnyCurve", bound=Curve)
+
+
+class Step(Generic[AnyCurve]):
     """The curve between two of its points, by the distance ``s`` along the first's direction."""
 
-    def __init__(self, curve: OrbitCurve, start: Solution, end: Solution) -> None:
+    def __init__(self, curve: AnyCurve, start: Solution, end: Solution) -> None:
         self.curve, self.start = curve, start
         self.length = float(start.direction @ (end.y - start.y))
         self._found: dict[float, Solution] = {0.0: start, self.length: end}
@@ -97,7 +100,7 @@ def tests(curve: OrbitCurve, y: FloatArray) -> dict[str, float]:
     }
 
 
-def smooth_bifurcations(step: Step, until: float) -> list[tuple[float, Kind]]:
+def smooth_bifurcations(step: Step[OrbitCurve], until: float) -> list[tuple[float, Kind]]:
     """(s, kind) of the bifurcations of the orbit's derivative, in order of s up to ``until``."""
     first, last = tests(step.curve, step.start.y), tests(step.curve, step.at(until).y)
     found: list[tuple[float, Kind]] = []
@@ -116,7 +119,11 @@ def smooth_bifurcations(step: Step, until: float) -> list[tuple[float, Kind]]:
 
 
 def _changes(
-    step: Step, value: Callable[[Solution], float], until: float, first: float, last: float
+    step: Step[OrbitCurve],
+    value: Callable[[Solution], float],
+    until: float,
+    first: float,
+    last: float,
 ) -> list[tuple[float, float]]:
     """Intervals of s in each of which a function changes its sign, two if it does so twice."""
     if first * last < 0.0:
@@ -136,7 +143,7 @@ def _changes(
     return [(0.0, turn), (turn, until)] if middle * first < 0.0 else []
 
 
-def _kind(name: str, step: Step, s: float, ends: tuple[float, float]) -> Kind | None:
+def _kind(name: str, step: Step[OrbitCurve], s: float, ends: tuple[float, float]) -> Kind | None:
     """Which bifurcation it is at s, between the ends; None: none after all."""
     if name == "minus one":
         return Kind.PERIOD_DOUBLING
@@ -149,7 +156,9 @@ def _kind(name: str, step: Step, s: float, ends: tuple[float, float]) -> Kind | 
     return Kind.FOLD if turns else Kind.BRANCH_POINT
 
 
-def first_end(step: Step, candidates: list[Margin]) -> tuple[float, list[Margin]] | None:
+def first_end(
+    step: Step[OrbitCurve], candidates: list[Margin]
+) -> tuple[float, list[Margin]] | None:
     """(s, margins) where the first of some margins, and those with it, vanish; None: none does."""
     roots: list[tuple[float, Margin]] = []
     for margin in candidates:
