@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from wedgebrake.orbits.known import lies_on, marks
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
 CONVENTIONAL = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional")
@@ -633,3 +634,85 @@ class TestReviewed:
         branch = wb.continuation(start, step=step, f=(0.41, 0.38))
         kinds = [point.bifurcation.kind.value for point in branch if point.bifurcation]
         assert kinds == ["period doubling"] * 2
+
+
+class TestNothingTwice:
+    """An orbit is followed once, whichever of its periods is the first."""
+
+    def test_parents_that_are_sheets_of_a_known_branch(self) -> None:
+        """The 2T stick-slip goes from the end of the range over folds back to it."""
+        data = wb.branches(wb.paper.system(eta=-24.0, F0=0.036), eta=(-15.0, -36.0))
+        found = sorted(
+            zip(
+                data.bifurcation_kind.values,
+                data.order.values[data.bifurcation_point.values],
+                data.bifurcation_value.values,
+                strict=True,
+            )
+        )
+        for (kind, order, value), (next_kind, next_order, next_value) in pairwise(found):
+            same = kind == next_kind and order == next_order
+            assert not same or next_value - value > 1e-6, (kind, order, value)
+        assert sum(order == 2 for order in data.branch_order.values) == 2
+        for end in data.branch_end.values:
+            if end.startswith("left the range"):
+                assert end == "left the range at eta = -36"
+
+    def test_a_branch_that_closes(self) -> None:
+        """The 7T orbits of a window, between two folds; once round, from either side."""
+        begin = wb.orbit(wb.paper.system(eta=-71.0 / 3.0, F0=0.05))
+        assert begin.order == 7
+        values = []
+        for ends in ((-40.0, -15.0), (-15.0, -40.0)):
+            branch = wb.continuation(begin, points=300, eta=ends)
+            for _ in branch:
+                pass
+            assert branch.end == "the branch has closed"
+            first, last = branch.points[0], branch.points[-1]
+            assert last.value == first.value
+            np.testing.assert_allclose(last.points, first.points, atol=1e-10)
+            assert last.arclength > branch.points[-2].arclength
+            kinds = [point.bifurcation.kind.value for point in branch.bifurcations]
+            assert kinds.count("fold") == 2
+            values.append(sorted(point.value for point in branch.bifurcations))
+        np.testing.assert_allclose(values[0], values[1], atol=1e-9)
+
+    def test_a_branch_ends_where_another_begins(self) -> None:
+        system = wb.paper.system(eta=-22.0, F0=0.036)
+        known = follow(system, eta=(-22.0, -30.0))
+        branch = wb.continuation(wb.orbit(system.replace(eta=-15.0)), eta=(-15.0, -30.0))
+        branch.marks += marks(known.points, "goes on as branch 1")
+        for _ in branch:
+            pass
+        assert branch.end == "goes on as branch 1"
+        assert branch.points[-1].value == known.points[0].value
+        np.testing.assert_allclose(branch.points[-1].points, known.points[0].points, atol=1e-10)
+        # Against its way it is not gone over.
+        other = wb.continuation(wb.orbit(system, 1), eta=(-22.0, -15.0))
+        other.marks += marks(known.points, "goes on as branch 1")
+        for _ in other:
+            pass
+        assert other.end == "left the range at eta = -15"
+
+    def test_an_orbit_lies_on_its_branch_at_any_shift(self) -> None:
+        """Between its points too, on the sheet that it is on and on no other."""
+        system = wb.paper.system(eta=-18.85, F0=0.036)
+        branch = wb.continuation(wb.orbit(system.replace(eta=-36.0)), eta=(-36.0, -18.0))
+        for point in branch:
+            if point.bifurcation and point.bifurcation.kind.value == "fold":
+                break
+        sheet = list(branch.points)
+        stable = wb.orbit(system, 2, initial=tuple(sheet[-2].points[0]))
+        assert stable.found
+        assert min(abs(point.value + 18.85) for point in sheet) > 1e-3
+        assert lies_on(stable.points, -18.85, sheet)
+        assert lies_on(np.roll(stable.points, 1, axis=0), -18.85, sheet)
+        assert not lies_on(stable.points * 1.001, -18.85, sheet)
+        assert not lies_on(stable.points, -18.9, sheet)
+        # Beyond the fold the other sheet comes by the same value.
+        for point in branch:
+            if point.value < -19.2:
+                break
+        beyond = branch.points[len(sheet) :]
+        assert beyond[0].value > -18.85 > beyond[-1].value
+        assert not lies_on(stable.points, -18.85, beyond)

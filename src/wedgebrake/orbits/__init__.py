@@ -17,6 +17,7 @@ curves         orbits over a parameter, and bifurcations over two, as curves in 
 arclength      Newton's method and direction on a curve
 point          a point of a branch, and which bifurcation it is
 branch         one branch, point by point
+known          whether an orbit is on a branch that is there already
 switching      the branches that leave one
 continuation   ``continuation``: the branch of an orbit
 skeleton       all branches from the ends of a range

@@ -14,6 +14,7 @@ from wedgebrake.orbits.chain import Chain, goes_through
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations import NoOrbitError, multipliers
 from wedgebrake.orbits.kinds import Kind, Scenario
+from wedgebrake.orbits.known import CLOSED, Mark, reached, way
 from wedgebrake.orbits.locate import Solution, Step, first_end, smooth_bifurcations, tests
 from wedgebrake.orbits.onset import onset
 from wedgebrake.orbits.point import Bifurcation, BranchPoint
@@ -50,6 +51,7 @@ class Branch(Iterator[BranchPoint]):
     most      : points, after which it ends
     points    : what is there already, before the start
     met       : whether it has ended where it branches off another one
+    marks     : ends of other branches, which it does not go over
     """
 
     start: BranchPoint
@@ -60,6 +62,7 @@ class Branch(Iterator[BranchPoint]):
     points: list[BranchPoint] = field(default_factory=list)
     end: str = ""
     met: bool = False
+    marks: list[Mark] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._queue: deque[BranchPoint] = deque()
@@ -115,8 +118,23 @@ class Branch(Iterator[BranchPoint]):
                 raise StopIteration
             self._advance()
         point = self._queue.popleft()
+        over = self._goes_over(point)
+        if over is not None:
+            point, self._ahead = over
+            self._queue.clear()
+            self.met = False
         self.points.append(point)
         return point
+
+    def _goes_over(self, point: BranchPoint) -> tuple[BranchPoint, str] | None:
+        """Where it comes, before the next point, to its own begin or the end of another branch."""
+        if not self.points:
+            return None
+        ahead = self.marks
+        if len(self.points) > 1:
+            begin, then = self.points[:2]
+            ahead = [Mark(begin, way(begin, then), CLOSED), *ahead]
+        return reached(self.points[-1], point, ahead)
 
     def _point(
         self, at: Solution, bifurcation: Bifurcation | None = None, length: float = 0.0

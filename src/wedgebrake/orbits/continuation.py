@@ -35,7 +35,7 @@ def continuation(
     **parameter : (float, float)
         One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
         sets out from the orbit's own value towards the second, and ends where it leaves the
-        range.
+        range, or has closed.
 
     Returns
     -------

@@ -13,6 +13,8 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.part import shown
 from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.continuation import POINTS, STEP, continuation
+from wedgebrake.orbits.equations import FloatArray
+from wedgebrake.orbits.known import CLOSED, lies_on, marks
 from wedgebrake.orbits.orbit import Orbit
 from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range
@@ -24,11 +26,10 @@ SWITCH = 2
 _MOST_LEVELS = 20
 # Orbits of more periods are not looked for where branches leave: their windows are narrow.
 _MOST_ORDER = 16
-# Ends of branches nearer than this share of the range are one bifurcation.
-_SAME = 1e-6
-# Poincare points nearer than this share of their size are those of one orbit.
-_ALIKE = 1e-5
-# The same for an orbit at another value near by.
+# How far beyond a jump the motion there is looked for, as a share of the range.
+_ONWARD = 1e-6
+# Poincare points nearer than this share of their size may be those of one orbit, at another value
+# near by.
 _LIKE = 0.02
 # Ends of branches may miss what they meet by this share of the range.
 _NEAR = 1e-3
@@ -70,12 +71,12 @@ def follow(
         raise InputError(f"opposite = {shown(opposite)}: must be True or False.")
     settings: dict[str, Any] = {"step": step, "points": points}
     branch = continuation(first, **settings | {over.name: (over.first, over.last)})
-    followed = [_followed(branch, -1, "begin of the range", progress)]
+    followed = [_followed(branch, -1, "begin of the range", [], progress)]
     _follow_leaving(followed, 0, switch, progress)
     other = _opposite(first, over, followed) if opposite else None
     if other is not None:
         back = continuation(other, **settings | {over.name: (over.last, over.first)})
-        followed.append(_followed(back, -1, "end of the range", progress))
+        followed.append(_followed(back, -1, "end of the range", followed, progress))
         _follow_leaving(followed, len(followed) - 1, switch, progress)
     return followed
 
@@ -109,12 +110,8 @@ def _opposite(first: Orbit, over: Range, known: list[Followed]) -> Orbit | None:
     )
     if not other.found:
         return None
-    omega = other.system.excitation.angular_frequency
-    for one in known:
-        last = one.branch.points[-1]
-        near = abs(last.value - over.last) <= _SAME * over.scale
-        if near and last.order == other.order and alike(last.points, other.points, omega, _ALIKE):
-            return None
+    if _is_known(other.points, over.last, known):
+        return None
     return other
 
 
@@ -135,12 +132,14 @@ def _leaving(
             repeated = np.tile(point.points, (last.order // point.order, 1))
             if last.order <= 2 * point.order and alike(last.points, repeated, omega, _LIKE):
                 return []
-    found = []
+    found: list[Followed] = []
     for origin, start in leaving(point) if 2 * point.order <= _MOST_ORDER else ():
         rising = start.direction[-1] > 0.0
+        if _is_known(start.points, start.value, [*known, *found]):
+            continue
         branch = Branch(start, first.bounds, rising, first.largest, first.most, [origin])
         begin = point.bifurcation.kind.value if point.bifurcation is not None else ""
-        found.append(_followed(branch, number, begin, progress))
+        found.append(_followed(branch, number, begin, [*known, *found], progress))
     return found
 
 
@@ -153,7 +152,7 @@ def _beyond_jump(
     """The branch of the motion that is found just beyond a jump, if it is not known yet."""
     before, last = branch.points[-2:]
     low, high = branch.bounds
-    onward = math.copysign(_SAME * (high - low), last.value - before.value)
+    onward = math.copysign(_ONWARD * (high - low), last.value - before.value)
     value, (name,), family = last.value + onward, last.family.names, last.family
     if not low < value < high:
         return []
@@ -161,12 +160,13 @@ def _beyond_jump(
         family.base.replace(**{name: value}), initial=(last.points[0, 0], last.points[0, 1]),
         method=family.method, rtol=family.rtol,
     )  # fmt: skip
-    if not found.found or _is_near(found, value, known):
+    if not found.found or _is_known(found.points, value, known):
         return []
-    end = high if onward > 0.0 else low
+    # The whole range: beyond a fold it may come back, over the value that it is begun at.
+    ends = (low, high) if onward > 0.0 else (high, low)
     step = branch.largest * family.scales[0] / (high - low)
-    further = continuation(found, step=step, points=branch.most, **{name: (value, end)})
-    return [_followed(further, number, "beyond a jump", progress)]
+    further = continuation(found, step=step, points=branch.most, **{name: ends})
+    return [_followed(further, number, "beyond a jump", known, progress)]
 
 
 def _parents(
@@ -185,35 +185,34 @@ def _parents(
         family.base.replace(**{name: value}), fewer, initial=(last.points[0, 0], last.points[0, 1]),
         method=family.method, rtol=family.rtol,
     )  # fmt: skip
-    if not found.found or _is_near(found, value, known):
+    if not found.found or _is_known(found.points, value, known):
         return []
     step = branch.largest * family.scales[0] / (high - low)
     begin = f"beside the end of branch {place + 1}"
-    both = [
-        continuation(found, step=step, points=branch.most, **{name: ends})
-        for ends in ((value, low), (value, high))
-    ]
-    return [_followed(one, -1, begin, progress) for one in both]
+    both: list[Followed] = []
+    for ends in ((high, low), (low, high)):
+        further = continuation(found, step=step, points=branch.most, **{name: ends})
+        both.append(_followed(further, -1, begin, [*known, *both], progress))
+        if further.end == CLOSED:
+            # One way round is all of it.
+            break
+    return both
 
 
-def _is_near(found: Orbit, value: float, known: list[Followed]) -> bool:
-    """Whether a branch passes by the value with an orbit like it."""
-    omega = found.system.excitation.angular_frequency
-    for one in known:
-        same = [point for point in one.branch.points if point.order == found.order]
-        values = [point.value for point in same]
-        if not same or not min(values) <= value <= max(values):
-            continue
-        nearest = min(same, key=lambda point: abs(point.value - value))
-        near = abs(nearest.value - value) <= one.branch.largest * nearest.family.scales[0]
-        if near and alike(nearest.points, found.points, omega, _LIKE):
-            return True
-    return False
+def _is_known(points: FloatArray, value: float, known: list[Followed]) -> bool:
+    """Whether an orbit, by its Poincare points, is on a branch that was followed."""
+    return any(lies_on(points, value, one.branch.points) for one in known)
 
 
 def _followed(
-    branch: Branch, origin: int, begin: str, progress: Callable[[Branch], None] | None
+    branch: Branch,
+    origin: int,
+    begin: str,
+    known: list[Followed],
+    progress: Callable[[Branch], None] | None,
 ) -> Followed:
+    for number, one in enumerate(known, 1):
+        branch.marks += marks(one.branch.points, f"goes on as branch {number}")
     for _ in branch:
         if progress is not None:
             progress(branch)
