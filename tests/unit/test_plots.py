@@ -16,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import wedgebrake as wb
+from wedgebrake.measures.sticking import steady_start
 from wedgebrake.plots import history, phase, section, spectrum, style
 from wedgebrake.plots.overview import overview
 from wedgebrake.plots.save import save
@@ -87,12 +88,35 @@ def test_title_says_what_was_computed(response):
     words = overview(SYSTEMS["paper"], response, "linearly unstable").get_suptitle()
     for part in (
         "Wedge brake, Coulomb friction", r"$\eta = -24$", "$F_0 = 0.036$", r"$\alpha = 1.18$",
-        "exact solution, 0 to 5.984 s from (0, 0)", "b, c: from 4.787 s", "linearly unstable",
+        "exact solution, 0 to 5.984 s from (0, 0)", "b, c, d: from 4.787 s", "linearly unstable",
     ):  # fmt: skip
         assert part in words
     diverged = SYSTEMS["diverged"]
     words = overview(diverged, wb.simulate(diverged, periods=40)).get_suptitle()
     assert "grows without bound" in words.replace("\n", " ")
+
+
+def test_overview_takes_the_spectrum_of_the_steady_motion():
+    """Free vibration that dies away stands in the whole response, not in its last fifth."""
+    system = SYSTEMS["synchronous"]
+    response = wb.simulate(system, periods=250, initial=(0.2, 0.0))
+    for start in (None, 22.0):
+        axes = overview(system, response, start=start).axes[3]
+        (drawn,) = (line for line in axes.lines if len(line.get_xdata()) > 2)
+        steady = wb.spectrum(response, start=steady_start(response) if start is None else start)
+        shown = len(drawn.get_ydata())
+        assert shown < steady.sizes["frequency"]
+        # Below what is shown, amplitudes are cut.
+        assert drawn.get_ydata() == pytest.approx(steady.amplitude.to_numpy()[:shown], abs=1e-9)
+
+
+@pytest.mark.parametrize("times", [np.linspace(0.0, 3.0, 4), np.linspace(0.0, 3.0, 500) ** 1.1])
+def test_overview_says_why_there_is_no_spectrum(times):
+    system = SYSTEMS["paper"]
+    axes = overview(system, wb.simulate(system, duration=4.0, times=times)).axes[3]
+    (words,) = (text.get_text() for text in axes.texts if text.get_text() != "d")
+    assert words.startswith("no spectrum: fewer than two samples in\nthis time span")
+    assert not axes.lines
 
 
 def test_units_on_every_axis(response):

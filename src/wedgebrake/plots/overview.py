@@ -35,8 +35,8 @@ def overview(
 
     system, response : what was simulated, and what ``simulate`` gave
     verdict          : a sentence for the title, for example on stability
-    start            : beginning of the steady motion [s] for portrait and section; default
-                       the last fifth of the response
+    start            : beginning of the steady motion [s] for portrait, section and spectrum;
+                       default the last fifth of the response
 
     Raises ``InputError`` for a dataset that is no response or a start outside it.
     """
@@ -49,7 +49,7 @@ def overview(
         history.draw(grid[0, 0], response, PERIODS)
         phase.draw(grid[0, 1], system, response, low)
         section.draw(grid[1, 0], response, low)
-        _draw_spectrum(grid[1, 1], response)
+        _draw_spectrum(grid[1, 1], response, low)
         for word, axes in zip("abcd", grid.flat, strict=True):
             style.letter(axes, word)
         figure.suptitle(
@@ -58,12 +58,17 @@ def overview(
         return figure
 
 
-def _draw_spectrum(axes: Axes, response: xr.Dataset) -> None:
-    """The spectrum of all the response, or why there is none."""
+def _draw_spectrum(axes: Axes, response: xr.Dataset, low: float) -> None:
+    """The spectrum of the steady motion, or why there is none.
+
+    What dies away at the start would stand there as a broad floor between the lines.
+    """
     try:
-        lines = spectrum_of(response)
+        lines = spectrum_of(response, start=low)
     except InputError:
-        style.say(axes, "no spectrum: fewer than two samples,\nor not equally spaced")
+        style.say(
+            axes, "no spectrum: fewer than two samples in\nthis time span, or not equally spaced"
+        )
         return
     spectrum.draw(axes, lines)
 
@@ -82,7 +87,7 @@ def title(system: BrakedDriveline, response: xr.Dataset, verdict: str, low: floa
     initial = ", ".join(f"{value:g}" for value in options.get("initial", []))
     protocol = (
         f"{how}, {when[0]} to {when[1]} s from ({initial});"
-        f" a: from {when[2]} s; b, c: from {when[3]} s; d: all"
+        f" a: from {when[2]} s; b, c, d: from {when[3]} s"
     )
     groups = caption.equations(system.groups.as_dict())
     machine = f"{caption.machine(system.as_dict())}:  {groups}"
