@@ -187,6 +187,12 @@ class TestSettled:
         assert top < drawn.y_range.end < 10.0 * top
         assert np.min(drawn.renderers[-1].data_source.data["amplitude"]) >= drawn.y_range.start
 
+    def test_a_torque_that_does_not_act_is_not_marked(self, desk, page):
+        page.show(look(desk.edited(amplitude=0.0).edited(drive_speed=2.0)))
+        drawn = page.spectrum.figure
+        seen = [one.location for one in drawn.center if hasattr(one, "location") and one.visible]
+        assert seen == [look(desk).natural]
+
     def test_ghost_lies_behind_in_every_chart(self, desk, page):
         page.show(look(desk.edited(ghost=True)))
         for chart in page.all:

@@ -310,6 +310,23 @@ class TestJson:
 
 
 class TestWords:
+    @pytest.mark.parametrize(
+        ("options", "words"),
+        [
+            (
+                ["--set", "amplitude=0", "--over", "eta=-9,0"],
+                "no torque acts: its period, 0.09973 s, only sets",
+            ),
+            (["--set", "amplitude=0", "--over", "frequency=9,10"], "its period, 1/frequency, only"),
+            (["--set", "amplitude=0", "--over", "F0=0.03,0.04"], None),
+            (["--over", "eta=-9,0"], None),
+        ],
+    )
+    def test_of_a_torque_that_does_not_act(self, run, options, words):
+        status, text, _ = run("sweep", PAPER, *options, *SHORT)
+        assert status == 0
+        assert words in text if words else "no torque" not in text
+
     def test_of_one_parameter(self, run):
         status, text, message = run("sweep", PAPER, *ETA)
         assert status == 0

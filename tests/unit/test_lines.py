@@ -175,6 +175,14 @@ class TestNames:
         assert np.isnan(unknown.order[0])
         assert "forcing_frequency" not in unknown.attrs
 
+    def test_free_vibration_without_a_torque_is_named(self):
+        system = wb.paper.system(eta=-0.5).replace(amplitude=0.0, stiffness=4e4, drive_speed=2.0)
+        lines = spectral_lines(wb.spectrum(wb.simulate(system, periods=400, initial=(0.0, 0.1))))
+        assert not any("f_e" in str(label) for label in lines.label.to_numpy())
+        assert np.all(np.isnan(lines.order))
+        assert "f_n" in lines.label.to_numpy()
+        assert lines.natural[lines.label.to_numpy() == "f_n"] == 1
+
 
 class TestMotions:
     @pytest.mark.parametrize(

@@ -115,6 +115,12 @@ class TestSpectrum:
         assert lines.attrs["natural_frequency"] == pytest.approx(100 / (2 * math.pi))
         assert wb.spectrum(signal(np.sin(t), forcing=2.51)).attrs["samples"] == 1001
 
+    def test_a_torque_that_does_not_act_has_no_frequency(self):
+        system = wb.paper.system().replace(amplitude=0.0, drive_speed=2.0)
+        lines = wb.spectrum(wb.simulate(system, periods=40))
+        assert lines.attrs["forcing_frequency"] == 0.0
+        assert lines.attrs["natural_frequency"] == pytest.approx(100 / (2 * math.pi))
+
     def test_rounding_of_times_is_no_obstacle(self):
         late = signal(np.sin(np.arange(1000.0)), interval=1e-4, start=1e4)
         assert wb.spectrum(late).attrs["sample_interval"] == pytest.approx(1e-4, rel=1e-6)

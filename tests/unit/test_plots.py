@@ -204,6 +204,25 @@ def test_section_takes_a_response_or_points(response):
         section.section(response.drop_vars(["poincare_angle"]))
 
 
+@pytest.mark.parametrize("torque", [0.0, 500.0])
+def test_section_says_where_no_torque_acts(torque):
+    system = SYSTEMS["turning shaft"].replace(amplitude=torque)
+    for points in (wb.simulate(system, periods=60), wb.poincare(system, 60, transient=10)):
+        (words,) = (text.get_text() for text in section.section(points).axes[0].texts)
+        absent = "no torque acts; points once in the period stated for it, $0.09973$ s"
+        assert (absent in words) == (torque == 0.0)
+        assert " points, $n$ = " in words
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 0.0])
+def test_spectrum_marks_no_torque_that_does_not_act(stiffness):
+    system = SYSTEMS["turning shaft"].replace(amplitude=0.0, stiffness=stiffness)
+    lines = wb.spectrum(wb.simulate(system, periods=60))
+    legend = spectrum.spectrum(lines).axes[0].get_legend()
+    words = [text.get_text() for text in legend.get_texts()] if legend else []
+    assert words == (["$f_n = 15.92$ Hz"] if stiffness else [])
+
+
 def test_more_points_are_smaller():
     assert section._size(10) > section._size(1000) > section._size(10**6) > 0.0
 

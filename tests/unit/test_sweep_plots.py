@@ -341,6 +341,18 @@ class TestCaption:
         dataset = map_of().assign_attrs(system=json.dumps(system.as_dict()))
         assert "Wedge brake, custom friction: " in plot(dataset).get_suptitle()
 
+    def test_a_torque_that_does_not_act_is_told(self):
+        dataset = map_of()
+        dataset.attrs["system"] = json.dumps(SYSTEM.replace(amplitude=0.0).as_dict())
+        del dataset.attrs["axes"]
+        for names, told in (
+            ({}, False),  # F0 sets the amplitude
+            ({"F0": "alpha"}, True),
+            ({"F0": "amplitude"}, False),
+        ):
+            said = plot(dataset.rename(names)).get_suptitle().replace("\n", " ")
+            assert ("250 periods of a torque that does not act, the first" in said) == told
+
     def test_protocol(self):
         dataset = map_of()
         dataset.attrs["protocol"] = json.dumps(

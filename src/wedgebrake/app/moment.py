@@ -54,7 +54,7 @@ class Moment:
     section_angle, section_velocity : (m,) Poincare points of the recorded periods
     frequency, amplitude : (l,) spectrum of the velocity over the recorded periods, up to the
                        highest shown frequency [Hz], [rad/s]; empty where there is none
-    forcing, natural : frequencies [Hz]; natural 0: no spring
+    forcing, natural : frequencies [Hz]; forcing 0: no torque acts, natural 0: no spring
     motion           : the class of the motion, with the evidence
     stability        : the linear verdict
     braking          : torque of the brake over the recorded periods; nan where there is none
@@ -118,7 +118,7 @@ def _look(desk: Desk, settle: bool) -> Moment:
         section_velocity=_section(recorded, desk, "poincare_velocity"),
         frequency=frequency,
         amplitude=amplitude,
-        forcing=forcing,
+        forcing=forcing if desk.system.excitation.amplitude > 0.0 else 0.0,
         natural=natural,
         motion=run.judged(recorded, settle),
         stability=stability(desk.system),

@@ -21,7 +21,8 @@ _FILES = {"picture": "Picture", "data": "Data", "store": "Store"}
 def sweep_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     """The report on a sweep in words."""
     axes = report["axes"]
-    lines = [describe(system, axes), *_swept(report), f"Judged: {_protocol(report)}", ""]
+    lines = [describe(system, axes), *_swept(report), f"Judged: {_protocol(report)}"]
+    lines += [*_undriven(system, axes), ""]
     total = report["points"]
     lines.append(f"Points: {total}, {_listed(report['status'], total)}")
     lines.append(f"Motion: {_listed(report['motion'], total)}")
@@ -71,6 +72,19 @@ def _protocol(report: dict[str, Any]) -> str:
         ]
         text += f", from {' and '.join(fixed)} on" if fixed else ""
     return f"{text}; method {report['method']}"
+
+
+def _undriven(system: BrakedDriveline, axes: dict[str, Any]) -> list[str]:
+    """Where no torque acts: what its periods mean."""
+    torque = system.excitation
+    if torque.amplitude > 0.0 or not {"amplitude", "F0"}.isdisjoint(axes):
+        return []
+    period = "1/frequency" if not {"frequency", "f"}.isdisjoint(axes) else f"{torque.period:.4g} s"
+    text = (
+        f"  (no torque acts: its period, {period}, only sets when the motion is looked at;"
+        " synchronous and nT-periodic mean that it repeats in step with that)"
+    )
+    return [text]
 
 
 def _listed(counts: dict[str, int], total: int) -> str:

@@ -9,7 +9,10 @@ from wedgebrake.measures.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP,
 
 
 class MotionClass(IntEnum):
-    """Class of motion; -1 where nothing was computed."""
+    """Class of motion; -1 where nothing was computed.
+
+    Counted in periods of the torque, 1/frequency, also where its amplitude is 0.
+    """
 
     NONE = -1
     UNDECIDED = codes.UNDECIDED

@@ -83,8 +83,8 @@ def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -
         Over ``line`` (1, 2, ...): frequency [Hz], amplitude (the spectrum's unit), order
         (frequency/f_e), multiple m (the nearest), offset (frequency - m f_e) [Hz], numerator
         and denominator of p/q (0: none), natural (+1, -1: the offset is that of f_n from its
-        nearest multiple, or the negative; 0: neither), label. Where f_e is not known, order
-        and offset are nan.
+        nearest multiple, or the negative; 0: neither), label. Where f_e is not known or no
+        torque acts, order and offset are nan.
         ``attrs``: quantity, window, resolution, tolerance [Hz], forcing_frequency and
         natural_frequency [Hz] where known, floor.
 
@@ -243,7 +243,9 @@ def _describe(f: float, names: _Names) -> _Line:
     """What a line at a frequency [Hz] is."""
     forcing, tolerance = names.forcing, names.tolerance
     if forcing <= 0.0:
-        return _Line(math.nan, 0, math.nan, 0, 0, 0, "mean" if f == 0.0 else _hertz(f, names))
+        free = names.natural > 0.0 and abs(f - names.natural) <= tolerance
+        label = "mean" if f == 0.0 else "f_n" if free else _hertz(f, names)
+        return _Line(math.nan, 0, math.nan, 0, 0, int(free), label)
     # Half way between two, the lower one, also where rounding lifts the line a little.
     multiple = math.ceil((f - tolerance) / forcing - 0.5)
     offset = f - multiple * forcing

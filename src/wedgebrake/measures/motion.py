@@ -20,7 +20,10 @@ class Motion:
     kind              : "synchronous", "periodic", "quasi-periodic", "chaotic", "at rest",
                         "diverged", "self-locked", or "undecided" where the transient has not
                         died or the record is too short to tell
-    order             : periods of the torque in one of the motion; 0 where it does not repeat
+    order             : periods of the torque in one of the motion; 0 where it does not repeat.
+                        Where no torque acts its period 1/frequency is counted all the same: a
+                        self-excited motion, whose period is another, is then quasi-periodic or
+                        undecided however well it repeats
     stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as ``sticks`` says
     status            : how the simulation ended, as ``Status``
     transient         : periods that were run before the record

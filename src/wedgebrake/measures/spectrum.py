@@ -55,7 +55,8 @@ def spectrum(
         Over ``frequency`` [Hz], (n//2 + 1,): ``amplitude`` in the unit of the quantity.
         ``attrs``: quantity, window, coherent_gain [1], noise_bandwidth [bins], resolution
         [Hz], samples, sample_interval, start, stop [s]; where the response knows its
-        system, forcing_frequency and natural_frequency [Hz] (0: no stiffness).
+        system, forcing_frequency (0: no torque acts) and natural_frequency [Hz] (0: no
+        stiffness).
 
     Raises
     ------
@@ -68,6 +69,8 @@ def spectrum(
     times, values = _samples(response, quantity, start, stop)
     interval = _interval(times)
     known = frequencies(response)
+    if known and not is_driven(response):
+        known["forcing_frequency"] = 0.0
     n = _whole_periods(times, interval, known.get("forcing_frequency", 0.0))
     try:
         weights = window_weights(window, n)
@@ -128,7 +131,10 @@ def window_weights(window: str | tuple[Any, ...], n: int) -> FloatArray:
 
 
 def frequencies(response: xr.Dataset) -> dict[str, float]:
-    """forcing_frequency and natural_frequency [Hz] of a response; {} if it does not say."""
+    """forcing_frequency and natural_frequency [Hz] of a response; {} if it does not say.
+
+    Also of a torque that does not act: its period counts periods and sections all the same.
+    """
     try:
         tables = json.loads(response.attrs["system"])
         line, torque = tables["driveline"], tables["excitation"]
@@ -139,6 +145,14 @@ def frequencies(response: xr.Dataset) -> dict[str, float]:
         }
     except (KeyError, TypeError, ValueError):
         return {}
+
+
+def is_driven(response: xr.Dataset) -> bool:
+    """Whether a torque acts on what was simulated; True if the response does not say."""
+    try:
+        return bool(json.loads(response.attrs["system"])["excitation"]["amplitude"] != 0.0)
+    except (KeyError, TypeError, ValueError):
+        return True
 
 
 def _samples(

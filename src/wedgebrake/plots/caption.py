@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from wedgebrake.measures.spectrum import is_driven
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import PARTS
 from wedgebrake.plots import style
@@ -44,7 +45,8 @@ def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
     if followed:
         parts.append(f"{followed} followed over {' and '.join(map(style.short, names))}")
     if protocol.get("periods") is not None:
-        parts.append(f"{protocol['periods']} periods{_left_out(protocol)}")
+        absent = "" if _is_driven(dataset, names) else " of a torque that does not act"
+        parts.append(f"{protocol['periods']} periods{absent}{_left_out(protocol)}")
     initial = protocol.get("initial")
     chosen = {"initial_angle", "initial_velocity"} & {*names, *_fixed(dataset)}
     if protocol.get("follow"):
@@ -137,6 +139,12 @@ def _parameter(name: str) -> str:
         return SETTERS[name].target
     part, _, own = name.partition("_")
     return own if part in PARTS else name
+
+
+def _is_driven(dataset: xr.Dataset, names: Sequence[str]) -> bool:
+    """Whether a torque acts, somewhere at least where its amplitude is swept."""
+    changed = {_parameter(name) for name in (*names, *_fixed(dataset))}
+    return "amplitude" in changed or is_driven(dataset)
 
 
 def _left_out(protocol: Mapping[str, Any]) -> str:

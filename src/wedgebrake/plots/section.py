@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wedgebrake.errors import InputError
+from wedgebrake.measures.spectrum import frequencies, is_driven
 from wedgebrake.measures.sticking import steady_start
 from wedgebrake.plots import style
 
@@ -24,6 +25,9 @@ def section(points: xr.Dataset, start: float | None = None) -> Figure:
 
     points : a response (its section at n / f_e) or what ``wb.poincare`` gives
     start  : of a response: time of the first point [s]; default its last fifth
+
+    Where no torque acts, the picture says at which period the points are taken all the same:
+    they then show where the motion passes, not whether it repeats.
 
     Raises ``InputError`` for a dataset that is neither.
     """
@@ -57,16 +61,25 @@ def draw(axes: Axes, points: xr.Dataset, start: float | None = None) -> None:
         rasterized=angle.size > style.RASTER_FROM,
     )
     style.few_ticks(axes)
-    axes.annotate(
+    words = (
         f"{numbers.size} points, $n$ = {numbers[0]} to {numbers[-1]}"
         if numbers.size > 1
-        else f"1 point, $n$ = {numbers[0]}",
+        else f"1 point, $n$ = {numbers[0]}"
+    )
+    axes.annotate(
+        words if is_driven(points) else f"{_absent(points)}\n{words}",
         (1.0, 1.02),
         xycoords="axes fraction",
         ha="right",
         va="bottom",
         fontsize=style.SMALL,
     )
+
+
+def _absent(points: xr.Dataset) -> str:
+    """What the section is, where no torque acts."""
+    period = 1.0 / frequencies(points)["forcing_frequency"]
+    return f"no torque acts; points once in the period stated for it, ${style.number(period)}$ s"
 
 
 def _size(count: int) -> float:

@@ -24,6 +24,8 @@ def spectrum(lines: xr.Dataset, largest: float | None = None, *, hertz: bool = F
     largest : highest frequency shown [Hz]; default 4 times the larger of f_e and f_n
     hertz   : frequencies in Hz instead of f/f_n (also where there is no natural frequency)
 
+    f_e is marked where a torque acts, f_n where there is stiffness.
+
     Raises ``InputError`` for a dataset that is no spectrum.
     """
     with style.use():

@@ -100,7 +100,8 @@ def sweep(
         [rad/s] at t = period/f_e; and for each point its ``status``, class of ``motion``
         and of stick-slip, exponents and the rest of ``wedgebrake.sweeps.results``. With a
         store it is read from there when used. A point that diverges, locks or cannot be
-        built says so in its status.
+        built says so in its status. Classes count periods 1/f_e of the torque, also where its
+        amplitude is 0, see ``Motion``.
 
     Raises
     ------

@@ -56,7 +56,8 @@ class Section:
                 ),
             )
         self._words.say("")
-        self._words.key(("●", look.MOTION, f"{angle.size} points"))
+        absent = "" if moment.forcing else ", once in the period of a torque that does not act"
+        self._words.key(("●", look.MOTION, f"{angle.size} points{absent}"))
 
     def say(self, sentence: str) -> None:
         """Show nothing but a sentence."""
