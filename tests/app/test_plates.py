@@ -271,6 +271,13 @@ def test_the_regimes_are_those_of_a_map(few):
     assert picture.progress == ""
 
 
+def test_the_limit_of_the_regimes_ends_where_the_brake_locks(few):
+    spans = {"kinetic": (0.25, 0.345), "slope": (-0.5, 0.12)}
+    desk = desk_of(eta=-0.05).edited(angle=0.3, across="kinetic", up="slope", spans=spans)
+    ((across, _),) = last(regimes.work(desk)).limit
+    assert 0.29 < max(across) < np.tan(0.3)
+
+
 def test_regimes_on_logarithmic_axes(few):
     desk = desk_of().edited(across="stiffness", up="damping")
     picture = last(regimes.work(desk))

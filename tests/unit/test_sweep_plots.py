@@ -671,6 +671,29 @@ class TestMap:
         assert sorted(corners[[0, -1], 1]) == pytest.approx(sorted(axes.get_ylim()))
 
     @pytest.mark.parametrize(
+        ("other", "values"),
+        [("slope", np.linspace(-0.5, 0.12, 12)), ("angle", np.linspace(0.25, 0.4, 16))],
+    )
+    def test_stability_limit_ends_where_the_brake_locks(self, other, values):
+        """Beyond tan(angle) = mu there is no forward sliding: the damping jumps, without a zero."""
+        system = wb.paper.system(eta=-0.05).replace(angle=0.3)
+        axes = {"kinetic": np.linspace(0.25, 0.345, 20), other: values}
+        dataset = wb.regime_map(system, **axes, periods=3, transient=1)
+        figure = plot(dataset)
+        (panel,) = data_axes(figure)
+        (line,) = [c for c in panel.collections if not isinstance(c, QuadMesh)]
+        kinetic, second = np.concatenate([path.vertices for path in line.get_paths()]).T
+        lock = np.arctan(kinetic) if other == "angle" else np.full(kinetic.size, 0.3)
+        angle = second if other == "angle" else 0.3
+        assert np.all(angle > lock - (0.0 if other == "angle" else 1e-12))
+        assert np.all(np.tan(angle) > kinetic)
+        assert np.max(kinetic) > 0.29
+        assert "linear stability limit" in words(figure)
+        beyond = plot(dataset.where(dataset["kinetic"] > 0.31, drop=True).astype(dataset.dtypes))
+        if other == "slope":
+            assert "linear stability limit" not in words(beyond)
+
+    @pytest.mark.parametrize(
         ("quantity", "label"),
         [("peak_torque", "brake torque"), ("friction_power", "[W]"), ("stick_share", "[1]"),
          ("largest_exponent", r"$\lambda_1$  [1/s]"), ("order", "[1]")],

@@ -33,7 +33,7 @@ def about(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
 
     names : the swept parameters
     """
-    sentences = _numbers(dataset, names, _fixed(dataset)), _sentence(how(dataset, names))
+    sentences = _numbers(dataset, names, fixed(dataset)), _sentence(how(dataset, names))
     return [sentence for sentence in sentences if sentence]
 
 
@@ -48,7 +48,7 @@ def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
         absent = "" if _is_driven(dataset, names) else " of a torque that does not act"
         parts.append(f"{protocol['periods']} periods{absent}{_left_out(protocol)}")
     initial = protocol.get("initial")
-    chosen = {"initial_angle", "initial_velocity"} & {*names, *_fixed(dataset)}
+    chosen = {"initial_angle", "initial_velocity"} & {*names, *fixed(dataset)}
     if protocol.get("follow"):
         parts.append("each point from the end of its neighbour")
     elif isinstance(initial, list) and not chosen:
@@ -121,7 +121,7 @@ def _numbers(dataset: xr.Dataset, names: Sequence[str], fixed: Sequence[str]) ->
     return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
 
 
-def _fixed(dataset: xr.Dataset) -> list[str]:
+def fixed(dataset: xr.Dataset) -> list[str]:
     """Parameters of which a value was chosen."""
     return [
         str(name)
@@ -131,19 +131,23 @@ def _fixed(dataset: xr.Dataset) -> list[str]:
 
 
 def _parameter(name: str) -> str:
-    """The SI parameter behind a coordinate: the one that a group sets, or its own name.
+    """The SI parameter behind a coordinate: the one that a group sets, or its own name."""
+    return SETTERS[name].target if name in SETTERS else swept_name(name)
 
-    Where a result has that name too, the coordinate begins with the part: "brake_angle".
+
+def swept_name(name: str) -> str:
+    """The parameter or group that a coordinate is.
+
+    Where a result has the parameter's name too, the coordinate begins with the part:
+    "brake_angle".
     """
-    if name in SETTERS:
-        return SETTERS[name].target
     part, _, own = name.partition("_")
     return own if part in PARTS else name
 
 
 def _is_driven(dataset: xr.Dataset, names: Sequence[str]) -> bool:
     """Whether a torque acts, somewhere at least where its amplitude is swept."""
-    changed = {_parameter(name) for name in (*names, *_fixed(dataset))}
+    changed = {_parameter(name) for name in (*names, *fixed(dataset))}
     return "amplitude" in changed or is_driven(dataset)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.plots import boundary, caption, cells, looks, style
+from wedgebrake.plots import boundary, caption, cells, limit, looks, style
 from wedgebrake.plots.branches import split
 from wedgebrake.plots.cells import Axis
 from wedgebrake.plots.page import HIGHEST, page
@@ -45,8 +45,9 @@ def regime_map(
     width      : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     The dashed line without edges is the linear stability limit, where ``sliding_damping``
-    changes sign. Axes are logarithmic where values are spaced so. A picture of fewer pixels
-    than the map has cells shows one cell in each pixel, never a mixture of colours.
+    changes sign; it ends where the brake locks itself and no forward sliding exists. Axes are
+    logarithmic where values are spaced so. A picture of fewer pixels than the map has cells
+    shows one cell in each pixel, never a mixture of colours.
 
     Raises ``InputError`` for a dataset that is no sweep over two parameters, a quantity that
     it does not have, or boundaries over other parameters.
@@ -56,14 +57,16 @@ def regime_map(
     lines = boundary.checked(boundaries, names)
     with style.use():
         branches = split(dataset)
+        line = _limit(branches[0].dataset)  # the damping of sliding is that of all branches
         across = len(branches) if width >= 1.5 * style.COLUMN else 1
         rows = [min(0.72 * width / across, HIGHEST)] * (len(branches) // across)
-        legends = [("", _entries(dataset, quantity)), ("", boundary.entries(lines))]
+        legends = [("", _entries(dataset, quantity, line)), ("", boundary.entries(lines))]
         sentences = caption.about(dataset, names)
         with page(width, rows, legends, sentences, across=across) as (figure, grid):
             for place, branch in enumerate(branches):
                 axes = figure.add_subplot(grid[place // across, place % across])
                 _draw_map(axes, branch.dataset, quantity, dataset)
+                _draw_limit(axes, line)
                 boundary.draw(axes, names, lines)
                 if branch.direction:
                     axes.set_title(branch.direction, fontsize=style.LABELS)
@@ -90,6 +93,7 @@ def draw(
             " dataset.sel(branch='up'), or use regime_map for all."
         )
     _draw_map(axes, dataset, quantity, dataset)
+    _draw_limit(axes, _limit(dataset))
     boundary.draw(axes, names, lines)
 
 
@@ -124,7 +128,6 @@ def _draw_map(axes: Axes, dataset: xr.Dataset, quantity: str, whole: xr.Dataset)
         values = cells.arranged(_values(dataset, quantity), x, y)
         _draw_scale(axes, x, y, values, _values(whole, quantity))
         _draw_without(axes, x, y, found, np.isnan(values))
-    _draw_limit(axes, x, y, cells.arranged(dataset["sliding_damping"], x, y))
 
 
 def _values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
@@ -182,20 +185,26 @@ def _scale(name: str, finite: np.ndarray) -> tuple[Any, Any]:
     return Normalize(low, high if high > low else low + (abs(low) or 1.0)), style.SIZES
 
 
-def _draw_limit(axes: Axes, x: Axis, y: Axis, damping: np.ndarray) -> None:
-    """The line where the damping of sliding changes sign, if it does."""
+_Field = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def _limit(dataset: xr.Dataset) -> _Field | None:
+    """What is zero on the limit of linear stability; None where there is no such line."""
+    x, y = (cells.axis(dataset, name) for name in cells.swept(dataset, 2))
+    return limit.field(dataset, x, y)
+
+
+def _draw_limit(axes: Axes, found: _Field | None) -> None:
+    """The line of the limit, if there is one."""
     from matplotlib.patheffects import Stroke
 
-    if not _changes_sign(damping):
+    if found is None:
         return
-    # On to the edges of the outer cells, as a contour ends at the last points.
-    for one, along in ((y, 0), (x, 1)):
-        damping = cells.to_edges(damping, one, along)
-    xs, ys = (np.concatenate((a.edges[:1], a.values, a.edges[-1:])) for a in (x, y))
+    xs, ys, values = found
     lines = axes.contour(
         xs,
         ys,
-        np.ma.masked_invalid(damping),
+        np.ma.masked_invalid(values),
         levels=[0.0],
         colors=[style.LIMIT],
         linewidths=1.1,
@@ -205,12 +214,7 @@ def _draw_limit(axes: Axes, x: Axis, y: Axis, damping: np.ndarray) -> None:
     lines.set_path_effects([Stroke(linewidth=2.4, foreground="white"), Stroke()])
 
 
-def _changes_sign(damping: np.ndarray) -> bool:
-    """Whether the damping of sliding is positive somewhere, and somewhere not."""
-    return bool(np.any(damping > 0.0) and np.any(damping <= 0.0))
-
-
-def _entries(dataset: xr.Dataset, quantity: str) -> list[Any]:
+def _entries(dataset: xr.Dataset, quantity: str, line: _Field | None) -> list[Any]:
     """The legend: classes, points without a result, the linear limit."""
     found = looks.classes(dataset).to_numpy()
     codes = np.where(looks.without(found), found, -1)
@@ -225,6 +229,6 @@ def _entries(dataset: xr.Dataset, quantity: str) -> list[Any]:
         if np.any(none):
             entries = [looks.swatch(looks.NO_VALUE, float(np.mean(none)))]
     entries += looks.present(codes, looks.MOTION_LOOKS, shares=True)
-    if _changes_sign(dataset["sliding_damping"].to_numpy()):
+    if line is not None:
         entries.append(looks.limit_entry())
     return entries

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from wedgebrake.app.plates import cells
 from wedgebrake.app.plates.axis import Axis
 from wedgebrake.errors import InputError
-from wedgebrake.linear_stability import stability
+from wedgebrake.linear_stability import Stability, stability
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.plots.limit import margins
 
 FloatArray = NDArray[np.float64]
 
@@ -30,19 +31,24 @@ def stability_limit(
     damping : of sliding, the smaller of both directions, (along y, along x)
 
     The smaller of two dampings has a kink, often near its zero: what the grid tells is made
-    exact. Lines end at the outermost points.
+    exact. Lines end at the outermost points, and where the brake locks itself.
     """
 
-    def at(across: float, up: float) -> float:
-        changes = {x.name: x.value(across), y.name: y.value(up)}
+    def judged(across: float, up: float) -> Stability | None:
         try:
-            both = stability(system.replace(**changes))
+            return stability(system.replace(**{x.name: x.value(across), y.name: y.value(up)}))
         except InputError:
+            return None
+
+    def at(across: float, up: float) -> float:
+        both = judged(across, up)
+        if both is None:
             return math.nan
         known = [one.damping for one in (both.forward, both.backward) if one.damping is not None]
         return min(known, default=math.nan)
 
     xs, ys = places
+    damping = margins(damping, lambda row, column: judged(xs[column], ys[row]))
     found = []
     for across, up in cells.lines(xs, ys, damping, 0.0):
         line = [_exact(at, xs, ys, *point) for point in zip(across, up, strict=True)]
