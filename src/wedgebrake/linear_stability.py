@@ -40,7 +40,7 @@ class DirectionStability:
 
     direction   : +1 forwards, -1 backwards
     locked      : the brake locks itself; sliding in this direction does not exist and all
-                  that follows is None
+                  that follows but hopf_angle is None
     damping     : c + R delta |g| [N m s/rad]
     growth_rate : h = -damping/2J [1/s]  (eqs. 11, 26)
     eigenvalues : h +- sqrt(h^2 - w_n^2) [1/s]  (eqs. 12, 27)
@@ -53,6 +53,9 @@ class DirectionStability:
                 : the same as slopes of the actuation force [N s/rad]
     margin_eta  : eta - hopf_eta, positive where stable
     margin_slope: slope - hopf_slope [N s/rad]
+    hopf_angle  : of a wedge: angle where the damping vanishes, stable above it, with all else
+                  (the slope, and so eta) as it is: tan = +-mu_k - eta [rad]; None where the
+                  damping vanishes at no angle that slides
 
     The points in eta are None where eta is not defined (c = 0); all points are None for a
     brake without friction (g = 0).
@@ -73,6 +76,7 @@ class DirectionStability:
     node_focus_unstable_slope: float | None = None
     margin_eta: float | None = None
     margin_slope: float | None = None
+    hopf_angle: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, eigenvalues as [real, imaginary] pairs."""
@@ -92,6 +96,9 @@ class Stability:
     self_locking  : "none", "static" (a brake at rest cannot break loose forwards, but slides
                     forwards once moving) or "kinetic" (no forward sliding exists)
     verdict       : all that in words
+    kinetic_locking_angle, static_locking_angle
+                  : of a wedge: the angles up to which its self-locking is "kinetic" and at
+                    least "static", atan(mu_k) and atan(mu_s) [rad]; None for other brakes
     """
 
     forward: DirectionStability
@@ -101,6 +108,8 @@ class Stability:
     margin_slope: float | None
     self_locking: str
     verdict: str
+    kinetic_locking_angle: float | None = None
+    static_locking_angle: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
@@ -109,6 +118,8 @@ class Stability:
             "margin_eta": self.margin_eta,
             "margin_slope": self.margin_slope,
             "self_locking": self.self_locking,
+            "kinetic_locking_angle": self.kinetic_locking_angle,
+            "static_locking_angle": self.static_locking_angle,
             "verdict": self.verdict,
             "forward": self.forward.as_dict(),
             "backward": self.backward.as_dict(),
@@ -132,6 +143,8 @@ def stability(system: BrakedDriveline) -> Stability:
     margin_eta = min(etas) if etas else None
     margin_slope = min(slopes) if slopes else None
     locking = _self_locking(system)
+    wedge = isinstance(system.brake, WedgeBrake)
+    angles = [math.atan(one) if wedge else None for one in _locking_coefficients(system)]
     return Stability(
         forward=forward,
         backward=backward,
@@ -140,6 +153,8 @@ def stability(system: BrakedDriveline) -> Stability:
         margin_slope=margin_slope,
         self_locking=locking,
         verdict=_verdict(system, forward, backward, stable, locking),
+        kinetic_locking_angle=angles[0],
+        static_locking_angle=angles[1],
     )
 
 
@@ -193,7 +208,7 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
     line, brake, slope = system.driveline, system.brake, system.actuation.slope
     gain = abs(brake.amplification(side * system.friction.reference))
     if math.isinf(gain):
-        return DirectionStability(direction=side, locked=True)
+        return DirectionStability(direction=side, locked=True, hopf_angle=_hopf_angle(system, side))
     lever = brake.radius * gain
     damping = line.damping + lever * slope
     natural = line.natural_frequency
@@ -221,8 +236,19 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
         oscillates=abs(rate) < natural,
         margin_slope=None if hopf is None else slope - hopf,
         margin_eta=None if eta is None or hopf_eta is None else eta - hopf_eta,
+        hopf_angle=_hopf_angle(system, side),
         **points,
     )
+
+
+def _hopf_angle(system: BrakedDriveline, side: int) -> float | None:
+    """Wedge angle at which eta = -D = -(tan(angle) - side mu_k), among those that slide [rad]."""
+    eta = _as_eta(system, system.actuation.slope)
+    if not isinstance(system.brake, WedgeBrake) or eta is None:
+        return None
+    signed = side * system.friction.reference
+    angle = math.atan(signed - eta)
+    return angle if math.atan(max(signed, 0.0)) < angle < math.pi / 2 else None
 
 
 def _eigenvalues(rate: float, natural: float) -> tuple[complex, complex]:
@@ -243,13 +269,18 @@ def _as_eta(system: BrakedDriveline, slope: float | None) -> float | None:
 
 
 def _self_locking(system: BrakedDriveline) -> str:
+    kinetic, static = _locking_coefficients(system)
+    if system.brake.locks(kinetic):
+        return "kinetic"
+    return "static" if system.brake.locks(static) else "none"
+
+
+def _locking_coefficients(system: BrakedDriveline) -> tuple[float, float]:
+    """Friction coefficients that decide on locking while it slides, and at rest."""
     kinetic = system.friction.reference
-    static = max(kinetic, float(getattr(system.friction, "static", kinetic)))
     # With a table the brake may slide at the speeds where friction is least.
     least = min(getattr(system.friction, "coefficients", (kinetic,)))
-    if system.brake.locks(least):
-        return "kinetic"
-    return "static" if system.brake.locks(max(static, kinetic)) else "none"
+    return least, max(kinetic, float(getattr(system.friction, "static", kinetic)))
 
 
 def _verdict(

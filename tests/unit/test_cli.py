@@ -217,6 +217,18 @@ class TestWords:
         assert status == 0
         assert "Sliding forwards: does not exist (self-locking)." in text
 
+    def test_of_the_wedge_angle(self, run):
+        _, text, _ = run("stability", PAPER, "--set", "eta=-0.4", "--set", "static=0.33")
+        assert text.endswith(
+            "\nWedge angle, here 0.340234 rad, with all else as it is:\n"
+            "  self-locking up to 0.291457 rad, at rest up to 0.318748 rad\n"
+            "  Hopf: forwards 0.610726 rad, backwards 0.0996687 rad (sliding decays above)\n"
+        )
+        _, text, _ = run("stability", PAPER, "--set", "eta=0")
+        assert text.endswith("\n  self-locking up to 0.291457 rad\n")
+        _, text, _ = run("stability", PAPER.with_name("conventional.toml"))
+        assert "angle" not in text
+
     def test_torque_of_the_brake(self, run):
         study = wb.load_study(PAPER)
         response = wb.simulate(study.system, **study.run.arguments())

@@ -60,6 +60,53 @@ def test_self_locking_is_said_plainly():
     assert "slide forwards once moving" in static.verdict
 
 
+def _grows(system, side):
+    """Whether small vibration grows about slow sliding, from the damping at a speed."""
+    line = system.driveline
+    damping = damping_at(system, side * 1e-9)
+    matrix = [[0.0, 1.0], [-line.stiffness / line.inertia, -damping / line.inertia]]
+    return max(np.linalg.eigvals(matrix).real) > 0.0
+
+
+@pytest.mark.parametrize("eta", [-24.0, -0.6, -0.05])
+@pytest.mark.parametrize("alpha", [0.9, 1.18])
+@pytest.mark.parametrize("static", [0.3, 0.33])
+def test_angles_at_which_a_wedge_becomes_unstable_or_locks(eta, alpha, static):
+    system = wb.paper.system(eta=eta, alpha=alpha, static=static)
+    found = wb.stability(system)
+    for direction in (found.forward, found.backward):
+        side, angle = direction.direction, direction.hopf_angle
+        if side < 0 and eta > -0.3:
+            assert angle is None  # stable at every angle
+            assert not any(_grows(system.replace(angle=a), side) for a in (1e-3, 0.3, 1.57))
+            continue
+        below, above = (system.replace(angle=angle * (1.0 + way)) for way in (-1e-7, 1e-7))
+        assert _grows(below, side)
+        assert not _grows(above, side)
+    for angle, coefficient, word in (
+        (found.kinetic_locking_angle, 0.3, "kinetic"),
+        (found.static_locking_angle, static, "static" if static > 0.3 else "kinetic"),
+    ):
+        below, above = (system.replace(angle=angle * (1.0 + way)) for way in (-1e-9, 1e-9))
+        assert below.brake.locks(coefficient)
+        assert not above.brake.locks(coefficient)
+        assert wb.stability(below).self_locking == word
+        assert wb.stability(above).self_locking != word
+
+
+def test_where_there_is_no_limit_in_the_angle():
+    system = wb.paper.system(eta=0.1)
+    upward = wb.stability(system)
+    assert upward.forward.hopf_angle is None
+    assert upward.backward.hopf_angle is None
+    undamped = wb.stability(wb.paper.system().replace(damping=0.0))
+    assert undamped.forward.hopf_angle is None  # the damping has the sign of the slope
+    other = wb.stability(wb.paper.system(brake="conventional"))
+    assert other.forward.hopf_angle is None
+    assert other.kinetic_locking_angle is None
+    assert other.static_locking_angle is None
+
+
 def test_without_damping_the_points_are_slopes():
     found = wb.stability(wb.paper.system().replace(damping=0.0))
     assert found.forward.hopf_eta is None

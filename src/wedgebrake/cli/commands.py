@@ -93,7 +93,8 @@ def stability(study: StudyPath, changes: Changes = None, as_json: AsJson = False
     """Linear stability of sliding, forwards and backwards.
 
     Prints the eigenvalues, the bifurcation points (Hopf and node-focus, in eta and as slopes
-    of the actuation force), and a verdict in words. Nothing is simulated.
+    of the actuation force), of a wedge the angles of Hopf points and of self-locking, and a
+    verdict in words. Nothing is simulated.
     """
     from wedgebrake._version import __version__
     from wedgebrake.cli.report import stability_text, to_json

@@ -15,6 +15,7 @@ import numpy as np
 from wedgebrake.errors import InputError
 from wedgebrake.linear_stability import DirectionStability, Stability, stability
 from wedgebrake.measures.torque import brake_torque
+from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
 
@@ -51,7 +52,28 @@ def stability_text(system: BrakedDriveline, verdict: Stability) -> str:
     for name, one in (("forwards", verdict.forward), ("backwards", verdict.backward)):
         lines.append("")
         lines.extend(_direction_lines(name, one))
-    return "\n".join(lines)
+    return "\n".join([*lines, *_angle_lines(system, verdict)])
+
+
+def _angle_lines(system: BrakedDriveline, verdict: Stability) -> list[str]:
+    """Of a wedge: the angles at which the verdict changes."""
+    sliding, resting = verdict.kinetic_locking_angle, verdict.static_locking_angle
+    if sliding is None or resting is None or not isinstance(system.brake, WedgeBrake):
+        return []
+    at_rest = f", at rest up to {resting:.6g} rad" if resting > sliding else ""
+    lines = [
+        "",
+        f"Wedge angle, here {system.brake.angle:.6g} rad, with all else as it is:",
+        f"  self-locking up to {sliding:.6g} rad{at_rest}",
+    ]
+    hopf = [
+        f"{name} {one.hopf_angle:.6g} rad"
+        for name, one in (("forwards", verdict.forward), ("backwards", verdict.backward))
+        if one.hopf_angle is not None
+    ]
+    if hopf:
+        lines.append(f"  Hopf: {', '.join(hopf)} (sliding decays above)")
+    return lines
 
 
 def _direction_lines(name: str, one: DirectionStability) -> list[str]:
