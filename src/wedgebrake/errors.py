@@ -18,10 +18,53 @@ class OutputError(WedgebrakeError, OSError):
     """A result could not be written; nothing half-written is left."""
 
 
+# What people call a parameter, a group or a setting: symbols of docs/theory.md, and words whose
+# spelling does not lead to the name. In lower case.
+_MEANT = {
+    **dict.fromkeys(("j", "mass", "moment_of_inertia"), ("inertia",)),
+    **dict.fromkeys(("c", "damper", "viscosity"), ("damping",)),
+    **dict.fromkeys(("k", "spring"), ("stiffness",)),
+    "omega": ("drive_speed", "frequency"),
+    **dict.fromkeys(("speed", "rpm", "shaft_speed"), ("drive_speed", "initial_velocity")),
+    "r": ("radius",),
+    **dict.fromkeys(("alpha_w", "wedge_angle", "alpha"), ("angle", "brake_angle", "alpha")),
+    "beta": ("wrap_angle",),
+    "a": ("actuation_arm",),
+    "b": ("normal_arm",),
+    "d": ("friction_arm",),
+    **dict.fromkeys(
+        ("mu", "mu_k", "friction", "friction_coefficient", "kinetic_friction"),
+        ("kinetic", "coefficients"),
+    ),
+    **dict.fromkeys(("mu_s", "mu_0", "static_friction"), ("static",)),
+    "v_r": ("speeds",),
+    "xi": ("steepness",),
+    "varsigma": ("decay",),
+    **dict.fromkeys(
+        ("f_a0", "f_a", "force", "actuation_force", "brake_force", "preload"),
+        ("initial_force", "F0"),
+    ),
+    **dict.fromkeys(("delta", "gradient", "gain", "eta"), ("slope", "eta")),
+    **dict.fromkeys(("t_e", "torque", "drive_torque", "torque_amplitude"), ("amplitude", "F0")),
+    **dict.fromkeys(("f_e", "hz", "omega_e", "f"), ("frequency", "f")),
+    **dict.fromkeys(("theta", "theta_0", "initial_angle"), ("initial_angle", "initial")),
+    **dict.fromkeys(
+        ("velocity", "omega_0", "initial_velocity", "initial_speed"),
+        ("initial_velocity", "initial"),
+    ),
+    **dict.fromkeys(("x0", "y0", "state", "initial_state", "start"), ("initial",)),
+    **dict.fromkeys(("time", "t_end", "t_max", "end_time"), ("duration",)),
+    **dict.fromkeys(("dt", "time_step"), ("step",)),
+    **dict.fromkeys(("tolerance", "tol"), ("rtol",)),
+    **dict.fromkeys(("solver", "integrator"), ("method",)),
+}
+
+
 def nearest(word: str, allowed: Iterable[str]) -> str:
-    """A sentence that suggests the allowed words nearest to ``word``."""
+    """A sentence that suggests the allowed words that mean ``word``, else the nearest to it."""
     allowed = sorted(allowed)
-    close = difflib.get_close_matches(word, allowed, n=3, cutoff=0.6)
+    close = [name for name in _MEANT.get(word.lower(), ()) if name in allowed]
+    close = close or difflib.get_close_matches(word, allowed, n=3, cutoff=0.6)
     if not close:
         lowered = {name.lower(): name for name in allowed}
         close = [lowered[word.lower()]] if word.lower() in lowered else []

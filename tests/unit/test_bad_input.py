@@ -208,8 +208,11 @@ FILES: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     # Names.
     "unknown parameter": (
-        changed("inertia = 1.0", "inertia = 1.0\nmass = 2.0"),
-        ["driveline.mass: no such parameter", "Allowed: damping, drive_speed, inertia, stiffness"],
+        changed("inertia = 1.0", "inertia = 1.0\ncolour = 2.0"),
+        [
+            "driveline.colour: no such parameter",
+            "Allowed: damping, drive_speed, inertia, stiffness",
+        ],
     ),
     "misspelt parameter": (
         changed("inertia = 1.0", "inertai = 1.0"),
@@ -512,6 +515,34 @@ ARGUMENTS: dict[str, tuple[list[str], list[str]]] = {
     "set unknown": (
         ["stability", "ok.toml", "--set", "inertai=1"],
         ["--set: inertai: no such parameter", "Did you mean 'inertia'"],
+    ),
+    "set the start": (
+        ["stability", "ok.toml", "--set", "initial_velocity=5"],
+        ["initial_velocity: no such", "Did you mean 'initial'?", "example initial=[0.0, 5.0]"],
+    ),
+    "set friction by its symbol": (
+        ["stability", "ok.toml", "--set", "mu=0.2"],
+        ["mu: no such parameter", "Did you mean 'kinetic'?"],
+    ),
+    "set a force": (
+        ["stability", "ok.toml", "--set", "force=200"],
+        ["force: no such parameter", "Did you mean 'initial_force' or 'F0'?"],
+    ),
+    "set a torque": (
+        ["stability", "ok.toml", "--set", "torque=200"],
+        ["torque: no such parameter", "Did you mean 'amplitude' or 'F0'?"],
+    ),
+    "set omega": (
+        ["stability", "ok.toml", "--set", "omega=20"],
+        ["omega: no such parameter", "Did you mean 'drive_speed' or 'frequency'?"],
+    ),
+    "set a table by one value": (
+        ["stability", "ok.toml", "--set", "friction=0.2"],
+        ["friction is a table", "--set kinetic=0.25"],
+    ),
+    "set the start of a sweep": (
+        ["sweep", "ok.toml", "--over", "velocity=1:2:3"],
+        ["velocity cannot be swept", "Did you mean 'initial_velocity'?"],
     ),
     "set unknown setting": (["stability", "ok.toml", "--set", "period=9"], ["'periods'"]),
     "set of another kind": (

@@ -15,8 +15,11 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from wedgebrake.errors import nearest
+from wedgebrake.model.part import labels
 from wedgebrake.model.study import METHODS, Run, parse_study, schema
 from wedgebrake.model.swept import Sweep, sweepable
+from wedgebrake.model.tables import CHOSEN, FIXED
 from wedgebrake.solvers.solve import METHODS as SOLVERS
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
@@ -533,3 +536,16 @@ class TestSchema:
     def test_is_a_new_one_each_time(self):
         schema()["properties"].clear()
         assert schema()["properties"]
+
+
+def test_every_symbol_leads_to_its_parameter():
+    """Of each part, in Python and in a study file: what theory calls it is suggested by name."""
+    kinds = [one for kinds in CHOSEN.values() for one in kinds.values()]
+    found = {}
+    for model in [*FIXED.values(), *kinds]:
+        for name, field in model.model_fields.items():
+            symbol = str(labels(field).get("symbol", "-"))
+            if symbol != "-":
+                found[symbol] = nearest(symbol, model.model_fields)
+                assert f"Did you mean {name!r}" in found[symbol]
+    assert {"J", "Omega", "mu_k", "F_a0", "T_e", "alpha_w"} <= set(found)

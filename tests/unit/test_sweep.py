@@ -210,6 +210,7 @@ def test_smooth_sweep_is_that_of_simulate() -> None:
     [
         ({}, "nothing to sweep"),
         ({"etta": [1.0]}, "etta: cannot be swept. Did you mean 'eta'"),
+        ({"wedge_angle": [1.0]}, "wedge_angle: cannot be swept. Did you mean 'angle' or 'alpha'"),
         ({"eta": 3.0}, "eta = 3.0: must be a list of values"),
         ({"eta": []}, "must be a list of values"),
         ({"eta": [0.0, float("nan")]}, r"eta\[1\] = nan: must be a finite number"),

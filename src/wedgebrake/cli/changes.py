@@ -11,6 +11,16 @@ from wedgebrake.model.part import shown
 from wedgebrake.model.system import PARTS
 
 _TABLES = (*PARTS, "groups", "run", "sweep")
+# A parameter of each table that can be set.
+_EXAMPLES = {
+    "driveline": "damping=0.2",
+    "brake": "radius=0.25",
+    "friction": "kinetic=0.25",
+    "actuation": "slope=-20",
+    "excitation": "amplitude=300",
+    "groups": "eta=-30",
+    "run": "periods=50",
+}
 
 
 def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
@@ -47,7 +57,7 @@ def _check_name(text: str, name: str) -> None:
     if table in _TABLES and not dot:
         raise InputError(
             f"--set {short(text)}: {table} is a table. Change its parameters one by one, for"
-            " example --set radius=0.25, or edit the study file."
+            f" example --set {_EXAMPLES[table]}, or edit the study file."
         )
     if table in _TABLES and rest.isidentifier():
         raise InputError(

@@ -149,9 +149,10 @@ class Study:
         if name in allowed:
             return
         refuse_of_another_kind(name, self.system)
-        raise InputError(
-            f"{named(name)}: no such parameter, group or run setting. {nearest(name, allowed)}"
-        )
+        hint = nearest(name, allowed)
+        if hint == nearest("initial_velocity", allowed):
+            hint += " It holds angle [rad] and velocity [rad/s], for example initial=[0.0, 5.0]."
+        raise InputError(f"{named(name)}: no such parameter, group or run setting. {hint}")
 
 
 # What ``changed`` takes for the sweep; ``periods`` is the run's.
