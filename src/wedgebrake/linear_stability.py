@@ -12,6 +12,7 @@ sliding; friction at rest dissipates, so the nonlinear verdict is another one.
 from __future__ import annotations
 
 import cmath
+import json
 import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
@@ -323,7 +324,8 @@ def _verdict(
     return " ".join(words)
 
 
-_AXES = ("eta", "alpha", "kinetic", "loss_factor")
+AXES = ("eta", "alpha", "kinetic", "loss_factor")
+"""Groups that a map can have as axes: all that linear stability depends on."""
 
 
 def _check_system(system: BrakedDriveline) -> None:
@@ -352,11 +354,11 @@ def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     _check_system(system)
     groups = system.groups
     if not axes:
-        raise InputError(f"axes: none given. Give at least one of {', '.join(_AXES)}.")
+        raise InputError(f"axes: none given. Give at least one of {', '.join(AXES)}.")
     values: dict[str, Any] = {}
     for number, (name, given) in enumerate(axes.items()):
-        if name not in _AXES:
-            raise InputError(f"{name}: not an axis of a stability map. {nearest(name, _AXES)}")
+        if name not in AXES:
+            raise InputError(f"{name}: not an axis of a stability map. {nearest(name, AXES)}")
         array = _axis(name, given)
         values[name] = array.reshape([-1 if i == number else 1 for i in range(len(axes))])
     for name in ("eta", "kinetic", "loss_factor"):
@@ -380,7 +382,11 @@ def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     return xr.Dataset(
         {name: (tuple(axes), np.broadcast_to(array, shape)) for name, array in data.items()},
         coords={name: np.ravel(values[name]) for name in axes},
-        attrs={"brake": system.brake.kind},
+        attrs={
+            "brake": system.brake.kind,
+            "system": json.dumps(system.as_dict()),
+            "groups": json.dumps(groups.as_dict()),
+        },
     )
 
 

@@ -240,6 +240,34 @@ def test_spectrum_marks_frequencies(response):
         spectrum.spectrum(response)
 
 
+@pytest.mark.parametrize("name", ["history", "phase", "section", "points", "spectrum"])
+def test_every_single_picture_says_of_what_machine_it_is(response, name):
+    system = SYSTEMS["paper"]
+    figure = {
+        "history": lambda: history.history(response),
+        "phase": lambda: phase.phase(system, response),
+        "section": lambda: section.section(response),
+        "points": lambda: wb.plot(wb.poincare(system, 60, transient=10)),
+        "spectrum": lambda: wb.plot(wb.spectrum(response)),
+    }[name]()
+    said = figure.get_suptitle().replace("\n", " ")
+    for part in ("Wedge brake, Coulomb friction: ", r"$\eta = -24$", "$F_0 = 0.036$"):
+        assert part in said
+    assert said.endswith(" Exact solution, from (0, 0)")
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(renderer)
+    box = figure._suptitle.get_window_extent(renderer)
+    assert figure.bbox.x0 <= box.x0
+    assert box.x1 <= figure.bbox.x1
+    assert box.y0 >= max(axes.get_tightbbox(renderer).y1 for axes in figure.axes)
+
+
+def test_a_spectrum_of_no_known_machine_has_no_caption(response):
+    lines = wb.spectrum(response)
+    lines.attrs = {"quantity": "velocity"}
+    assert spectrum.spectrum(lines).get_suptitle() == ""
+
+
 def test_wrong_system(response):
     with pytest.raises(wb.InputError, match="must be a BrakedDriveline"):
         overview("wedge", response)

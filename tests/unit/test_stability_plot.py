@@ -30,6 +30,8 @@ def test_is_what_plot_draws(wedge):
     assert "slope of the actuation force" in panel.get_xlabel()
     assert r"$\alpha$" in panel.get_ylabel()
     text = words(figure)
+    assert r"Wedge brake, Coulomb friction: $\mu_k = 0.3$, $c/\sqrt{kJ} = 0.001$" in text
+    assert r"$\eta =" not in text
     for part in ("Wedge brake", "unstable", "stable: it decays", "locks itself", "limit"):
         assert part in text
 

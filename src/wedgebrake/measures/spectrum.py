@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 # Times count as equally spaced if no step differs by more than this share of a step.
 _UNIFORM = 1e-6
+# Attributes of a response that say what was computed.
+_COMPUTED = ("method", "options", "system", "groups")
 
 
 def spectrum(
@@ -54,9 +56,9 @@ def spectrum(
     xarray.Dataset
         Over ``frequency`` [Hz], (n//2 + 1,): ``amplitude`` in the unit of the quantity.
         ``attrs``: quantity, window, coherent_gain [1], noise_bandwidth [bins], resolution
-        [Hz], samples, sample_interval, start, stop [s]; where the response knows its
-        system, forcing_frequency (0: no torque acts) and natural_frequency [Hz] (0: no
-        stiffness).
+        [Hz], samples, sample_interval, start, stop [s]; of the response, what was computed:
+        method, options, system, groups; where it knows its system, forcing_frequency (0: no
+        torque acts) and natural_frequency [Hz] (0: no stiffness).
 
     Raises
     ------
@@ -109,6 +111,7 @@ def spectrum(
         "sample_interval": interval,
         "start": float(times[0]),
         "stop": float(times[n - 1]),
+        **{name: response.attrs[name] for name in _COMPUTED if name in response.attrs},
         **known,
     }
     return dataset

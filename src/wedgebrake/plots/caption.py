@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from wedgebrake.linear_stability import AXES as LINEAR
 from wedgebrake.measures.spectrum import is_driven
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import PARTS
@@ -37,6 +38,23 @@ def about(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
     return [sentence for sentence in sentences if sentence]
 
 
+def of_response(dataset: xr.Dataset) -> list[str]:
+    """The same for what comes of one response: machine with groups; method and start."""
+    initial = _stated(dataset, "options").get("initial")
+    start = "" if not isinstance(initial, list) else ", from " + _state(initial)
+    solved = method_words(str(dataset.attrs.get("method", "")))
+    sentences = _numbers(dataset, (), ()), _sentence(f"{solved}{start}" if solved else "")
+    return [sentence for sentence in sentences if sentence]
+
+
+def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
+    """The machine of a map of linear stability, with the groups that count there."""
+    groups = _stated(dataset, "groups")
+    counted = {name: groups.get(name) for name in LINEAR if name not in names}
+    numbers = equations(counted)
+    return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
+
+
 def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
     """Method and protocol, without a capital."""
     method, protocol = str(dataset.attrs.get("method", "")), _stated(dataset, "protocol")
@@ -52,7 +70,7 @@ def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
     if protocol.get("follow"):
         parts.append("each point from the end of its neighbour")
     elif isinstance(initial, list) and not chosen:
-        parts.append("from (" + ", ".join(f"{value:g}" for value in initial) + ")")
+        parts.append(f"from {_state(initial)}")
     return "; ".join(parts)
 
 
@@ -160,6 +178,11 @@ def _left_out(protocol: Mapping[str, Any]) -> str:
         return f", the first {transient} left out"
     longest = "" if most is None else f", at most {most}"
     return f" after a transient as long as needed{longest}"
+
+
+def _state(values: Sequence[float]) -> str:
+    """A state in brackets."""
+    return "(" + ", ".join(f"{value:g}" for value in values) + ")"
 
 
 def _sentence(words: str) -> str:

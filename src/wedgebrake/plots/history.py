@@ -9,7 +9,8 @@ import numpy as np
 from wedgebrake.errors import InputError
 from wedgebrake.measures.spectrum import frequencies
 from wedgebrake.measures.sticking import span, sticks
-from wedgebrake.plots import style
+from wedgebrake.plots import caption, style
+from wedgebrake.plots.page import write_caption
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,6 +33,7 @@ def history(response: xr.Dataset, periods: float | None = 12.0, *, torque: bool 
     with style.use():
         figure = style.new_figure(style.PAGE, 2.6)
         draw(figure.add_subplot(), response, periods, torque=torque)
+        write_caption(figure, caption.of_response(response))
         return figure
 
 

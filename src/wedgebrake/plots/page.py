@@ -51,7 +51,12 @@ def page(
     yield figure, grid
     for row, (heading, entries) in enumerate(legends, start=len(rows)):
         _draw_legend(figure.add_subplot(grid[row, :]), entries, room, heading)
-    lines = caption_lines(sentences, width)
+    write_caption(figure, sentences)
+
+
+def write_caption(figure: Figure, sentences: Sequence[str]) -> None:
+    """The sentences above all that is on a figure."""
+    lines = caption_lines(sentences, float(figure.get_figwidth()))
     figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=_CAPTION, linespacing=1.35)
 
 

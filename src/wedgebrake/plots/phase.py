@@ -8,7 +8,8 @@ import numpy as np
 
 from wedgebrake.measures.sticking import steady_start, sticks
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.plots import style
+from wedgebrake.plots import caption, style
+from wedgebrake.plots.page import write_caption
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,6 +34,7 @@ def phase(system: BrakedDriveline, response: xr.Dataset, start: float | None = N
     with style.use():
         figure = style.new_figure()
         draw(figure.add_subplot(), system, response, start)
+        write_caption(figure, caption.of_response(response))
         return figure
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from wedgebrake.errors import InputError
 from wedgebrake.measures.spectrum import frequencies, is_driven
 from wedgebrake.measures.sticking import steady_start
-from wedgebrake.plots import style
+from wedgebrake.plots import caption, style
+from wedgebrake.plots.page import write_caption
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +35,7 @@ def section(points: xr.Dataset, start: float | None = None) -> Figure:
     with style.use():
         figure = style.new_figure()
         draw(figure.add_subplot(), points, start)
+        write_caption(figure, caption.of_response(points))
         return figure
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.errors import InputError
-from wedgebrake.plots import style
+from wedgebrake.plots import caption, style
+from wedgebrake.plots.page import write_caption
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +32,7 @@ def spectrum(lines: xr.Dataset, largest: float | None = None, *, hertz: bool = F
     with style.use():
         figure = style.new_figure()
         draw(figure.add_subplot(), lines, largest, hertz=hertz)
+        write_caption(figure, caption.of_response(lines))
         return figure
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.errors import InputError
-from wedgebrake.plots import cells, looks, style
+from wedgebrake.plots import caption, cells, looks, style
 from wedgebrake.plots.looks import Look
 from wedgebrake.plots.page import HIGHEST, page
 
@@ -48,9 +48,9 @@ def stability_map(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure
         if {_STABLE, _UNSTABLE} <= set(np.unique(codes)):
             entries.append(looks.limit_entry())
         legends = [("", entries)]
-        brake = str(dataset.attrs.get("brake", "")).replace("-", " ").capitalize()
         words = [
-            f"{brake} brake: linear stability of sliding in both directions.".strip(),
+            caption.of_stability(dataset, [str(name) for name in dataset["margin"].dims]),
+            "Linear stability of sliding in both directions.",
             r"Numbers: margin, $\eta$ less the critical $\eta$ of the worse direction.",
         ]
         rows = [min(0.72 * width, HIGHEST)]
