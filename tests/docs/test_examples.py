@@ -98,6 +98,14 @@ def arguments(line):
     return line.split("#")[0].split()[1:]
 
 
+@pytest.mark.parametrize("page", ["README.md", "docs/tutorial.md"])
+def test_where_python_begins_the_wait_for_compilation_is_told(page):
+    """The library is silent: without a word the first call looks as though it hung."""
+    section = TEXTS[page].split("```python\n")[0].rpartition("\n## ")[2]
+    assert "compile" in section
+    assert "ten seconds" in section
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_every_make_target_that_it_names_exists(page):
     makefile = (ROOT / "Makefile").read_text()
