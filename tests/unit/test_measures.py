@@ -339,3 +339,26 @@ class TestSticks:
             sticking.stick_slip_class(response, "end")
         with pytest.raises(wb.InputError, match=r"stick_start.*wb\.simulate"):
             wb.sticks(signal([1.0, 2.0]))
+
+
+def test_every_code_says_what_its_numbers_stand_for():
+    """Small whole numbers are codes: flag_values holds them all, flag_meanings a word for each."""
+    system = wb.paper.system()
+    response = wb.simulate(system, periods=40)
+    square = {"initial_angle": [-0.1, 0.1], "initial_velocity": [-1.0, 1.0]}
+    results = {
+        "simulate": response,
+        "sticks": wb.sticks(response),
+        "spectral_lines": wb.spectral_lines(wb.spectrum(response)),
+        "regime_map": wb.regime_map(system, eta=[-1, 0], F0=[0.03, 0.04], periods=20, transient=9),
+        "basins": wb.basins(system, **square, transient=20, periods=30),
+    }
+    for name, dataset in results.items():
+        codes = [one for one in dataset.data_vars.values() if one.dtype == np.int8]
+        assert codes, name
+        for one in codes:
+            values, words = one.attrs["flag_values"], one.attrs["flag_meanings"].split()
+            assert len(values) == len(words) == len(set(words))
+            assert set(np.unique(one)) <= set(values), (name, one.name)
+    attractor = results["basins"]["attractor"]
+    assert set(attractor.to_numpy()[attractor < 0]) <= set(attractor.attrs["flag_values"])

@@ -210,6 +210,7 @@ def _dataset(
         },
         coords={"line": ("line", np.arange(1, found.size + 1), {"long_name": "rank of the line"})},
     )
+    dataset["natural"].attrs |= {"flag_values": [-1, 0, 1], "flag_meanings": "minus neither plus"}
     kept = ("quantity", "window", "resolution", "forcing_frequency", "natural_frequency")
     dataset.attrs = {name: spectrum.attrs[name] for name in kept if name in spectrum.attrs}
     dataset.attrs |= {"tolerance": names.tolerance, "floor": floor}

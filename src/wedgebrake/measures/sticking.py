@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.errors import InputError
+from wedgebrake.solvers.trajectory import SIDE_FLAGS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,6 +75,8 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
             for name, (unit, meaning) in _SPEC.items()
         }
     )
+    for name in ("entry", "exit"):
+        dataset[name].attrs.update(SIDE_FLAGS)
     dataset.attrs = {
         "window_start": low,
         "window_end": end,

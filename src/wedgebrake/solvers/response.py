@@ -9,7 +9,7 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.trajectory import EVENT_MEANINGS, Trajectory
+from wedgebrake.solvers.trajectory import EVENT_MEANINGS, SIDE_FLAGS, Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,6 +32,14 @@ _UNITS = {
     "stick_end": ("s", "end of rest"),
     "stick_entry": ("1", "sign of the sliding velocity before; 0: at rest from the start"),
     "stick_exit": ("1", "sign of the sliding velocity after; 0: still at rest at the end"),
+}
+_FLAGS: dict[str, dict[str, Any]] = {
+    "sticking": {"flag_values": [0, 1], "flag_meanings": "slips sticks"},
+    "event_kind": {
+        "flag_values": [int(kind) for kind in EVENT_MEANINGS],
+        "flag_meanings": " ".join(kind.name.lower() for kind in EVENT_MEANINGS),
+    },
+    **dict.fromkeys(("event_side", "stick_entry", "stick_exit"), SIDE_FLAGS),
 }
 
 
@@ -72,9 +80,8 @@ def assemble(
             "period": ("period", t.period, {"units": "1", "long_name": "number of periods"}),
         },
     )
-    kinds = list(EVENT_MEANINGS)
-    dataset["event_kind"].attrs["flag_values"] = [int(kind) for kind in kinds]
-    dataset["event_kind"].attrs["flag_meanings"] = " ".join(kind.name.lower() for kind in kinds)
+    for name, flags in _FLAGS.items():
+        dataset[name].attrs.update(flags)
     message = " ".join(part for part in (t.status.sentence, t.detail) if part)
     dataset.attrs = {
         "wedgebrake_version": __version__,

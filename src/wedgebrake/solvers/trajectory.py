@@ -33,6 +33,8 @@ EVENT_MEANINGS = {
     EventKind.REVERSAL: "reversal: the velocity changes sign without rest",
     EventKind.BREAKPOINT: "breakpoint: the torque law bends (actuation releases or engages)",
 }
+SIDE_FLAGS = {"flag_values": [-1, 0, 1], "flag_meanings": "backwards none forwards"}
+"""Attributes of a variable that is a sign of a velocity (CF flags)."""
 
 
 @dataclass(frozen=True)
