@@ -122,8 +122,9 @@ def _all_parts(inputs, record, group):
     for part in range(PARTS):
         outputs = record[PARTS * group + part]
         expand_lanes(inputs, outputs)
-        inputs[THETA], inputs[W] = outputs[THETA1], outputs[W1]
-        inputs[DRIVE], inputs[RATE] = outputs[DRIVE1], outputs[RATE1]
+        for lane in range(WIDTH):
+            inputs[THETA, lane], inputs[W, lane] = outputs[THETA1, lane], outputs[W1, lane]
+            inputs[DRIVE, lane], inputs[RATE, lane] = outputs[DRIVE1, lane], outputs[RATE1, lane]
 
 
 @compiled
