@@ -96,6 +96,15 @@ def test_stability(screen):
     assert screen.number("angle") != pytest.approx(0.34023)
 
 
+def test_a_picture_that_was_kept_is_shown_again(screen):
+    for tab in ("tab-stability", "tab-diagram", "tab-stability"):
+        drawn = screen.shown("picture")
+        screen(tab).click()
+        screen.after(drawn, "picture")
+        expect(screen(tab)).to_have_attribute("aria-selected", "true")
+        screen.still()
+
+
 def test_basins(screen):
     drawn = screen.shown("picture")
     screen("tab-basins").click()

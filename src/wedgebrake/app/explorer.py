@@ -270,6 +270,7 @@ class Explorer(pn.viewable.Viewer):
         if before == key:  # it still stands there from when it was open before
             self._picture.stop()
             self._tell(plate, picture)
+            self._page.seen(picture=self._number)
             return
         self._forget(plate)
         self._drawing = key
