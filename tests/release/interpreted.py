@@ -68,6 +68,11 @@ def results() -> dict[str, list[float]]:
         "smooth motion": lambda: judged(
             wb.motion(smooth["smoothed"], periods=3, transient=1, rtol=1e-5)
         ),
+        "steep motion": lambda: judged(
+            wb.motion(
+                smooth["smoothed"].replace(F0=0.5, steepness=1e4), periods=2, transient=1, rtol=1e-8
+            )
+        ),
         "lanes": lambda: wb.bifurcation(
             smooth["smoothed"], eta=[-6.0, 0.0], periods=4, transient=2, rtol=1e-5
         )["velocity"].values.ravel(),
