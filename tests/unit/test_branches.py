@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.known import lies_on, marks
+from wedgebrake.orbits.switching import leaving
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
 CONVENTIONAL = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional")
@@ -638,6 +640,50 @@ class TestReviewed:
 
 class TestNothingTwice:
     """An orbit is followed once, whichever of its periods is the first."""
+
+    @pytest.mark.parametrize("step", [0.02, 0.1, 0.5])
+    def test_a_branch_between_two_doublings_is_gone_once(self, step) -> None:
+        """From the one to the other, where its halves become one, and not back over itself."""
+        synchronous = follow(wb.paper.system(eta=-24.0, F0=0.095), F0=(0.095, 0.01))
+        doublings = [point for point in synchronous.bifurcations
+                     if point.bifurcation.kind.value == "period doubling"]  # fmt: skip
+        met, begin = sorted(doublings, key=lambda point: point.value)[:2]
+        ((origin, start),) = leaving(begin)
+        largest = synchronous.largest * step / 0.02
+        branch = Branch(start, synchronous.bounds, False, largest, points=[origin])
+        for _ in branch:
+            pass
+        assert branch.end == "period doubling of the synchronous orbit"
+        assert branch.points[-1].value == pytest.approx(met.value, abs=1e-7)
+        assert [point.bifurcation.kind.value for point in branch.bifurcations] == ["grazing"] * 2
+
+    @pytest.mark.parametrize("step", [0.02, 0.1])
+    def test_a_mirror_pair_between_two_symmetric_orbits_is_gone_once(self, step) -> None:
+        """Beyond the second, it would be its own mirror image on the way back."""
+        system = CONVENTIONAL.replace(eta=-10.0, f=0.55)
+        symmetric = follow(system, f=(0.55, 0.48))
+        met, begin = (point for point in symmetric.bifurcations
+                      if point.bifurcation.kind.value == "symmetry breaking")  # fmt: skip
+        ((origin, start),) = leaving(begin)
+        # In steps of the range from 0.55 to 0.2.
+        largest = symmetric.largest * (0.55 - 0.2) / (0.55 - 0.48) * step / 0.02
+        branch = Branch(start, symmetric.bounds, True, largest, points=[origin])
+        for _ in branch:
+            pass
+        assert branch.end == "symmetry breaking of a symmetric orbit"
+        assert branch.points[-1].value == pytest.approx(met.value, abs=1e-8)
+        assert len(branch.bifurcations) == 5
+
+    @pytest.mark.parametrize("step", [0.02, 0.05, 0.1])
+    def test_a_branch_that_ends_at_a_doubling_has_no_fold_there(self, step) -> None:
+        """Next to where branches meet, their direction is lost in rounding."""
+        branch = follow(WEDGE.replace(f=0.63), None, f=(0.63, 0.15), step=step)
+        assert branch.points[0].order == 2
+        assert branch.end == "period doubling of the synchronous orbit"
+        kinds = [point.bifurcation.kind.value for point in branch.bifurcations]
+        assert kinds == ["grazing-sliding", "switching-sliding"]
+        # No point of it is there twice.
+        assert np.all(np.diff([point.arclength for point in branch.points[-3:]]) > 0.0)
 
     def test_parents_that_are_sheets_of_a_known_branch(self) -> None:
         """The 2T stick-slip goes from the end of the range over folds back to it."""

@@ -27,7 +27,7 @@ from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, exact_scale, make_ranges, value_of
 from wedgebrake.orbits.shooting import check
 from wedgebrake.orbits.skeleton import SWITCH, follow
-from wedgebrake.orbits.symmetry import alike, is_odd, met, prime_order
+from wedgebrake.orbits.symmetry import alike, between_halves, is_odd, met, prime_order
 from wedgebrake.orbits.transitions import Margin, transition, violated
 
 if TYPE_CHECKING:
@@ -354,13 +354,9 @@ class _Boundary:
         return alike(first.points, second.points, omega, _SAME)
 
     def _gap(self, at: Solution) -> FloatArray:
-        """From each Poincare point to that half an orbit before; none for an odd order."""
-        order = self.equations.order
-        if order % 2:
-            return np.zeros(0)
+        """From half an orbit to the other, which vanishes where they are the same."""
         there = self._point(at)
-        states = there.points * [there.system.excitation.angular_frequency, 1.0]
-        return states - np.roll(states, order // 2, axis=0)
+        return between_halves(there.points, there.system.excitation.angular_frequency)
 
     def _prime(self, at: Solution) -> int:
         """The fewest periods after which an orbit repeats."""

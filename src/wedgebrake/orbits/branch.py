@@ -12,13 +12,13 @@ from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
 from wedgebrake.orbits.beyond import ALL_SLIP_ENDS, PERMANENT, go_beyond
 from wedgebrake.orbits.chain import Chain, goes_through
 from wedgebrake.orbits.curves import OrbitCurve
-from wedgebrake.orbits.equations import NoOrbitError, multipliers
+from wedgebrake.orbits.equations import FloatArray, NoOrbitError, multipliers
 from wedgebrake.orbits.kinds import Kind, Scenario
 from wedgebrake.orbits.known import CLOSED, Mark, reached, way
 from wedgebrake.orbits.locate import Solution, Step, first_end, smooth_bifurcations, tests
 from wedgebrake.orbits.onset import onset
 from wedgebrake.orbits.point import Bifurcation, BranchPoint
-from wedgebrake.orbits.symmetry import is_odd, is_symmetric, met, prime_order
+from wedgebrake.orbits.symmetry import between_halves, is_odd, is_symmetric, met, prime_order
 from wedgebrake.orbits.transitions import Margin, violated
 
 # Steps as shares of the largest: the first one, and the one that is too small to go on with.
@@ -201,7 +201,7 @@ class Branch(Iterator[BranchPoint]):
             problem = self.start.family.problem(values)
             if not goes_through(self._equations, unknowns, problem):
                 return False
-        if after.direction[-1] * before.direction[-1] < 0.0 and self._meets_parent(step, after):
+        if self._meets_parent(step, step.length):
             return True
         if self._parent_of(after, _COLLAPSED):
             # Over to the branch that this one meets: it turns there, in a shorter step.
@@ -229,26 +229,45 @@ class Branch(Iterator[BranchPoint]):
         self._now = Solution(curve.scaled(unknowns, values), self._now.matrix * ratio, direction)
         self._curve = curve
 
-    def _meets_parent(self, step: Step[OrbitCurve], after: Solution) -> bool:
-        """Whether the branch turns where it branches off another, and goes back as it came."""
-        try:
-            at = step.at(step.root(lambda there: float(there.direction[-1])))
-        except _STOPPED:
-            # Where branches meet the equations are singular: from steps near enough, it is there.
-            near = [one for one in (step.start, after) if self._parent_of(one)]
-            if not near:
-                raise
-            at = near[0]
-        where = self._parent_of(at)
-        if not where:
+    def _meets_parent(self, step: Step[OrbitCurve], until: float) -> bool:
+        """Whether it goes through where it branches off another, and beyond back as it came.
+
+        It turns there, and the halves of the orbit change places. A turn alone may be a fold, and
+        with a fold in the same step there is none from end to end. The equations are singular
+        where branches meet, and points between may be on the other one: no root is looked for,
+        but steps are shortened until one of their ends is near enough.
+        """
+        if not self._leaves:
             return False
-        # A multiplier just comes to 1 where it turns.
-        until = float(step.start.direction @ (at.y - step.start.y))
-        passed = self._passed(step, until, (Kind.FOLD, Kind.BRANCH_POINT))
-        last = self._point(at, length=float(np.linalg.norm(at.y - step.start.y)))
-        self._queue.extend([*passed, last])
+        after = step.at(until)
+        turned = step.start.direction[-1] * after.direction[-1] < 0.0
+        changed = float(np.sum(self._gap(step.start) * self._gap(after))) < 0.0
+        if not turned and not changed:
+            return False
+        ends = [(one, self._parent_of(one)) for one in (step.start, after)]
+        near = [(one, where) for one, where in ends if where]
+        if not near:
+            if changed:
+                raise NotConvergedError
+            return False
+        at, where = near[0]
+        if at is not step.start:
+            # A multiplier just comes to 1 where it turns.
+            passed = self._passed(step, until, (Kind.FOLD, Kind.BRANCH_POINT))
+            length = float(np.linalg.norm(at.y - step.start.y))
+            self._queue.extend([*passed, self._point(at, length=length)])
         self.met, self._ahead = True, where
         return True
+
+    def _gap(self, at: Solution) -> FloatArray:
+        """From half an orbit to the other, or to its mirror image; it vanishes on a parent."""
+        unknowns, values = self._curve.unscaled(at.y)
+        family, equations = self.start.family, self._equations
+        system = family.system(values)
+        if equations.order % 2 == 0:
+            points = equations.points(unknowns, family.problem(values))
+            return between_halves(points, system.excitation.angular_frequency)
+        return equations.from_mirror(unknowns, system, _MEETS) if self._odd else np.zeros(0)
 
     def _parent_of(self, at: Solution, tolerance: float = _MEETS) -> str:
         """Where a solution is one of fewer periods, or symmetric: which bifurcation is met."""
@@ -310,6 +329,8 @@ class Branch(Iterator[BranchPoint]):
         s, ends = found
         at = step.at(s)
         assert isinstance(self._equations, Chain)  # noqa: S101 - others have no margins
+        if self._meets_parent(step, s):
+            return True
         came = float(at.y[-1] - step.start.y[-1])
         beyond = go_beyond(self._curve, self._equations, came, at, ends, self.largest)
         if beyond is None:

@@ -157,23 +157,23 @@ class Chain:
             peak_torque=float(sums[tally.PEAK]),
         )
 
-    def mirrored(
+    def from_mirror(
         self,
         unknowns: FloatArray,
         system: BrakedDriveline,  # noqa: ARG002
-        tolerance: float,
-    ) -> bool:
-        """Whether the orbit is its own mirror image, half an orbit later."""
+        tolerance: float,  # noqa: ARG002
+    ) -> FloatArray:
+        """From the orbit to its mirror image half an orbit later, as shares of its size."""
         if self.half:
-            return True
+            return np.zeros(self.size)
         half = len(self.codes) // 2
         opposite = tuple(-code for code in self.codes)
         if len(self.codes) % 2 or self.codes[half:] + self.codes[:half] != opposite:
-            return False
+            return np.zeros(0)
         first, second = np.split(unknowns.reshape(-1, 2), 2)
-        apart = np.abs(second - first * [1.0, -1.0] - [math.pi * self.order, 0.0])
+        apart = second - first * [1.0, -1.0] - [math.pi * self.order, 0.0]
         angle = np.max(np.abs(unknowns[1::2]))
-        return bool(np.all(apart <= tolerance * np.array([1.0, angle])))
+        return np.asarray((apart / [1.0, angle]).ravel())
 
     def doubled(self, unknowns: FloatArray) -> tuple[Chain, FloatArray]:
         """The same orbit, gone through twice."""

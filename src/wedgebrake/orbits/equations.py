@@ -67,8 +67,15 @@ class Equations(Protocol):
     def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
         """What the orbit does."""
 
-    def mirrored(self, unknowns: FloatArray, system: BrakedDriveline, tolerance: float) -> bool:
-        """Whether the orbit is its own mirror image, half an orbit later."""
+    def from_mirror(
+        self, unknowns: FloatArray, system: BrakedDriveline, tolerance: float
+    ) -> FloatArray:
+        """From the orbit to its mirror image half an orbit later, as shares of its size.
+
+        tolerance : how well it must be known
+
+        Empty where the pieces of the one are not those of the other.
+        """
 
     def halved(self, unknowns: FloatArray) -> tuple[Equations, FloatArray]:
         """The equations of half the orbit, which is its own mirror image."""

@@ -95,17 +95,19 @@ class Strobe:
             peak_torque=float(np.max(np.abs(response["brake_torque"].to_numpy()))),
         )
 
-    def mirrored(self, unknowns: FloatArray, system: BrakedDriveline, tolerance: float) -> bool:
-        """Whether the orbit is its own mirror image, half an orbit later."""
+    def from_mirror(
+        self, unknowns: FloatArray, system: BrakedDriveline, tolerance: float
+    ) -> FloatArray:
+        """From the orbit to its mirror image half an orbit later, as shares of its size."""
         half = 0.5 * self.order / system.excitation.frequency
         start = (float(unknowns[0]), float(unknowns[1]))
         # Far better than what is asked: an orbit next to a symmetric one is none.
         rtol = min(max(1e-3 * tolerance, 1e-13), 1e-9)
         end = simulate(system, half, initial=start, method="smooth", rtol=rtol, times=()).attrs
-        apart = np.abs([end["final_angle"] + start[0], end["final_velocity"] + start[1]])
+        apart = np.array([end["final_angle"] + start[0], end["final_velocity"] + start[1]])
         sizes = np.max(np.abs(self._states(unknowns)), axis=0)
         omega = system.excitation.angular_frequency
-        return bool(np.max(apart * [omega, 1.0]) <= tolerance * np.max(sizes * [omega, 1.0]))
+        return np.asarray(apart * [omega, 1.0] / np.max(sizes * [omega, 1.0]))
 
     def halved(self, unknowns: FloatArray) -> tuple[Strobe, FloatArray]:
         """The same: nothing is gained by symmetry."""

@@ -23,7 +23,8 @@ def is_symmetric(
     system = family.system(values)
     if equations.order % 2 == 0 or not is_odd(system):
         return False
-    return equations.mirrored(unknowns, system, tolerance)
+    gap = equations.from_mirror(unknowns, system, tolerance)
+    return bool(gap.size > 0 and np.max(np.abs(gap)) <= tolerance)
 
 
 def is_odd(system: BrakedDriveline) -> bool:
@@ -49,6 +50,19 @@ def prime_order(points: FloatArray, omega: float, tolerance: float = _SAME) -> i
             if np.all(apart <= tolerance * size):
                 return fewer
     return order
+
+
+def between_halves(points: FloatArray, omega: float) -> FloatArray:
+    """From each Poincare point to that half an orbit before; empty for an odd order.
+
+    It vanishes where an orbit repeats after half its periods. A branch that goes through such an
+    orbit comes back over its own orbits, half an orbit later: this has changed its sign then.
+    """
+    order = int(points.shape[0])
+    if order % 2:
+        return np.zeros(0)
+    states = points * [omega, 1.0]
+    return np.asarray(states - np.roll(states, order // 2, axis=0))
 
 
 def alike(one: FloatArray, other: FloatArray, omega: float, tolerance: float) -> bool:
