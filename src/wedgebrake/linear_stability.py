@@ -88,8 +88,34 @@ class DirectionStability:
 
 
 @dataclass(frozen=True)
+class ShaftStability:
+    """Linear stability of sliding at the speed of a turning shaft: of its steady motion.
+
+    Unlike that of a direction it counts how friction varies with speed, and the release.
+
+    speed   : of the shaft [rad/s]
+    locked  : the brake locks itself at that speed; what follows is None
+    damping : of small vibration, as ``damping_at`` gives it [N m s/rad]
+    stable  : both real parts negative
+    """
+
+    speed: float
+    locked: bool
+    damping: float | None = None
+    stable: bool | None = None
+
+    @property
+    def state(self) -> str:
+        """What small vibration does: "decays", "grows", "does not decay"; "" where locked."""
+        return "" if self.damping is None else _state(self.damping, bool(self.stable))
+
+
+@dataclass(frozen=True)
 class Stability:
     """The linear verdict on both directions of motion.
+
+    Of both directions friction counts as constant in speed; of a turning shaft ``shaft``
+    decides, the only steady sliding that exists there.
 
     stable        : sliding decays in every direction that exists
     margin_eta    : the smaller margin of the two directions, in eta; None if not defined
@@ -100,6 +126,7 @@ class Stability:
     kinetic_locking_angle, static_locking_angle
                   : of a wedge: the angles up to which its self-locking is "kinetic" and at
                     least "static", atan(mu_k) and atan(mu_s) [rad]; None for other brakes
+    shaft         : sliding at the speed of the shaft; None where the shaft does not turn
     """
 
     forward: DirectionStability
@@ -111,6 +138,7 @@ class Stability:
     verdict: str
     kinetic_locking_angle: float | None = None
     static_locking_angle: float | None = None
+    shaft: ShaftStability | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
@@ -124,6 +152,7 @@ class Stability:
             "verdict": self.verdict,
             "forward": self.forward.as_dict(),
             "backward": self.backward.as_dict(),
+            "shaft": self.shaft and asdict(self.shaft),
         }
 
 
@@ -131,7 +160,8 @@ def stability(system: BrakedDriveline) -> Stability:
     """Linear stability of a system that slides, in both directions (eqs. 8 to 13, 23 to 29).
 
     Friction counts with its kinetic coefficient, constant in speed: the slope of a falling
-    friction curve is not included, nor the release of the actuation.
+    friction curve is not included, nor the release of the actuation. Both are in ``shaft`` of
+    the answer, on sliding at the speed of a turning shaft.
 
     Raises ``InputError`` for what is no ``BrakedDriveline``.
     """
@@ -144,6 +174,7 @@ def stability(system: BrakedDriveline) -> Stability:
     margin_eta = min(etas) if etas else None
     margin_slope = min(slopes) if slopes else None
     locking = _self_locking(system)
+    shaft = _at_shaft(system)
     wedge = isinstance(system.brake, WedgeBrake)
     angles = [math.atan(one) if wedge else None for one in _locking_coefficients(system)]
     return Stability(
@@ -153,9 +184,10 @@ def stability(system: BrakedDriveline) -> Stability:
         margin_eta=margin_eta,
         margin_slope=margin_slope,
         self_locking=locking,
-        verdict=_verdict(system, forward, backward, stable, locking),
+        verdict=_verdict(system, (forward, backward), stable, locking, shaft),
         kinetic_locking_angle=angles[0],
         static_locking_angle=angles[1],
+        shaft=shaft,
     )
 
 
@@ -203,6 +235,18 @@ def _torque(system: BrakedDriveline, speed: float) -> float:
     assert isinstance(friction, SmoothFriction)  # noqa: S101 - the only other family
     gain = system.brake.amplification(friction.coefficient(radius * speed))
     return radius * system.actuation.force(speed) * gain
+
+
+def _at_shaft(system: BrakedDriveline) -> ShaftStability | None:
+    line = system.driveline
+    speed = line.drive_speed
+    if speed == 0.0:
+        return None
+    damping = damping_at(system, speed)
+    if math.isinf(damping):
+        return ShaftStability(speed=speed, locked=True)
+    stable = damping > 0.0 and line.stiffness > 0.0
+    return ShaftStability(speed=speed, locked=False, damping=damping, stable=stable)
 
 
 def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
@@ -286,10 +330,10 @@ def _locking_coefficients(system: BrakedDriveline) -> tuple[float, float]:
 
 def _verdict(
     system: BrakedDriveline,
-    forward: DirectionStability,
-    backward: DirectionStability,
+    directions: tuple[DirectionStability, DirectionStability],
     stable: bool,
     locking: str,
+    shaft: ShaftStability | None,
 ) -> str:
     words = []
     if locking == "kinetic":
@@ -302,26 +346,46 @@ def _verdict(
             "The brake locks itself at rest: no torque breaks it loose forwards, although it can"
             " slide forwards once moving."
         )
-    for name, one in (("forwards", forward), ("backwards", backward)):
-        if one.locked:
+    taken = "" if system.friction.constant else " with constant friction"
+    for name, one in zip(("forwards", "backwards"), directions, strict=True):
+        if one.damping is None:
             continue
         how = "oscillating" if one.oscillates else "without oscillation"
-        state = "decays" if one.stable else "does not decay"
-        if one.damping is not None and one.damping < 0.0:
-            state = "grows"
+        state = _state(one.damping, bool(one.stable))
         margin = ""
         if one.margin_eta is not None:
             margin = f", margin {one.margin_eta:+.4g} in eta"
         elif one.margin_slope is not None:
             margin = f", margin {one.margin_slope:+.4g} N s/rad in slope"
-        words.append(f"Sliding {name}: small vibration {state} ({how}{margin}).")
-    words.append("Linearly " + ("stable." if stable else "unstable."))
-    if not stable and system.actuation.release and math.isfinite(system.actuation.release_speed):
+        words.append(f"Sliding {name}{taken}: small vibration {state} ({how}{margin}).")
+    words.append(_conclusion(stable, taken, shaft))
+    grows = not stable if shaft is None else shaft.stable is False
+    if grows and system.actuation.release and math.isfinite(system.actuation.release_speed):
         words.append(
             "The release of the actuation bounds the vibration; see the simulation for what it"
             " becomes."
         )
     return " ".join(words)
+
+
+def _state(damping: float, stable: bool) -> str:
+    """What small vibration does, from its damping [N m s/rad] and whether it comes back."""
+    if damping < 0.0:
+        return "grows"
+    return "decays" if stable else "does not decay"
+
+
+def _conclusion(stable: bool, taken: str, shaft: ShaftStability | None) -> str:
+    """Linearly stable or not: with a turning shaft at its speed, the only steady sliding."""
+    if shaft is None:
+        return f"Linearly {'stable' if stable else 'unstable'}{taken}."
+    if shaft.damping is None:
+        return f"At the shaft's own speed, {shaft.speed:.6g} rad/s, the brake locks itself."
+    word = "stable" if shaft.stable else "unstable"
+    return (
+        f"Linearly {word} at the shaft's own speed, {shaft.speed:.6g} rad/s: damping"
+        f" {shaft.damping:.4g} N m s/rad, small vibration {shaft.state}."
+    )
 
 
 AXES = ("eta", "alpha", "kinetic", "loss_factor")

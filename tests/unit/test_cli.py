@@ -229,6 +229,22 @@ class TestWords:
         _, text, _ = run("stability", PAPER.with_name("conventional.toml"))
         assert "angle" not in text
 
+    @pytest.mark.parametrize("command", ["stability", "simulate"])
+    def test_of_friction_that_falls_on_a_turning_shaft(self, command, run):
+        law = 'kind = "tabulated"\nspeeds = [0.0, 1.0]\ncoefficients = [0.35, 0.25]'
+        text = PAPER.with_name("conventional.toml").read_text()
+        Path("falling.toml").write_text(text.replace('kind = "coulomb"\nkinetic = 0.30', law))
+        changes = ["slope=0", "initial_force=4000", "drive_speed=1"]
+        options = [text for change in changes for text in ("--set", change)]
+        _, text, _ = run(command, "falling.toml", *options)
+        assert "Linearly stable" not in text
+        assert "Linearly unstable at the shaft's own speed, 1 rad/s: damping -15.9 N m s" in text
+        _, text, _ = run(command, "falling.toml", *options, "--json")
+        answer = strict_json(text)
+        shaft = answer.get("stability", answer)["shaft"]
+        assert shaft["damping"] == pytest.approx(-15.9)
+        assert shaft["stable"] is False
+
     def test_torque_of_the_brake(self, run):
         study = wb.load_study(PAPER)
         response = wb.simulate(study.system, **study.run.arguments())

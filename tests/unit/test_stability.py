@@ -226,3 +226,56 @@ def test_a_table_locks_only_where_friction_is_high():
     assert np.isfinite(damping_at(system, 6.0))
     higher = wb.TabulatedFriction(speeds=(0.0, 1.0), coefficients=(0.5, 0.4))
     assert wb.stability(wb.paper.system().replace(friction=higher)).self_locking == "kinetic"
+
+
+FALLING = wb.BrakedDriveline(
+    driveline=wb.Driveline(inertia=1.0, damping=0.5, stiffness=1e4, drive_speed=1.0),
+    brake=wb.ConventionalBrake(radius=0.2),
+    friction=wb.TabulatedFriction(speeds=(0.0, 1.0), coefficients=(0.35, 0.25)),
+    actuation=wb.Actuation(initial_force=4000.0),
+    excitation=wb.HarmonicTorque(amplitude=0.0, frequency=10.0),
+)
+
+
+def test_of_a_turning_shaft_the_sliding_at_its_speed_decides():
+    found = wb.stability(FALLING)
+    assert found.stable  # if friction were constant
+    assert found.shaft.damping == damping_at(FALLING, 1.0) == pytest.approx(-15.5)
+    assert not found.shaft.stable
+    assert found.as_dict()["shaft"] == {
+        "speed": 1.0, "locked": False, "damping": found.shaft.damping, "stable": False,
+    }  # fmt: skip
+    assert found.verdict.endswith(
+        " Linearly unstable at the shaft's own speed, 1 rad/s: damping -15.5 N m s/rad, small"
+        " vibration grows."
+    )
+    assert "Sliding forwards with constant friction: small vibration decays" in found.verdict
+    assert "Linearly stable" not in found.verdict
+    beyond = wb.stability(FALLING.replace(drive_speed=-6.0))  # past the table
+    assert beyond.shaft.stable
+    assert "Linearly stable at the shaft's own speed, -6 rad/s" in beyond.verdict
+    free = FALLING.replace(stiffness=0.0, drive_speed=6.0)
+    assert wb.stability(free).verdict.endswith("small vibration does not decay.")
+
+
+def test_of_a_turning_shaft_at_whose_speed_the_brake_locks():
+    found = wb.stability(wb.paper.system(alpha=0.9).replace(drive_speed=1.0))
+    assert found.shaft.locked
+    assert found.shaft.damping is None
+    assert found.verdict.endswith("At the shaft's own speed, 1 rad/s, the brake locks itself.")
+
+
+@pytest.mark.parametrize(
+    ("law", "taken"),
+    [
+        (FALLING.friction, " with constant friction"),
+        (wb.TabulatedFriction(speeds=(0.0, 1.0), coefficients=(0.3, 0.3)), ""),
+        (wb.CoulombFriction(kinetic=0.3, static=0.4), ""),
+        (wb.SmoothedFriction(kinetic=0.3, static=0.4), " with constant friction"),
+        (wb.SmoothedFriction(kinetic=0.3), ""),
+    ],
+)
+def test_without_a_turning_shaft_the_verdict_says_if_it_takes_friction_as_constant(law, taken):
+    found = wb.stability(FALLING.replace(friction=law, drive_speed=0.0))
+    assert found.shaft is None
+    assert found.verdict.endswith(f" Linearly stable{taken}.")

@@ -15,7 +15,7 @@ from wedgebrake.app.words import counted, duration, plain, signed, upper
 from wedgebrake.linear_stability import DirectionStability, damping_at
 from wedgebrake.measures.motion import Motion
 from wedgebrake.measures.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
-from wedgebrake.model.friction import SmoothedFriction, SmoothFriction, TabulatedFriction
+from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.plots.style import percent
 
 Tile = dict[str, str]
@@ -105,7 +105,7 @@ def _direction(desk: Desk, moment: Moment, one: DirectionStability) -> Tile:
             f" Its damping vanishes where the slope of the actuation force is"
             f" {plain(one.hopf_slope)} N s/rad{eta}; the margin is the distance from there."
         )
-    if not _constant(desk):
+    if not desk.system.friction.constant:
         hint += " Of the friction only the kinetic coefficient counts, not how it falls with speed."
     if state == "unstable":
         return _tile(name, title, state, detail, hint + _bound(desk, moment), "warn")
@@ -390,7 +390,7 @@ def _said_of_stability(desk: Desk, moment: Moment, tiles: list[Tile]) -> str:
         if tile["value"] == "does not exist":
             return "" if one.locked else "At the shaft's speed the brake locks itself."
         return f"Sliding at the shaft's speed is linearly {tile['value']}."
-    taken = "" if _constant(desk) else ", friction taken as constant"
+    taken = "" if desk.system.friction.constant else ", friction taken as constant"
     states = {_WAYS[one.direction]: _state(one) for one in both if not one.locked}
     for state in ("unstable", "neutral"):
         ways = [way for way, found in states.items() if found == state]
@@ -400,16 +400,6 @@ def _said_of_stability(desk: Desk, moment: Moment, tiles: list[Tile]) -> str:
     if len(states) < len(both):
         return "".join(f"Linearly stable {way}{taken}." for way in states)
     return f"Linearly stable{taken}."
-
-
-def _constant(desk: Desk) -> bool:
-    """Whether the kinetic coefficient is the same at all speeds."""
-    friction = desk.system.friction
-    if isinstance(friction, TabulatedFriction):
-        return len(set(friction.coefficients)) == 1
-    if isinstance(friction, SmoothedFriction):
-        return friction.static == friction.kinetic
-    return True
 
 
 def _said_of_motion(desk: Desk, moment: Moment) -> str:

@@ -50,6 +50,11 @@ class Friction(Part):
         """The kinetic coefficient that the normalised groups refer to [1]."""
         raise NotImplementedError
 
+    @property
+    def constant(self) -> bool:
+        """Whether the kinetic coefficient is known to be the same at all speeds."""
+        return False
+
 
 class SetValuedFriction(Friction):
     """A law that holds an interval of torque at rest."""
@@ -115,6 +120,11 @@ class CoulombFriction(SetValuedFriction):
     def reference(self) -> float:
         """The kinetic coefficient mu_k [1]."""
         return self.kinetic
+
+    @property
+    def constant(self) -> bool:
+        """True: one value at all speeds."""
+        return True
 
     def nodes(self) -> tuple[tuple[float, float], ...]:
         """One value at all speeds."""
@@ -184,6 +194,11 @@ class TabulatedFriction(SetValuedFriction):
         """The coefficient at vanishing speed [1]."""
         return self.coefficients[0]
 
+    @property
+    def constant(self) -> bool:
+        """Whether all values of the table are the same."""
+        return len(set(self.coefficients)) == 1
+
     def nodes(self) -> tuple[tuple[float, float], ...]:
         """The table."""
         return tuple(zip(self.speeds, self.coefficients, strict=True))
@@ -222,6 +237,11 @@ class SmoothedFriction(SmoothFriction):
     def reference(self) -> float:
         """The kinetic coefficient mu_k [1]."""
         return self.kinetic
+
+    @property
+    def constant(self) -> bool:
+        """Whether it has no static peak; the steep part about rest does not count."""
+        return self.static == self.kinetic
 
     @property
     def transition(self) -> float:
