@@ -251,7 +251,8 @@ class TestWords:
         torque = wb.brake_torque(response, 0.8 * response.attrs["final_time"])
         _, text, _ = run("simulate", PAPER)
         words = (
-            f"brake torque: {torque.mean_size:.4g} N m in the mean, {torque.peak:.4g} N m at most"
+            f"brake torque: mean {torque.mean:.4g} N m, mean size {torque.mean_size:.4g} N m, peak"
+            f" {torque.peak:.4g} N m"
         )
         assert words in text
         _, text, _ = run("simulate", PAPER, "--json")

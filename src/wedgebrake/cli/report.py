@@ -254,8 +254,10 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
         lines.append(f"  {report['message']}")
     torque = report["brake_torque"]
     if torque and math.isfinite(torque["peak"]):
-        mean, peak = torque["mean_size"], torque["peak"]
-        lines.append(f"  brake torque: {mean:.4g} N m in the mean, {peak:.4g} N m at most")
+        lines.append(
+            f"  brake torque: mean {torque['mean']:.4g} N m, mean size {torque['mean_size']:.4g} N m,"
+            f" peak {torque['peak']:.4g} N m"
+        )
     lines.append(f"  events: {events}")
     lines.append(
         f"  state at t = {final['time']:.6g} s: angle {final['angle']:.9g} rad,"
