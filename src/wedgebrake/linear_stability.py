@@ -362,8 +362,9 @@ def _verdict(
     grows = not stable if shaft is None else shaft.stable is False
     if grows and system.actuation.release and math.isfinite(system.actuation.release_speed):
         words.append(
-            "The release of the actuation bounds the vibration; see the simulation for what it"
-            " becomes."
+            "This is about small vibration about sliding; one that grows is bounded by the release"
+            f" of the actuation, at a sliding speed of {system.actuation.release_speed:.6g} rad/s,"
+            " if nothing bounds it before. The simulation tells what becomes of it."
         )
     return " ".join(words)
 

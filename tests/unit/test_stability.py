@@ -279,3 +279,15 @@ def test_without_a_turning_shaft_the_verdict_says_if_it_takes_friction_as_consta
     found = wb.stability(FALLING.replace(friction=law, drive_speed=0.0))
     assert found.shaft is None
     assert found.verdict.endswith(f" Linearly stable{taken}.")
+
+
+def test_the_release_is_said_with_its_speed_where_a_vibration_grows():
+    told = wb.stability(wb.paper.system()).verdict
+    assert "one that grows is bounded by the release of the actuation, at a sliding speed" in told
+    assert "of 7.5 rad/s, if nothing bounds it before." in told
+    for system in (wb.paper.system(release=False), wb.paper.system(eta=0.0)):
+        assert "release" not in wb.stability(system).verdict
+    # Beyond the release the brake adds nothing: what grows at slow sliding is not asked there.
+    turning = wb.stability(wb.paper.system().replace(drive_speed=10.0))
+    assert turning.shaft.stable
+    assert "release" not in turning.verdict
