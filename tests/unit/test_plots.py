@@ -187,6 +187,17 @@ def test_phase_portrait_marks_switching_and_release():
     assert "release" in words
 
 
+def test_phase_portrait_names_the_release_once_whichever_way_it_is_met():
+    system = wb.paper.system(F0=0.05)
+    response = wb.simulate(system, periods=60)
+    for sign in (1.0, -1.0):
+        figure = phase.phase(system, response)
+        axes = figure.axes[0]
+        axes.set_ylim(*sorted((0.0, sign * 8.0)))
+        handles = phase._draw_lines(axes, system)
+        assert [handle.get_label() for handle in handles].count("release") == 1
+
+
 def test_section_of_one_point_is_not_blown_up():
     """Rounding must not fill the picture: the limits stay in scale with the motion."""
     system = SYSTEMS["synchronous"]

@@ -99,13 +99,14 @@ def _draw_lines(axes: Axes, system: BrakedDriveline) -> list[Any]:
     for speed, colour, dashes, word in (
         (-drive, style.SWITCHING, (0, ()), name),
         (release - drive, style.RELEASE, (0, (5, 2)), "release"),
-        (-release - drive, style.RELEASE, (0, (5, 2)), ""),
+        (-release - drive, style.RELEASE, (0, (5, 2)), "release"),
     ):
         if low <= speed <= high:
             line = axes.axhline(
-                speed, color=colour, linewidth=0.6, linestyle=dashes, zorder=1.5, label=word or None
+                speed, color=colour, linewidth=0.6, linestyle=dashes, zorder=1.5, label=word
             )
-            if word:
+            # Of the two speeds of release one may lie outside: the first inside is named.
+            if word not in [handle.get_label() for handle in handles]:
                 handles.append(line)
     return handles
 
