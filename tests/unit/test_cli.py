@@ -272,6 +272,14 @@ class TestWords:
             (["periods=1", "samples_per_period=1"], "Response (exact)"),
             (["kinetic=0", "static=0", "slope=0"], "Non-stick-slip vibration"),
             (["amplitude=0"], "The brake holds the driveline at rest."),
+            (
+                ["amplitude=0", "slope=0", "initial=[0.1, 0.0]"],
+                "The brake holds the driveline, at rest from 0.8482 s.",
+            ),
+            (
+                ["amplitude=0", "slope=0", "initial=[0.1, 0.0]", "duration=1"],
+                "It ends at rest from 0.8482 s.",
+            ),
             (["amplitude=0", "drive_speed=3"], "No torque drives it: its periods are not counted."),
             (["amplitude=0", "drive_speed=3"], "rad/s, stuck "),
             (["periods=40"], "The run is too short to tell after how many periods it repeats."),

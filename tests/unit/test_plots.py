@@ -215,6 +215,21 @@ def test_section_takes_a_response_or_points(response):
         section.section(response.drop_vars(["poincare_angle"]))
 
 
+def test_overview_of_a_free_vibration_shows_it_from_its_start():
+    machine = wb.paper.system(brake="conventional", eta=0.0)
+    for torque, turning, whole in ((0.0, 0.0, True), (500.0, 0.0, False), (0.0, 30.0, True)):
+        system = machine.replace(amplitude=torque, drive_speed=turning, damping=2.0)
+        response = wb.simulate(system, initial=(0.1, 0.0), periods=60)
+        figure = overview(system, response)
+        first = [figure.axes[0].lines[1].get_xdata()[0], figure.axes[1].lines[0].get_xdata()[0]]
+        assert (first == [0.0, 0.1]) == whole
+        assert ("a to d: all of it" in figure.get_suptitle()) == whole
+    # A turning shaft that keeps it vibrating: what lasts, as with a torque.
+    system = wb.paper.system().replace(amplitude=0.0, drive_speed=1.0)
+    figure = overview(system, wb.simulate(system, periods=60))
+    assert "all of it" not in figure.get_suptitle()
+
+
 @pytest.mark.parametrize("torque", [0.0, 500.0])
 def test_section_says_where_no_torque_acts(torque):
     system = SYSTEMS["turning shaft"].replace(amplitude=torque)

@@ -14,6 +14,7 @@ import numpy as np
 
 from wedgebrake.errors import InputError
 from wedgebrake.linear_stability import DirectionStability, ShaftStability, Stability, stability
+from wedgebrake.measures.sticking import AT_REST, span
 from wedgebrake.measures.torque import brake_torque
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.groups import SETTERS
@@ -173,6 +174,7 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
     driven = report["system"]["excitation"]["amplitude"] > 0.0
     report["brake_torque"] = _torque(response, steady_from)
     repeats = repetition(response) if driven else None
+    report["rest_from"] = _rest_from(report, response)
     report["repeats_after"] = repeats and {"periods": repeats[0], "distance": repeats[1]}
     report["summary"] = summary(report, response)
     return report
@@ -184,6 +186,17 @@ def _torque(response: xr.Dataset, start: float) -> dict[str, float] | None:
         return asdict(brake_torque(response, start))
     except InputError:
         return None
+
+
+def _rest_from(report: dict[str, Any], response: xr.Dataset) -> float | None:
+    """When the rest began that lasts for good [s]; None where it goes on to move."""
+    machine = report["system"]
+    exits = response["stick_exit"].values
+    # A torque breaks most rests again: one that it left alone for the last fifth of a run lasts.
+    lasts = report["stick_slip_class"] == AT_REST or machine["excitation"]["amplitude"] == 0.0
+    if machine["driveline"]["drive_speed"] != 0.0 or not (lasts and exits.size and exits[-1] == 0):
+        return None
+    return float(response["stick_start"].values[-1])
 
 
 def _longest(response: xr.Dataset) -> int:
@@ -217,8 +230,10 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
     late = response["velocity"].values[response["time"].values >= report["steady_from"]]
     late = np.append(late, report["final"]["velocity"])  # samples may be too few to have one
     kind = str(report["stick_slip_class"])
-    if kind == "at rest":
-        return "The brake holds the driveline at rest."
+    begun = report["rest_from"]
+    since = "" if begun is None or begun == span(response)[0] else f"at rest from {begun:.4g} s"
+    if kind == AT_REST:
+        return f"The brake holds the driveline{since and ','} {since or 'at rest'}."
     words = f"{kind[0].upper()}{kind[1:]} vibration, velocity between {late.min():.4g} and"
     words += f" {late.max():.4g} rad/s,"
     # A brake that sticks to a turning shaft is not at rest.
@@ -229,6 +244,7 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
         words += f" (of the last {report['final']['time'] - report['steady_from']:.3g} s)"
     words += "."
     if report["system"]["excitation"]["amplitude"] == 0.0:
+        words += f" It ends {since}." if since else ""
         return words + " No torque drives it: its periods are not counted."
     repeats = report["repeats_after"]
     if repeats is None and looked < _LONGEST:
@@ -254,10 +270,9 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
         lines.append(f"  {report['message']}")
     torque = report["brake_torque"]
     if torque and math.isfinite(torque["peak"]):
-        lines.append(
-            f"  brake torque: mean {torque['mean']:.4g} N m, mean size {torque['mean_size']:.4g} N m,"
-            f" peak {torque['peak']:.4g} N m"
-        )
+        words = ("mean", "mean size", "peak")
+        sizes = (f"{word} {torque[word.replace(' ', '_')]:.4g} N m" for word in words)
+        lines.append(f"  brake torque: {', '.join(sizes)}")
     lines.append(f"  events: {events}")
     lines.append(
         f"  state at t = {final['time']:.6g} s: angle {final['angle']:.9g} rad,"
