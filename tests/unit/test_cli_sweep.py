@@ -348,7 +348,8 @@ class TestWords:
     def test_of_a_map(self, run):
         _, text, _ = run("sweep", PAPER, *MAP)
         assert "Wedge brake, Coulomb friction: f = 0.63, alpha = 1.18\n" in text
-        assert "Swept: F0 from 0.01 to 0.2, 3 values" in text
+        assert "Swept: F0 from 0.01 to 0.2, 3 values (" in text
+        assert "F_a0 mu_k R / T_e; sets amplitude)\n" in text
         assert re.search(r"sliding is stable at 25 % of the points", text)
         assert "Along" not in text
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.cli.report import describe
+from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
 
 # Lines that a reader takes in at a glance.
@@ -46,9 +47,10 @@ def _swept(report: dict[str, Any]) -> list[str]:
         low, high = values.min(), values.max()
         unit = "" if unit in ("1", "-") else f" {unit}"
         many = f"{len(values)} values" if len(values) > 1 else "one value"
-        lines.append(
-            f"Swept: {name} from {low:.6g} to {high:.6g}{unit}, {many} ({axis['meaning']})"
-        )
+        meaning = axis["meaning"]
+        if name in SETTERS:  # what is called a force may change the torque: F0
+            meaning += f"; sets {SETTERS[name].target}"
+        lines.append(f"Swept: {name} from {low:.6g} to {high:.6g}{unit}, {many} ({meaning})")
     return lines
 
 
