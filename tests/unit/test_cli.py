@@ -299,6 +299,20 @@ class TestWords:
         assert status == 0
         strict_json(text)
 
+    def test_what_counts_as_rest_with_smooth_friction(self, run):
+        words = (
+            "a smoothed brake never rests: as stick, and as rest, counts |sliding speed| below"
+            " 0.02 m/s (0.1 rad/s) for longer than 1 % of a torque period"
+        )
+        law = 'kind = "smoothed"\nsteepness = 50'
+        Path("s.toml").write_text(PAPER.read_text().replace('kind = "coulomb"', law))
+        for method in ("smooth", "ode14x"):
+            _, text, _ = run("simulate", "s.toml", *SHORT, "--method", method)
+            assert words in text
+        for study, change in ((PAPER, "eta=-24"), ("s.toml", "F0=0.0001")):
+            _, text, _ = run("simulate", study, *SHORT, "--set", change)
+            assert "never rests" not in text
+
     def test_of_few_smooth_samples(self, run):
         """Even where no sample lies in the steady motion."""
         text = PAPER.read_text().replace('"coulomb"', '"smoothed"')

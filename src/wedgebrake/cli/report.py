@@ -17,8 +17,10 @@ from wedgebrake.linear_stability import DirectionStability, ShaftStability, Stab
 from wedgebrake.measures.sticking import AT_REST, span
 from wedgebrake.measures.torque import brake_torque
 from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.sticks import SHORTEST_STICK
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -256,6 +258,16 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
     return words + (f" (to {distance:.0e})." if distance > 1e-6 else ".")
 
 
+def _layer_line(system: BrakedDriveline, friction: SmoothFriction) -> str:
+    """What counts as rest with a smooth law, which has none (docs/theory.md, section 6)."""
+    speed = friction.transition
+    return (
+        f"  a smoothed brake never rests: as stick, and as rest, counts |sliding speed| below"
+        f" {speed:.4g} m/s ({speed / system.brake.radius:.4g} rad/s) for longer than"
+        f" {100 * SHORTEST_STICK:g} % of a torque period"
+    )
+
+
 def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     """The response for a person."""
     final = report["final"]
@@ -268,6 +280,8 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     ]
     if report["status"] == "completed":  # else the summary has said it
         lines.append(f"  {report['message']}")
+    if isinstance(system.friction, SmoothFriction) and report["stick_share"] > 0.0:
+        lines.append(_layer_line(system, system.friction))
     torque = report["brake_torque"]
     if torque and math.isfinite(torque["peak"]):
         words = ("mean", "mean size", "peak")
