@@ -579,7 +579,15 @@ ARGUMENTS: dict[str, tuple[list[str], list[str]]] = {
     ),
     "set a kind": (
         ["stability", "ok.toml", "--set", "kind=band"],
-        ["--set kind=band", "study file"],
+        ["--set kind=band", "Edit a copy of the study file", "[brake] 'band'", "[friction] 'coul"],
+    ),
+    "set a kind with its table": (
+        ["stability", "ok.toml", "--set", "brake.kind=leading-shoe"],
+        [
+            "--set brake.kind=leading-shoe: another kind",
+            "Edit a copy of the study file",
+            "[brake] 'band', 'conventional', 'leading-shoe', 'wedge'.\n",
+        ],
     ),
     "set with table": (
         ["stability", "ok.toml", "--set", "driveline.inertia=2"],

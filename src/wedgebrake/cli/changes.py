@@ -9,6 +9,7 @@ from typing import Any
 from wedgebrake.errors import InputError
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import PARTS
+from wedgebrake.model.tables import CHOSEN
 
 _TABLES = (*PARTS, "groups", "run", "sweep")
 # A parameter of each table that can be set.
@@ -43,10 +44,15 @@ def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
 def _check_name(text: str, name: str) -> None:
     """Refuse whole tables, and names with their table, which are not needed."""
     table, dot, rest = name.partition(".")
-    if name == "kind":
+    if "kind" in (name, rest):
+        kinds = (
+            f"[{one}] {', '.join(map(repr, sorted(CHOSEN[one])))}"
+            for one in CHOSEN
+            if one == table or table not in CHOSEN
+        )
         raise InputError(
-            f"--set {short(text)}: the kind of brake or friction, and with it their parameters,"
-            " are set in the study file. Edit a copy of it."
+            f"--set {short(text)}: another kind has other parameters, so that it cannot be set"
+            f" alone. Edit a copy of the study file, kind and parameters: {'; '.join(kinds)}."
         )
     if table == "sweep":
         raise InputError(
