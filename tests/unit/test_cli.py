@@ -108,7 +108,8 @@ class TestSimulateJson:
         assert set(answer) == {
             "wedgebrake", "versions", "system", "groups", "method", "options", "status",
             "message", "final", "stability", "steady_from", "stick_slip_class", "stick_share",
-            "brake_torque", "events", "sticks", "poincare", "repeats_after", "summary",
+            "brake_torque", "events", "sticks", "poincare", "rest_from", "repeats_after",
+            "summary",
         }  # fmt: skip
         assert answer["wedgebrake"] == wb.__version__
         assert answer["versions"] == {
