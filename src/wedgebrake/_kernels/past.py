@@ -43,6 +43,7 @@ from .trace import traced
 
 # A series of deviations gets along with half of what the motion's does: its law is the slope.
 PARTS = 2
+# Steps side by side: half of the lanes of a motion, as each step has twice the numbers.
 WIDTH = 4
 
 _X, _WEIGHT = np.polynomial.legendre.leggauss(4)
@@ -202,8 +203,8 @@ def _again(plant, law, side, t, theta, w, rest, rtol, matrix):
         inputs[LONGEST, 0] = min(size, rest)
         expand_lanes(inputs, outputs)
         size, lost = inputs[LONGEST, 0], outputs[_LAST, 0]
-        # Up to a hundredth of a part too small is passed over.
         following = size * min(2.0, 0.9 * (rtol / (lost + 1e-300)) ** (1.0 / ORDER))
+        # What asks for more than a hundredth of the way is rounding: gone all the same.
         if lost > rtol and size > 0.01 * rest:
             size = max(following, 0.01 * rest)
             continue
