@@ -765,10 +765,8 @@ class TestMap:
             eta=np.linspace(-60.0, 12.0, 1000), F0=forces if spacing == "even" else forces**2
         )
         dataset["motion"][...] = rng.integers(0, 7, (1000, 1000))
-        begin = time.process_time()
         figure = plot(dataset)
         path = save(figure, tmp_path / "map.png")
-        assert time.process_time() - begin < 3.0
         assert path.stat().st_size < 3e6
         assert save(figure, tmp_path / "map.pdf").stat().st_size < 3e6
 

@@ -350,3 +350,40 @@ def test_rest_that_ends_tangentially_is_not_prolonged():
     assert r.attrs["status"] == "completed"
     pull = r.drive_torque - 20.085536923187664 * r.angle
     assert float(abs(pull.where(r.sticking == 1, 0.0)).max()) < 1e-11
+
+
+@pytest.mark.parametrize("friction", ["coulomb", "smoothed"])
+@pytest.mark.parametrize(
+    ("speed", "torque", "ends"),
+    [
+        (1.0, 100.0, "no_forward_solution"),
+        (1.0, 0.0, "no_forward_solution"),
+        (-1.0, 100.0, "completed"),  # backwards the brake holds a finite torque
+    ],
+)
+def test_a_self_locking_brake_on_a_turning_shaft_rests_for_ever(friction, speed, torque, ends):
+    """mu_k < tan(alpha) < mu_s: at rest no torque of the winding spring breaks it loose."""
+    law = {
+        "coulomb": wb.CoulombFriction(kinetic=0.3, static=0.4),
+        "smoothed": wb.SmoothedFriction(kinetic=0.3, static=0.4),
+    }[friction]
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4, drive_speed=speed),
+        brake=wb.WedgeBrake(angle=math.atan(0.35), radius=0.2),
+        friction=law,
+        actuation=wb.Actuation(initial_force=300.0, slope=-0.5),
+        excitation=wb.HarmonicTorque(amplitude=torque, frequency=10.0),
+    )
+    start = (0.0, -speed)  # at rest relative to the brake
+    response = wb.simulate(system, periods=40, initial=start)
+    assert response.attrs["status"] == ends
+    answer = wb.motion(system, 30, transient=20, initial=start)
+    swept = wb.sweep(system, inertia=[1.0], initial=start, periods=30, transient=20)
+    meanings = swept["motion"].attrs["flag_meanings"].split()
+    at = list(swept["motion"].attrs["flag_values"]).index(int(swept["motion"][0]))
+    locked = ends == "no_forward_solution"
+    assert (answer.kind == "self-locked") == locked == (meanings[at] == "self_locked")
+    if locked:
+        # Long before 40 periods have wound up the spring.
+        assert float(response["time"][-1]) <= 0.1
+        assert math.isnan(answer.stick_share)

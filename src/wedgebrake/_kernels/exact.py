@@ -60,6 +60,20 @@ def _start(bounds, table, w2, f, theta, w, sine):
 
 
 @compiled
+def _winds_for_ever(amplitude, stiffness, damping, lower, upper, theta, w_rest):
+    """Whether a rest on a turning shaft never ends: the torque moves away from a finite limit.
+
+    The spring's torque -k theta goes towards a limit that the self-locking brake does not have,
+    and has left the other one behind by more than the amplitude of the drive.
+    """
+    rate = -stiffness * w_rest
+    pull = -damping * w_rest - stiffness * theta
+    if rate > 0.0:
+        return upper == math.inf and pull - amplitude > lower
+    return rate < 0.0 and lower == -math.inf and pull + amplitude < upper
+
+
+@compiled
 def run(
     inertia,
     damping,
@@ -165,6 +179,8 @@ def run(
 
         arrived = False
         if piece == REST:
+            if _winds_for_ever(amplitude, stiffness, damping, lower, upper, theta, w_rest):
+                return NO_SLIDING, period, t, theta, w, events, rows, evaluations
             what, t, theta = hold(
                 amplitude, omega, stiffness, damping, lower - room, upper + room, t, t_end,
                 theta, w_rest,

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Law = Callable[[float, Sequence[float]], float]
 
+# Share of a speed within which it lies on a corner.
+CORNER = 1e-9
+
 
 def half(
     law: Law,
@@ -62,6 +65,15 @@ def half(
         out[pieces, 0], out[pieces, 1], out[pieces, 2] = release, 0.0, 0.0
         pieces += 1
     return pieces
+
+
+def pieces_about(bounds: FloatArray, at: float, near: float) -> tuple[int, int]:
+    """First and last of the pieces between ascending ``bounds`` that meet ``at``, give or take."""
+    first, last = 0, 0
+    for bound in bounds:
+        first += bound < at - near
+        last += bound < at + near
+    return first, last
 
 
 def holding(

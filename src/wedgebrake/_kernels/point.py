@@ -25,6 +25,7 @@ from .codes import (
 from .compiling import compiled
 from .exact import run
 from .flow import BLOCKED, G2, KIND
+from .lines import CORNER, pieces_about
 from .motion import ROUNDING, SETTLED, classify, distance, farthest, mean_growth
 from .tangent import carry, split
 
@@ -56,6 +57,8 @@ COLUMNS = 21
 
 # Growth of the logarithm of a deviation in a period of the orbit that is no rounding.
 _UNSTABLE = 1e-6
+
+_pieces_about = compiled(pieces_about)
 
 # Periods of the first window of an automatic transient; each next one is twice as long.
 _FIRST = 64
@@ -191,12 +194,23 @@ def _stick_class(tally, resting):
 
 @compiled
 def _sliding_damping(problem):
-    """Damping of sliding next to rest, the smaller of both directions; inf if both lock."""
-    inertia, table, zero = problem[0], problem[7], problem[8]
+    """Damping of steady sliding as ``linear_stability`` defines it; inf where none exists.
+
+    At the speed of a turning shaft (w = 0); next to rest the smaller of both directions.
+    """
+    inertia, bounds, table, zero, w_rest = (
+        problem[0], problem[5], problem[7], problem[8], problem[11],
+    )  # fmt: skip
+    turns = w_rest != 0.0
+    first, last = zero - 1, zero
+    if turns:
+        first, last = _pieces_about(bounds, 0.0, CORNER * abs(w_rest))
     least = math.inf
-    for piece in (zero - 1, zero):
+    for piece in range(first, last + 1):
         if table[piece, KIND] != BLOCKED:
             least = min(least, table[piece, G2] * inertia)
+        elif turns:
+            return math.inf
     return least
 
 

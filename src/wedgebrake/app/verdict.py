@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.app.desk import Desk
 from wedgebrake.app.moment import Moment
 from wedgebrake.app.words import counted, duration, plain, signed, upper
-from wedgebrake.linear_stability import DirectionStability, damping_at
+from wedgebrake.linear_stability import DirectionStability
 from wedgebrake.measures.motion import Motion
 from wedgebrake.measures.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
 from wedgebrake.model.friction import SmoothFriction
@@ -25,8 +25,6 @@ _TONES = ("neutral", "good", "warn", "bad")
 _WAYS = {1: "forwards", -1: "backwards"}
 # A multiplier so close to 1 neither fades nor grows, for an eye.
 _SLOW = 1e-9
-# Dampings that differ by less of the larger one are the same.
-_SAME = 1e-6
 # Without a torque: samples to see a motion by, a velocity that is steady against the largest,
 # and the change between two halves that is seen.
 _SEEN, _STEADY, _CHANGE = 16, 1e-6, 2e-3
@@ -34,7 +32,7 @@ _SEEN, _STEADY, _CHANGE = 16, 1e-6, 2e-3
 _FEW, _ALL = 8.0, 1.0 - 1e-9
 _STUCK = (
     "The brake sticks to the shaft all the time and is carried along; the spring winds up until its"
-    " torque breaks the brake loose, or for ever where the brake locks itself at rest."
+    " torque breaks the brake loose."
 )
 # A mean torque below this share of the peak is zero.
 _ROUNDING = 1e-9
@@ -61,7 +59,7 @@ def verdict(desk: Desk, moment: Moment) -> dict[str, Any]:
     tone = max((tile["tone"] for tile in tiles), key=_TONES.index)
     sentences = [
         _said_of_locking(moment),
-        _said_of_stability(desk, moment, tiles[:2]),
+        _said_of_stability(desk, moment),
         _said_of_motion(desk, moment),
         _said_of_settling(desk, moment),
     ]
@@ -83,14 +81,20 @@ def _direction(desk: Desk, moment: Moment, one: DirectionStability) -> Tile:
     """Linear stability of sliding in one direction, with its margin."""
     way = _WAYS[one.direction]
     name, title = way.removesuffix("s"), f"Sliding {way}"
-    at_shaft = _at_shaft(desk, one)
-    if at_shaft is not None:
-        return _sliding_with_shaft(desk, name, title, at_shaft)
+    turns = desk.system.driveline.drive_speed != 0.0
+    if one.speed is None:
+        hint = f"The shaft turns the other way, so that the brake does not slide steadily {way}."
+        return _tile(name, title, "does not exist", "the shaft turns back", hint, "neutral")
+    where = f" at the speed of the shaft, {plain(one.speed)} rad/s" if turns else ""
     if one.locked:
-        hint = f"The brake locks itself {way}: there is no sliding whose stability one could ask."
-        return _tile(name, title, "does not exist", "the brake locks", hint, "neutral")
+        hint = f"The brake locks itself {way}{where}: steady sliding does not exist."
+        detail = "the brake locks at Ω" if turns else "the brake locks"
+        return _tile(name, title, "does not exist", detail, hint, "neutral")
     state = _state(one)
-    if one.margin_eta is not None:
+    damping = one.damping or 0.0
+    if turns:
+        detail = f"{signed(damping)} N m s/rad at Ω"
+    elif one.margin_eta is not None:
         detail = f"margin {signed(one.margin_eta)} in η"
     elif one.margin_slope is not None:
         detail = f"margin {signed(one.margin_slope)} N s/rad"
@@ -98,50 +102,18 @@ def _direction(desk: Desk, moment: Moment, one: DirectionStability) -> Tile:
         detail = "no friction, any slope"
     how = "oscillating" if one.oscillates else "without oscillation"
     does = {"stable": "decays", "unstable": "grows"}.get(state, "neither decays nor grows")
-    hint = f"Small vibration about steady sliding {way} {does}, {how}."
+    hint = (
+        f"Small vibration about steady sliding {way}{where} {does}, {how}: its damping is"
+        f" {plain(damping)} N m s/rad."
+    )
     if one.hopf_slope is not None:
         eta = "" if one.hopf_eta is None else f", η = {plain(one.hopf_eta)}"
         hint += (
             f" Its damping vanishes where the slope of the actuation force is"
             f" {plain(one.hopf_slope)} N s/rad{eta}; the margin is the distance from there."
         )
-    if not desk.system.friction.constant:
-        hint += " Of the friction only the kinetic coefficient counts, not how it falls with speed."
     if state == "unstable":
         return _tile(name, title, state, detail, hint + _bound(desk, moment), "warn")
-    return _tile(name, title, state, detail, hint, "good" if state == "stable" else "neutral")
-
-
-def _at_shaft(desk: Desk, one: DirectionStability) -> float | None:
-    """Damping of sliding at the speed of the shaft, where it is not that of the linear verdict.
-
-    Friction that varies with speed, or the release, makes it another one; infinite: locked.
-    """
-    speed = desk.system.driveline.drive_speed
-    if speed * one.direction <= 0.0:
-        return None
-    damping = damping_at(desk.system, speed)
-    if one.damping is None or math.isinf(damping):
-        return None if one.damping is None and math.isinf(damping) else damping
-    scale = max(abs(damping), abs(one.damping), desk.system.driveline.damping)
-    return damping if abs(damping - one.damping) > _SAME * scale else None
-
-
-def _sliding_with_shaft(desk: Desk, name: str, title: str, damping: float) -> Tile:
-    """Stability of steady sliding at the speed of the shaft, with all that varies with speed."""
-    speed = desk.system.driveline.drive_speed
-    if math.isinf(damping):
-        hint = f"At the speed of the shaft, {plain(speed)} rad/s, the brake locks itself."
-        return _tile(name, title, "does not exist", "the brake locks at Ω", hint, "neutral")
-    hint = (
-        f"Small vibration about steady sliding at the speed of the shaft, {plain(speed)} rad/s:"
-        f" its damping, with how friction varies with speed, is {plain(damping)} N m s/rad."
-    )
-    detail = f"{signed(damping)} N m s/rad at Ω"
-    if damping < 0.0:
-        hint += " It grows until something bounds it, as a rule sticking."
-        return _tile(name, title, "unstable", detail, hint, "warn")
-    state = "stable" if damping > 0.0 and desk.system.driveline.stiffness > 0.0 else "neutral"
     return _tile(name, title, state, detail, hint, "good" if state == "stable" else "neutral")
 
 
@@ -248,7 +220,7 @@ def _undriven(desk: Desk, moment: Moment) -> tuple[str, str, str, str] | None:
             change = "lasts"
     said = ", ".join(one for one in (hertz.strip(), change) if one)
     sticks = moment.motion.stick_class != NON_STICK_SLIP
-    fed = line.drive_speed != 0.0 and damping_at(desk.system, line.drive_speed) < 0.0
+    fed = line.drive_speed != 0.0 and moment.stability.damping < 0.0
     if sticks or fed or change == "growing":
         return "self-excited", said, f"Vibrates by itself{hertz}, without a torque", "warn"
     if change == "shrinking":
@@ -275,7 +247,7 @@ def _evidence(moment: Moment) -> str:
         "quasi-periodic": "never quite repeats",
         "at rest": "the brake holds",
         "diverged": "grows without bound",
-        "self-locked": "locked while sliding",
+        "self-locked": "slides no more",
     }
     if motion.kind in words:
         return words[motion.kind]
@@ -368,7 +340,7 @@ def _share(desk: Desk, motion: Motion) -> Tile:
 _ENDS = {
     "at rest": "Stays at rest: the brake holds.",
     "diverged": "Grows without bound: let the brake release, or make the slope less negative.",
-    "self-locked": "Locked itself while sliding: lower the friction, or change the brake.",
+    "self-locked": "Locks itself: lower the friction, or change the brake.",
 }
 
 
@@ -379,33 +351,30 @@ def _said_of_locking(moment: Moment) -> str:
     }.get(moment.stability.self_locking, "")
 
 
-def _said_of_stability(desk: Desk, moment: Moment, tiles: list[Tile]) -> str:
+def _said_of_stability(desk: Desk, moment: Moment) -> str:
     both = (moment.stability.forward, moment.stability.backward)
-    speed = desk.system.driveline.drive_speed
-    if speed != 0.0:
-        # Steady sliding exists one way alone: that of the shaft.
-        one, tile = next(
-            (one, tile) for one, tile in zip(both, tiles, strict=True) if one.direction * speed > 0
-        )
-        if tile["value"] == "does not exist":
-            return "" if one.locked else "At the shaft's speed the brake locks itself."
-        return f"Sliding at the shaft's speed is linearly {tile['value']}."
-    taken = "" if desk.system.friction.constant else ", friction taken as constant"
+    if desk.system.driveline.drive_speed != 0.0:
+        if moment.stability.self_locking == "kinetic":
+            return ""
+        one = next(one for one in both if one.speed is not None)
+        if one.locked:
+            return "At the shaft's speed the brake locks itself."
+        return f"Sliding at the shaft's speed is linearly {_state(one)}."
     states = {_WAYS[one.direction]: _state(one) for one in both if not one.locked}
     for state in ("unstable", "neutral"):
         ways = [way for way, found in states.items() if found == state]
         if ways:
             where = "both ways" if len(ways) == len(both) else ways[0]
-            return f"Linearly {state} {where}{taken}."
+            return f"Linearly {state} {where}."
     if len(states) < len(both):
-        return "".join(f"Linearly stable {way}{taken}." for way in states)
-    return f"Linearly stable{taken}."
+        return "".join(f"Linearly stable {way}." for way in states)
+    return "Linearly stable."
 
 
 def _said_of_motion(desk: Desk, moment: Moment) -> str:
     motion = moment.motion
     if _stuck(desk, motion):
-        return "Stuck to the turning shaft: nothing breaks the brake loose."
+        return "Stuck to the turning shaft throughout the run."
     alone = _undriven(desk, moment)
     if alone is not None:
         return f"{alone[2]}{_said_of_sticks(motion)}."

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.errors import InputError
-from wedgebrake.linear_stability import DirectionStability, ShaftStability, Stability, stability
+from wedgebrake.linear_stability import DirectionStability, Stability, stability
 from wedgebrake.measures.sticking import AT_REST, span
 from wedgebrake.measures.torque import brake_torque
 from wedgebrake.model.brakes import WedgeBrake
@@ -53,10 +53,8 @@ def stability_text(system: BrakedDriveline, verdict: Stability) -> str:
     """The linear verdict for a person."""
     lines = [describe(system), "", f"Linear stability: {verdict.verdict}"]
     for name, one in (("forwards", verdict.forward), ("backwards", verdict.backward)):
-        lines.append("")
-        lines.extend(_direction_lines(name, one, constant=system.friction.constant))
-    if verdict.shaft is not None:
-        lines += ["", *_shaft_lines(verdict.shaft)]
+        if one.speed is not None:
+            lines += ["", *_direction_lines(name, one)]
     return "\n".join([*lines, *_angle_lines(system, verdict)])
 
 
@@ -81,21 +79,13 @@ def _angle_lines(system: BrakedDriveline, verdict: Stability) -> list[str]:
     return lines
 
 
-def _shaft_lines(shaft: ShaftStability) -> list[str]:
-    """Of a turning shaft: sliding at its speed, with all that varies with speed."""
-    name = f"Sliding at the shaft's own speed, {shaft.speed:.6g} rad/s:"
-    if shaft.damping is None:
-        return [f"{name} does not exist (self-locking)."]
-    damping = f"  damping      {shaft.damping:.6g} N m s/rad: small vibration {shaft.state}"
-    return [name, damping]
-
-
-def _direction_lines(name: str, one: DirectionStability, *, constant: bool) -> list[str]:
+def _direction_lines(name: str, one: DirectionStability) -> list[str]:
+    at = f" at {one.speed:.6g} rad/s" if one.speed else ""
     if one.locked or one.eigenvalues is None:
-        return [f"Sliding {name}: does not exist (self-locking)."]
+        return [f"Sliding {name}{at}: does not exist (self-locking)."]
     roots = ", ".join(f"{value.real:.6g}{value.imag:+.6g}i" for value in one.eigenvalues)
-    taken = "" if constant else " with constant friction"
-    lines = [f"Sliding {name}{taken}:", f"  damping      {one.damping:.6g} N m s/rad"]
+    lines = [f"Sliding {name}{at}:"]
+    lines.append(f"  damping      {one.damping:.6g} N m s/rad: small vibration {one.state}")
     lines.append(f"  eigenvalues  {roots} 1/s")
     for label, stem in (
         ("Hopf", "hopf"),

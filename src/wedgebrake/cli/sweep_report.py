@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.cli.report import versions
 from wedgebrake.cli.sweeping import Outcome
-from wedgebrake.linear_stability import stability
+from wedgebrake.linear_stability import sliding_damping
 from wedgebrake.measures.classes import MotionClass, StickClass, motion_word
 from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
@@ -182,12 +182,6 @@ def _limits(
         low, high = float(values[i]), float(values[i + 1])
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            side = _decays(system.replace(**{name: middle}))
+            side = sliding_damping(system.replace(**{name: middle})) > 0.0
             low, high = (middle, high) if side == stable[i] else (low, middle)
         yield {"value": 0.5 * (low + high), "stable": "above" if stable[i + 1] else "below"}
-
-
-def _decays(system: BrakedDriveline) -> bool:
-    verdict = stability(system)
-    dampings = [one.damping for one in (verdict.forward, verdict.backward)]
-    return all(damping > 0.0 for damping in dampings if damping is not None)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake._kernels import codes, exact, motion, point, smooth_tally, tally
-from wedgebrake.linear_stability import stability
+from wedgebrake.linear_stability import sliding_damping
 from wedgebrake.measures.energy import energy
 from wedgebrake.measures.protocol import Protocol
 from wedgebrake.measures.sticking import sticks
@@ -117,8 +117,10 @@ class _Run:
     def judged(self) -> tuple[FloatArray, FloatArray]:
         """The answer and the record."""
         protocol = self.protocol
-        verdict = self._settle() if protocol.automatic else None
-        if protocol.first:
+        verdict = None
+        if self.status is Status.COMPLETED:
+            verdict = self._settle() if protocol.automatic else None
+        if self.status is Status.COMPLETED and protocol.first:
             self._advance(protocol.first)
         begin = self.points.shape[0] - 1
         if self.status is Status.COMPLETED:
@@ -129,7 +131,7 @@ class _Run:
         answer[point.EVENTS] = self.work
         answer[point.FINAL_THETA], answer[point.FINAL_W] = self.state
         answer[point.TRANSIENT], answer[point.JUDGED] = begin, 0.0
-        answer[point.SLIDING_DAMPING] = _sliding_damping(self.system)
+        answer[point.SLIDING_DAMPING] = sliding_damping(self.system)
         if self.status is not Status.COMPLETED:
             answer[point.ORDER] = 0.0
             return answer, record if record.shape[0] > 1 else record[:0]
@@ -222,6 +224,8 @@ class _Smooth(_Run):
 
         super().__init__(system, initial, method, protocol)
         self.given = smooth.problem(system, protocol.rtol, *initial)
+        if smooth.winds_for_ever(system, initial[1]):
+            self.status = Status.NO_FORWARD_SOLUTION
         self.advance, self.no_sums = smooth_periods.advance, smooth_periods.no_sums
         self.begun = begun
         self.length = 1.0 / system.excitation.frequency
@@ -425,10 +429,3 @@ _ENDS = {
     Status.EVENT_LIMIT: (codes.EVENT_LIMIT, codes.UNDECIDED),
     Status.STEP_LIMIT: (codes.STEP_LIMIT, codes.UNDECIDED),
 }
-
-
-def _sliding_damping(system: BrakedDriveline) -> float:
-    """Damping of sliding [N m s/rad], the smaller of the directions that exist."""
-    verdict = stability(system)
-    dampings = [one.damping for one in (verdict.forward, verdict.backward)]
-    return min((one for one in dampings if one is not None), default=math.inf)

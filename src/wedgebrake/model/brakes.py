@@ -63,6 +63,10 @@ class Brake(Part):
         return math.isinf(self.amplification(m))
 
 
+# A gap between the arms below this share of them is rounding: tan(atan(mu)) is mu.
+_GAP = 2.0**-50
+
+
 class LeverBrake(Brake):
     """A normal force from a balance of moments or forces: g(m) = m a/(b - m d).
 
@@ -78,7 +82,7 @@ class LeverBrake(Brake):
     def law(m: float, shape: Sequence[float]) -> float:
         """Amplification g(m) = m a/(b - m d)."""
         gap = shape[1] - m * shape[2]
-        return m * shape[0] / gap if gap > 0.0 else math.inf
+        return m * shape[0] / gap if gap > _GAP * shape[1] else math.inf
 
 
 class ConventionalBrake(LeverBrake):

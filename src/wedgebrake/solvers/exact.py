@@ -86,6 +86,7 @@ def solve(
         log, number, rest, angle, velocity, piece,
     )  # fmt: skip
     torque = _brake_torque(given, law, reached, angle, velocity, piece)
+    sticks = _sticks(log, task.clock, float(end))
     marks = (log[:, kernel.LOG_KIND] == codes.PERIOD) | (
         (log[:, kernel.LOG_TIME] == 0.0) & (log[:, kernel.LOG_KIND] == codes.START)
     )
@@ -99,10 +100,10 @@ def solve(
         period_angle=log[marks, kernel.LOG_THETA],
         period_velocity=log[marks, kernel.LOG_W],
         events=_events(log, task.clock, float(end)),
-        sticks=_sticks(log, task.clock, float(end)),
+        sticks=sticks,
         status=Status.of(outcome),
         final=(float(end), final[2], final[3]),
-        detail=_detail(outcome, float(end), given, log),
+        detail=_detail(outcome, float(end), given, log, sticks),
         work=work,
     )
 
@@ -175,7 +176,7 @@ def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
     return Sticks(times[first], times[last], entry.astype(np.int8), released.astype(np.int8))
 
 
-def _detail(outcome: int, end: float, given: Problem, log: FloatArray) -> str:
+def _detail(outcome: int, end: float, given: Problem, log: FloatArray, sticks: Sticks) -> str:
     if outcome == codes.DIVERGED:
         rate = -0.5 * given.table[int(log[-1, kernel.LOG_PIECE]), flow.G2]
         natural = math.sqrt(given.stiffness / given.inertia)
@@ -183,6 +184,12 @@ def _detail(outcome: int, end: float, given: Problem, log: FloatArray) -> str:
             rate += math.sqrt(rate - natural) * math.sqrt(rate + natural)
         return f"Diverged at t = {end:.6g} s, growing as exp({rate:.4g} t)."
     if outcome == codes.NO_SLIDING:
+        if log[-1, kernel.LOG_PIECE] == kernel.REST:
+            begin = sticks.start[-1]
+            return (
+                f"It rests from t = {begin:.6g} s on, and the turning shaft winds up its spring"
+                " without limit."
+            )
         return f"No sliding solution from t = {end:.6g} s on."
     if outcome == codes.EVENT_LIMIT:
         return f"Stopped at t = {end:.6g} s."

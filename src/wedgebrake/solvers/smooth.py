@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -34,6 +35,9 @@ _SATURATION = 1e-2
 # Near rest the speed's tolerance is at most this share of the steep layer: a motion that is
 # allowed to jump to and fro across the layer is none.
 _BAND_SHARE = 1e-2
+
+# Speeds at which a law is asked whether the brake locks.
+_LOOKS = 200
 
 
 class _Stretch(NamedTuple):
@@ -202,6 +206,10 @@ def _tableau() -> tuple[FloatArray, ...]:
 
 def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -> Trajectory:
     """Simulate a system with a smooth friction law."""
+    caught = winds_for_ever(system, task.velocity)
+    if caught:
+        seen_at_start = task.times[task.times <= task.clock.join(*task.start)]
+        task = replace(task, end=task.start, times=seen_at_start)
     given = problem(system, rtol, task.angle, task.velocity)
     number, rest = task.clock.split(task.times)
     seen = np.empty((task.times.size, 2))
@@ -225,11 +233,43 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
         period_velocity=log[marks, kernel.LOG_W],
         events=_events(log, task.clock),
         sticks=sticks,
-        status=Status.of(outcome),
+        status=Status.of(codes.NO_SLIDING if caught else outcome),
         final=(end, final[2], final[3]),
-        detail="" if outcome == codes.COMPLETED else f"Stopped at t = {end:.6g} s.",
+        detail=(
+            f"From t = {end:.6g} s on it cannot pass the speed at which the brake locks, and the"
+            " turning shaft winds up its spring without limit."
+            if caught
+            else ""
+            if outcome == codes.COMPLETED
+            else f"Stopped at t = {end:.6g} s."
+        ),
         work=steps,
     )
+
+
+def winds_for_ever(system: BrakedDriveline, velocity: float) -> bool:
+    """Whether a start below the speed at which the brake locks keeps it from the shaft's speed.
+
+    Sliding cannot cross a speed at which the friction force is infinite, so that the spring of
+    the turning shaft is wound up without limit.
+    """
+    line, brake = system.driveline, system.brake
+    drive = line.drive_speed
+    if drive == 0.0 or line.stiffness == 0.0:
+        return False
+    sliding = math.copysign(1.0, drive) * (velocity + drive)
+    if sliding >= abs(drive):
+        return False
+
+    def locks(speed: float) -> bool:
+        assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - the front door's
+        return brake.locks(system.friction.coefficient(math.copysign(brake.radius * speed, drive)))
+
+    # Closer together in the steep part of the law, where friction rises.
+    steep = system.friction.transition / brake.radius  # type: ignore[attr-defined]
+    speeds = np.concatenate((np.geomspace(1e-3, 1e2, _LOOKS) * steep, np.linspace(0, 1, _LOOKS)))
+    speeds[_LOOKS:] *= abs(drive)
+    return any(locks(float(one)) for one in speeds if max(sliding, 0.0) < one < abs(drive))
 
 
 def _run(

@@ -37,7 +37,7 @@ _APART = 1e-3
 # Sentences for a run that ended early.
 _ENDS = {
     "diverged": "The motion grows without bound.",
-    "no_forward_solution": "The brake locked itself while sliding.",
+    "no_forward_solution": "The brake locked itself.",
     "event_limit": "Stopped at a limit of the explorer: the beginning.",
     "step_limit": "Stopped at a limit of the explorer: the beginning.",
 }

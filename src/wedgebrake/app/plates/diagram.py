@@ -13,7 +13,7 @@ from wedgebrake.app.limits import COARSE_POINTS, FINE_POINTS
 from wedgebrake.app.plates import chips
 from wedgebrake.app.plates.axis import Axis
 from wedgebrake.app.plates.filling import STEP, Filling
-from wedgebrake.app.plates.machine import following, limitless, settings, slow, without
+from wedgebrake.app.plates.machine import following, settings, slow, without
 from wedgebrake.plots import looks
 from wedgebrake.plots.cells import runs
 from wedgebrake.plots.record import Record
@@ -139,9 +139,7 @@ def _picture(axis: Axis, filling: Filling) -> Diagram:
         points=points,
         spans=spans,
         outside={name: _outside(one, spans[name]) for name, one in points.items()},
-        limits=[]
-        if limitless(filling.plan.system, axis.name)
-        else [(axis.place(float(value)), beyond) for value, beyond in record.limits],
+        limits=[(axis.place(float(value)), beyond) for value, beyond in record.limits],
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wedgebrake.app.plates import cells
 from wedgebrake.app.plates.axis import Axis
 from wedgebrake.errors import InputError
-from wedgebrake.linear_stability import Stability, stability
+from wedgebrake.linear_stability import Stability, sliding_damping, stability
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.plots.limit import margins
 
@@ -34,21 +34,23 @@ def stability_limit(
     exact. Lines end at the outermost points, and where the brake locks itself.
     """
 
-    def judged(across: float, up: float) -> Stability | None:
+    def machine(across: float, up: float) -> BrakedDriveline:
+        return system.replace(**{x.name: x.value(across), y.name: y.value(up)})
+
+    def judged(row: int, column: int) -> Stability | None:
         try:
-            return stability(system.replace(**{x.name: x.value(across), y.name: y.value(up)}))
+            return stability(machine(xs[column], ys[row]))
         except InputError:
             return None
 
     def at(across: float, up: float) -> float:
-        both = judged(across, up)
-        if both is None:
+        try:
+            return sliding_damping(machine(across, up))
+        except InputError:
             return math.nan
-        known = [one.damping for one in (both.forward, both.backward) if one.damping is not None]
-        return min(known, default=math.nan)
 
     xs, ys = places
-    damping = margins(damping, lambda row, column: judged(xs[column], ys[row]))
+    damping = margins(damping, judged)
     found = []
     for across, up in cells.lines(xs, ys, damping, 0.0):
         line = [_exact(at, xs, ys, *point) for point in zip(across, up, strict=True)]

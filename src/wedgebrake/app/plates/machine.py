@@ -29,16 +29,6 @@ def following(system: BrakedDriveline) -> BrakedDriveline:
     return system.replace(friction=type(friction)(**values))
 
 
-def limitless(system: BrakedDriveline, *names: str) -> bool:
-    """Whether a picture over some parameters has no line of linear stability.
-
-    What a sweep gives is the damping next to rest: it says nothing on sliding with a shaft that
-    turns, and little where a table makes friction vary with speed.
-    """
-    varies = len(set(getattr(system.friction, "coefficients", ()))) > 1
-    return varies or system.driveline.drive_speed != 0.0 or "drive_speed" in names
-
-
 def without(system: BrakedDriveline, names: Sequence[str]) -> str:
     """All of a machine but the parameters that some names set, to be compared."""
     dropped = {SETTERS[name].target if name in SETTERS else name for name in names}

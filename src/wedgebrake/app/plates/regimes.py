@@ -12,7 +12,7 @@ from wedgebrake.app.plates import cells, chips
 from wedgebrake.app.plates.axis import Axis
 from wedgebrake.app.plates.filling import STEP, Filling
 from wedgebrake.app.plates.limit import stability_limit
-from wedgebrake.app.plates.machine import following, limitless, settings, slow, without
+from wedgebrake.app.plates.machine import following, settings, slow, without
 from wedgebrake.plots import looks
 
 _SLOW = 2.5  # steps of a slow solver are so much longer
@@ -105,8 +105,6 @@ def _picture(filling: Filling, x: Axis, y: Axis, limit: list[cells.Line]) -> Reg
 
 def _limit(filling: Filling, x: Axis, y: Axis) -> list[cells.Line]:
     """The limit of linear stability, from the finest grid that is complete."""
-    if limitless(filling.plan.system, x.name, y.name):
-        return []
     (up, across), damping = filling.complete("sliding_damping")
     high, wide = filling.known.shape
     places = x.places(wide)[across], y.places(high)[up]

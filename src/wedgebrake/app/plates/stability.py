@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
@@ -13,14 +12,16 @@ from numpy.typing import NDArray
 from wedgebrake.app.desk import Desk, axes
 from wedgebrake.app.plates import cells, chips
 from wedgebrake.app.plates.axis import Axis
+from wedgebrake.app.plates.machine import without
 from wedgebrake.errors import InputError
 from wedgebrake.linear_stability import stability_map
+from wedgebrake.linear_stability.damping import is_constant
 from wedgebrake.model.brakes import WedgeBrake
 
 FloatArray = NDArray[np.float64]
 
-# Cells across and up, and about how many lines of equal margin.
-_CELLS, _LINES = (280, 120), 6
+# Cells across and up, fewer where each is a verdict of its own; about how many lines of margin.
+_CELLS, _FEW_CELLS, _LINES = (280, 120), (56, 30), 6
 UNSTABLE, STABLE, HELD, LOCKED = range(4)
 COLOURS = ("#F7E3D8", "#DBEDE4", "#C9D2DA", "#B4BCC4")
 _WORDS = (
@@ -70,15 +71,13 @@ def parameters(desk: Desk) -> tuple[str, str]:
 
 
 def key(desk: Desk) -> Hashable:
-    """All that the map depends on: brake and friction coefficients, and the ends of its axes.
+    """All that the map depends on: the axes, and the machine but its torque and what the axes set.
 
     Raises ``InputError`` where eta is not defined.
     """
     x, y = _axes(desk)
-    table = dict(desk.system.as_dict()["brake"])
-    if isinstance(desk.system.brake, WedgeBrake):
-        return x, y, table["kind"], desk.system.friction.reference, _static_ratio(desk)
-    return x, y, json.dumps(table)
+    untouched = desk.system.replace(amplitude=0.0, frequency=1.0)
+    return x, y, without(untouched, (x.name, y.name))
 
 
 def work(desk: Desk) -> Iterator[StabilityMap]:
@@ -87,11 +86,13 @@ def work(desk: Desk) -> Iterator[StabilityMap]:
     Raises ``InputError`` where eta is not defined.
     """
     x, y = _axes(desk)
-    wide, high = _CELLS
+    line = desk.system.driveline
+    sliding = desk.system.brake.radius * abs(line.drive_speed)
+    wide, high = _CELLS if is_constant(desk.system.friction, sliding) else _FEW_CELLS
     dataset = stability_map(desk.system, **{y.name: y.values(high), x.name: x.values(wide)})
-    margin, locked = (dataset[name].to_numpy() for name in ("margin", "locked"))
-    codes = np.where(margin > 0.0, STABLE, UNSTABLE)
-    if y.name == "alpha":
+    margin, locked, stable = (dataset[k].to_numpy() for k in ("margin", "locked", "stable"))
+    codes = np.where(stable, STABLE, UNSTABLE)
+    if y.name == "alpha" and line.drive_speed == 0.0:
         codes[y.values(high) <= _static_ratio(desk)] = HELD
     codes[locked] = LOCKED
     known = np.where(codes >= HELD, math.nan, margin)

@@ -1,0 +1,20 @@
+"""Linear stability of steady sliding (section 3 of the paper).
+
+damping : the damping of small vibration about sliding, the one definition of it
+verdict : ``stability``, its eigenvalues, bifurcation points, margins and words
+maps    : ``stability_map``, the same over a grid of groups
+"""
+
+from wedgebrake.linear_stability.damping import damping_at, sliding_damping
+from wedgebrake.linear_stability.maps import AXES, stability_map
+from wedgebrake.linear_stability.verdict import DirectionStability, Stability, stability
+
+__all__ = [
+    "AXES",
+    "DirectionStability",
+    "Stability",
+    "damping_at",
+    "sliding_damping",
+    "stability",
+    "stability_map",
+]
