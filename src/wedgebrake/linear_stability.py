@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.display import Result
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.part import is_finite, is_number, shown
 from wedgebrake.model.system import BrakedDriveline
@@ -35,8 +36,8 @@ FloatArray = NDArray[np.float64]
 _STEP, _CORNER = 1e-5, 1e-9
 
 
-@dataclass(frozen=True)
-class DirectionStability:
+@dataclass(frozen=True, repr=False)
+class DirectionStability(Result):
     """Linear stability of sliding in one direction.
 
     direction   : +1 forwards, -1 backwards
@@ -86,9 +87,13 @@ class DirectionStability:
             plain["eigenvalues"] = [[value.real, value.imag] for value in self.eigenvalues]
         return plain
 
+    def _headline(self) -> str:
+        way = "forwards" if self.direction > 0 else "backwards"
+        return _about(way, self.damping, bool(self.stable))
 
-@dataclass(frozen=True)
-class ShaftStability:
+
+@dataclass(frozen=True, repr=False)
+class ShaftStability(Result):
     """Linear stability of sliding at the speed of a turning shaft: of its steady motion.
 
     Unlike that of a direction it counts how friction varies with speed, and the release.
@@ -109,9 +114,12 @@ class ShaftStability:
         """What small vibration does: "decays", "grows", "does not decay"; "" where locked."""
         return "" if self.damping is None else _state(self.damping, bool(self.stable))
 
+    def _headline(self) -> str:
+        return _about(f"at {self.speed:.6g} rad/s", self.damping, bool(self.stable))
 
-@dataclass(frozen=True)
-class Stability:
+
+@dataclass(frozen=True, repr=False)
+class Stability(Result):
     """The linear verdict on both directions of motion.
 
     Of both directions friction counts as constant in speed; of a turning shaft ``shaft``
@@ -374,6 +382,13 @@ def _state(damping: float, stable: bool) -> str:
     if damping < 0.0:
         return "grows"
     return "decays" if stable else "does not decay"
+
+
+def _about(sliding: str, damping: float | None, stable: bool) -> str:
+    """One line on sliding in one way."""
+    if damping is None:
+        return f"Sliding {sliding}: the brake locks itself."
+    return f"Sliding {sliding}: small vibration {_state(damping, stable)}."
 
 
 def _conclusion(stable: bool, taken: str, shaft: ShaftStability | None) -> str:
