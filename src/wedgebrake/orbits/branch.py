@@ -109,15 +109,14 @@ class Branch(Result, Iterator[BranchPoint]):
         self.end = why
 
     def _headline(self) -> str:
-        names = ", ".join(self.start.family.names)
-        text = f"branch over {names}: {len(self.points)} points"
+        text = f"branch over {self.start.family.names[0]}: {len(self.points)} points"
         if self.points:
             text += f" from {self.points[0].value:.6g} to {self.points[-1].value:.6g}"
         return f"{text}; bifurcations: {len(self.bifurcations)}; {self.end or 'goes on'}"
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         for point in self.bifurcations:
-            yield f"{point.value:.9g}", point.bifurcation, ""
+            yield f"{point.family.names[0]} = {point.value:.9g}", point.bifurcation, ""
 
     def __next__(self) -> BranchPoint:
         while not self._queue:
