@@ -43,5 +43,34 @@ def test_a_notebook_is_small_and_says_nothing_of_the_machine_it_ran_on(path):
         assert word not in text
 
 
+# The pictures and results of a session, each the last line of a cell.
+SHOWN = {
+    "import wedgebrake as wb\nsystem = wb.paper.system(eta=-24)\n"
+    "wb.plot(wb.simulate(system, periods=5))": "image/png",
+    "from IPython.display import display\n"
+    "display(wb.plot(wb.poincare(system, periods=5, transient=1)))": "image/png",
+    "wb.motion(system)": "text/html",
+    "wb.stability(system)": "text/html",
+    "wb.orbit(system, order=1)": "text/html",
+    "system": "text/html",
+}
+
+
+@pytest.mark.parametrize("first", ["", "%matplotlib inline", "import matplotlib.pyplot"])
+@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::RuntimeWarning:zmq")
+def test_pictures_and_results_show_themselves_once(first, tmp_path):
+    cells = [nbformat.v4.new_code_cell(source) for source in (first, *SHOWN)]
+    notebook = nbformat.v4.new_notebook(cells=cells)
+    nbclient.NotebookClient(
+        notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": tmp_path}}
+    ).execute()
+    for cell, kind in zip(notebook.cells[1:], SHOWN.values(), strict=True):
+        [output] = cell.outputs
+        assert kind in output.data
+        assert len([one for one in output.data if one.startswith("image/")]) == (
+            kind == "image/png"
+        )
+
+
 def test_there_are_three():
     assert [path.stem for path in NOTEBOOKS] == ["engineer", "researcher", "teacher"]

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import itertools
+import os
+import pickle
 import struct
 import subprocess
 import sys
 import zlib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 import wedgebrake as wb
 from wedgebrake.measures.sticking import steady_start
+from wedgebrake.paper.figures import draw
+from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.plots import history, phase, section, spectrum, style
 from wedgebrake.plots.overview import overview
 from wedgebrake.plots.save import save
@@ -400,6 +406,151 @@ class TestSave:
             save(figure, path)
         assert path.read_bytes() == b"old"
         assert list(tmp_path.iterdir()) == [path]
+
+
+MAP_AXES = {"eta": np.linspace(-2.0, 1.0, 4), "alpha": np.linspace(1.1, 2.0, 3)}
+STARTS = {
+    "initial_angle": np.linspace(-0.1, 0.1, 3),
+    "initial_velocity": np.linspace(-3.0, 3.0, 3),
+}
+SHORT = {"periods": 30, "transient": 20, "progress": False}
+RESULTS = {
+    "response": lambda system: wb.simulate(system, periods=20),
+    "section": lambda system: wb.poincare(system, 20, transient=5),
+    "spectrum": lambda system: wb.spectrum(wb.simulate(system, periods=20)),
+    "diagram": lambda system: wb.bifurcation(system, eta=[-24.0, -6.0, 2.0], **SHORT),
+    "map": lambda system: wb.regime_map(system, **MAP_AXES, **SHORT),
+    "basins": lambda system: wb.basins(system, **STARTS, **SHORT),
+    "orbits": lambda system: wb.branches(system, eta=(-10.0, -12.0)),
+    "stability": lambda system: wb.stability_map(system, **MAP_AXES),
+}
+
+
+@pytest.fixture(scope="module", params=[*RESULTS, "paper: schematic", "paper: criteria"])
+def picture(request):
+    """A picture as its user gets it."""
+    if request.param in RESULTS:
+        return wb.plot(RESULTS[request.param](SYSTEMS["paper"]))
+    with Laboratory("exact") as laboratory:
+        return draw(
+            {"paper: schematic": "fig1", "paper: criteria": "fig2"}[request.param], laboratory
+        )
+
+
+class TestEveryPicture:
+    def test_shows_itself_in_a_notebook(self, picture, tmp_path):
+        content, about = picture._repr_png_()
+        (tmp_path / "shown.png").write_bytes(content)
+        across, up = png(tmp_path / "shown.png")
+        assert across / about["width"] == pytest.approx(up / about["height"], rel=0.01)
+        assert about["width"] == pytest.approx(100.0 * picture.get_figwidth(), abs=1.0)
+
+    @pytest.mark.parametrize("fonts", [3, 42])
+    def test_a_pdf_has_truetype_fonts_alone(self, picture, tmp_path, fonts):
+        with mpl.rc_context({"pdf.fonttype": fonts}):
+            picture.savefig(tmp_path / "a.pdf")
+        content = (tmp_path / "a.pdf").read_bytes()
+        assert b"/Type3" not in content
+        assert b"/FontFile2" in content
+
+    def test_the_text_of_an_svg_is_text(self, picture, tmp_path):
+        picture.savefig(tmp_path / "a.svg")
+        assert "<text" in (tmp_path / "a.svg").read_text(encoding="utf-8")
+
+
+class TestSavefig:
+    @pytest.mark.parametrize("suffix", ["png", "svg", "pdf", "eps"])
+    def test_the_settings_at_the_time_change_nothing(self, response, tmp_path, suffix):
+        other = {"hatch.linewidth": 5.0, "path.simplify": False, "xtick.labelsize": 20.0}
+        files = []
+        for settings in ({}, other):
+            path = tmp_path / f"{len(files)}.{suffix}"
+            figure = wb.plot(response)
+            with mpl.rc_context(settings):
+                before = dict(mpl.rcParams)
+                figure.savefig(path)
+                assert dict(mpl.rcParams) == before
+            text = path.read_bytes().split(b"\n")
+            # An EPS says in its head of what name and when it is.
+            files.append([one for one in text if not one.startswith((b"%%Title", b"%%Creation"))])
+        assert files[0] == files[1]
+
+    def test_resolution_and_other_choices_are_the_users(self, response, tmp_path):
+        figure = wb.plot(response)
+        with mpl.rc_context({"savefig.dpi": 50}):
+            figure.savefig(tmp_path / "a.png")
+        figure.savefig(tmp_path / "b.png", dpi=25)
+        sizes = [png(tmp_path / name)[0] for name in ("a.png", "b.png")]
+        assert sizes == [round(dots * figure.get_figwidth()) for dots in (50, 25)]
+        figure.savefig(tmp_path / "c.svg", metadata={"Title": "A brake"})
+        assert "A brake" in (tmp_path / "c.svg").read_text(encoding="utf-8")
+
+    @pytest.mark.parametrize(
+        ("name", "options", "written"),
+        [
+            ("a", {}, "a.png"),
+            ("a", {"format": "pdf"}, "a"),
+            ("a.dat", {"format": "png"}, "a.dat"),
+            ("a.PNG", {}, "a.PNG"),
+        ],
+    )
+    def test_names_are_those_of_matplotlib(self, response, tmp_path, name, options, written):
+        for make, folder in ((wb.plot(response), "ours"), (Figure(), "theirs")):
+            (tmp_path / folder).mkdir()
+            make.savefig(str(tmp_path / folder / name), **options)
+            assert [one.name for one in (tmp_path / folder).iterdir()] == [written]
+
+    def test_an_unknown_format_is_refused_and_nothing_written(self, response, tmp_path):
+        with pytest.raises(ValueError, match="supported"):
+            wb.plot(response).savefig(tmp_path / "a.xyz")
+        assert not list(tmp_path.iterdir())
+
+    def test_open_files_and_books_of_pages(self, response, tmp_path):
+        figure = wb.plot(response)
+        with (tmp_path / "a.pdf").open("wb") as file:
+            figure.savefig(file, format="pdf")
+        assert b"/Type3" not in (tmp_path / "a.pdf").read_bytes()
+        # The fonts of a book are its owner's choice, the same when it is closed.
+        for kind, fonts in ((3, b"/Type3"), (42, b"/FontFile2")):
+            with mpl.rc_context({"pdf.fonttype": kind}), PdfPages(tmp_path / "b.pdf") as book:
+                book.savefig(figure)
+            found = (tmp_path / "b.pdf").read_bytes()
+            assert [one for one in (b"/Type3", b"/FontFile2") if one in found] == [fonts]
+
+    def test_through_a_link_and_into_a_pipe(self, response, tmp_path):
+        figure = wb.plot(response)
+        (tmp_path / "link.svg").symlink_to(tmp_path / "target")
+        figure.savefig(tmp_path / "link.svg")
+        assert (tmp_path / "link.svg").is_symlink()
+        os.mkfifo(tmp_path / "pipe")
+        with ThreadPoolExecutor(1) as threads:
+            content = threads.submit((tmp_path / "pipe").read_bytes)
+            figure.savefig(tmp_path / "pipe", format="svg")
+            for one in (content.result(60), (tmp_path / "target").read_bytes()):
+                assert one.startswith(b"<?xml")
+                assert one.rstrip().endswith(b"</svg>")
+        assert (tmp_path / "pipe").is_fifo()
+
+    @pytest.mark.parametrize("broken", ["draw", "replace"])
+    def test_failure_leaves_the_old_file_and_nothing_else(
+        self, response, tmp_path, monkeypatch, broken
+    ):
+        path, figure = tmp_path / "a.png", wb.plot(response)
+        path.write_bytes(b"old")
+
+        def fail(*_args, **_named):
+            raise {"draw": MemoryError, "replace": OSError}[broken]
+
+        monkeypatch.setattr(*{"draw": (Figure, "draw"), "replace": (Path, "replace")}[broken], fail)
+        with pytest.raises({"draw": MemoryError, "replace": wb.OutputError}[broken]):
+            figure.savefig(path)
+        assert path.read_bytes() == b"old"
+        assert list(tmp_path.iterdir()) == [path]
+
+    def test_a_picture_survives_pickling(self, response, tmp_path):
+        figure = pickle.loads(pickle.dumps(wb.plot(response)))  # noqa: S301 - our own
+        figure.savefig(tmp_path / "a.pdf")
+        assert b"/Type3" not in (tmp_path / "a.pdf").read_bytes()
 
 
 def test_pyplot_stays_out_and_matplotlib_waits(tmp_path):

@@ -25,12 +25,13 @@ from wedgebrake.linear_stability.damping import (
     steady,
 )
 from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.display import Result
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 
 
-@dataclass(frozen=True)
-class DirectionStability:
+@dataclass(frozen=True, repr=False)
+class DirectionStability(Result):
     """Linear stability of steady sliding in one direction.
 
     direction   : +1 forwards, -1 backwards
@@ -97,9 +98,17 @@ class DirectionStability:
             plain["eigenvalues"] = [[value.real, value.imag] for value in self.eigenvalues]
         return plain
 
+    def _headline(self) -> str:
+        way = "forwards" if self.direction > 0 else "backwards"
+        if self.speed is None:
+            return f"Sliding {way}: the shaft turns the other way."
+        if self.locked:
+            return f"Sliding {way}: the brake locks itself."
+        return f"Sliding {way}: small vibration {self.state}."
 
-@dataclass(frozen=True)
-class Stability:
+
+@dataclass(frozen=True, repr=False)
+class Stability(Result):
     """The linear verdict on steady sliding.
 
     forward, backward

@@ -8,13 +8,14 @@ from typing import Any, Literal
 
 from wedgebrake.errors import InputError
 from wedgebrake.measures.protocol import LIMIT, protocol
+from wedgebrake.model.display import Result
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.solve import check_state, choose_method
 
 
-@dataclass(frozen=True)
-class Motion:
+@dataclass(frozen=True, repr=False)
+class Motion(Result):
     """How a system moves in the long run, and how that is known.
 
     kind              : "synchronous", "periodic", "quasi-periodic", "chaotic", "at rest",

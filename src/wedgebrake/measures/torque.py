@@ -13,6 +13,7 @@ from wedgebrake.measures import arcs as _arcs
 from wedgebrake.measures.along import Along
 from wedgebrake.measures.energy import check_gaps
 from wedgebrake.measures.machine import machine
+from wedgebrake.model.display import Tabular
 from wedgebrake.model.part import is_finite, is_number, shown
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ _SAME = 1e-12
 
 
 @dataclass(frozen=True)
-class BrakeTorque:
+class BrakeTorque(Tabular):
     """The brake's torque R F_mu over a stretch of time [N m].
 
     mean      : its mean, positive against forward motion

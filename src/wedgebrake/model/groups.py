@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.display import Tabular
 
 if TYPE_CHECKING:
     from wedgebrake.model.system import BrakedDriveline
 
 
 @dataclass(frozen=True)
-class Groups:
+class Groups(Tabular):
     """Dimensionless groups; None where a group is not defined for the system.
 
     eta          : slope of the actuation force, delta R mu_k / c

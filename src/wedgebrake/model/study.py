@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import toml
+from wedgebrake.model.display import Tabular, part_rows
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part, is_finite, is_number, named, parameter, shown
 from wedgebrake.model.swept import SWEEP_SETTINGS, Sweep, parse_sweep, sweep_schema
@@ -94,7 +95,7 @@ _FIXED: dict[str, type[Part]] = {**FIXED, "run": Run}
 
 
 @dataclass(frozen=True)
-class Study:
+class Study(Tabular):
     """A system, how to run it, and what to sweep on it."""
 
     system: BrakedDriveline
@@ -124,6 +125,14 @@ class Study:
             settings.pop("duration", None)
         system = self.system.replace(**for_system) if for_system else self.system
         return Study(system, Run(**{**settings, **for_run}), self._swept(**for_sweep))
+
+    def _headline(self) -> str:
+        return self.system._headline()
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        yield from self.system._rows()
+        given = [name for name in Run.model_fields if name in self.run.model_fields_set]
+        yield from part_rows("run", self.run, given)
 
     def to_toml(self) -> str:
         """The study as the text of a study file: ``wb.read_study`` gives it back, bit for bit.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 from pydantic import ConfigDict, PrivateAttr, SerializeAsAny
@@ -12,6 +13,7 @@ from wedgebrake.model import groups as _groups
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.characteristic import Characteristic, characteristic
+from wedgebrake.model.display import Tabular, part_rows
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
@@ -28,7 +30,7 @@ _BASES: dict[str, type[Part]] = {
 }
 
 
-class BrakedDriveline(Part):
+class BrakedDriveline(Part, Tabular):
     """A driveline with a brake: J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
 
     Immutable, in SI units. ``groups`` gives the normalised groups of the paper;
@@ -163,6 +165,16 @@ class BrakedDriveline(Part):
                 table = {"kind": part.kind or type(part).__name__, **table}
             tables[name] = table
         return tables
+
+    def _headline(self) -> str:
+        groups = {k: v for k, v in self.groups.as_dict().items() if k in _groups.SETTERS}
+        said = ", ".join(f"{name} = {v:.6g}" for name, v in groups.items() if v is not None)
+        return f"{type(self.brake).__name__}, {type(self.friction).__name__}: {said}"
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        for name in PARTS:
+            part = getattr(self, name)
+            yield from part_rows(name, part, type(part).model_fields)
 
 
 def _check_parts(parts: dict[str, Any]) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from wedgebrake.model.display import Result
 from wedgebrake.orbits.arclength import NotConvergedError, newton, tangent
 from wedgebrake.orbits.beyond import ALL_SLIP_ENDS, PERMANENT, go_beyond
 from wedgebrake.orbits.chain import Chain, goes_through
@@ -37,8 +39,8 @@ _MEETS, _COLLAPSED, _NEARLY = 1e-4, 1e-8, 1e-3
 _STOPPED = (NotConvergedError, NoOrbitError)
 
 
-@dataclass
-class Branch(Iterator[BranchPoint]):
+@dataclass(repr=False)
+class Branch(Result, Iterator[BranchPoint]):
     """A branch of orbits as an iterator: each ``next`` gives one more point of it.
 
     Its state can be watched: ``points`` and ``bifurcations`` so far, the ``step`` that comes
@@ -105,6 +107,16 @@ class Branch(Iterator[BranchPoint]):
         """No point comes after those that are there; ``end`` then says ``why``."""
         self._queue.clear()
         self.end = why
+
+    def _headline(self) -> str:
+        text = f"branch over {self.start.family.names[0]}: {len(self.points)} points"
+        if self.points:
+            text += f" from {self.points[0].value:.6g} to {self.points[-1].value:.6g}"
+        return f"{text}; bifurcations: {len(self.bifurcations)}; {self.end or 'goes on'}"
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        for point in self.bifurcations:
+            yield f"{point.family.names[0]} = {point.value:.9g}", point.bifurcation, ""
 
     def __next__(self) -> BranchPoint:
         while not self._queue:

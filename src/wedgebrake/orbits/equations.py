@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.model.display import Tabular
 from wedgebrake.model.system import BrakedDriveline
 
 FloatArray = NDArray[np.float64]
@@ -18,7 +19,7 @@ class NoOrbitError(ArithmeticError):
 
 
 @dataclass(frozen=True)
-class Measures:
+class Measures(Tabular):
     """What an orbit does; sticks and events in a period of the torque."""
 
     velocity_amplitude: float

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.model.display import Result
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations import Equations, FloatArray, Measures
 from wedgebrake.orbits.family import Family
@@ -75,8 +76,8 @@ _SENTENCES = {
 }
 
 
-@dataclass(frozen=True)
-class Orbit:
+@dataclass(frozen=True, repr=False)
+class Orbit(Result):
     """A periodic orbit, stable or not, and how it was found.
 
     system, method : of which it is an orbit, and the solver
@@ -149,9 +150,9 @@ class Orbit:
         """The orbit in a sentence."""
         if not self.found:
             return self.message
-        word = "synchronous" if self.order == 1 else f"{self.order}T-periodic"
         sizes = " and ".join(_shown(one) for one in self.multipliers)
-        text = f"{word} orbit, {'stable' if self.stable else 'unstable'}: multipliers {sizes}"
+        text = f"{word(self.order)} orbit, {'stable' if self.stable else 'unstable'}"
+        text += f": multipliers {sizes}"
         if not self.sequence:
             return f"{text}."
         count = len(self.sequence.split())
@@ -171,6 +172,11 @@ class Orbit:
             "sticks_forward": self.sticks_forward, "sticks_backward": self.sticks_backward,
             "events": self.events, "peak_torque": self.peak_torque, "verdict": self.verdict,
         }  # fmt: skip
+
+
+def word(order: int) -> str:
+    """An order in a word: "synchronous", "2T-periodic"."""
+    return "synchronous" if order == 1 else f"{order}T-periodic"
 
 
 def _shown(one: complex) -> str:

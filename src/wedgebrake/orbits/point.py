@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
+from wedgebrake.model.display import Result
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations import Equations, FloatArray, Measures
 from wedgebrake.orbits.family import Family
 from wedgebrake.orbits.kinds import Kind, Scenario
+from wedgebrake.orbits.orbit import word
 from wedgebrake.orbits.transitions import Margin
 
 
-@dataclass(frozen=True)
-class Bifurcation:
+@dataclass(frozen=True, repr=False)
+class Bifurcation(Result):
     """What happens at a point of a branch.
 
     effect   : what of the motion begins or ends there, in words; empty if nothing does
@@ -36,9 +40,12 @@ class Bifurcation:
             text += f"; {more}" if more else ""
         return f"{text}."
 
+    def _headline(self) -> str:
+        return self.sentence
 
-@dataclass(frozen=True, eq=False)
-class BranchPoint:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BranchPoint(Result):
     """A periodic orbit on a branch.
 
     Beside what is below: ``value`` of the parameter, ``order``, ``stable``, ``sequence``, the
@@ -107,3 +114,24 @@ class BranchPoint:
     def system(self) -> BrakedDriveline:
         """The system that it is an orbit of."""
         return self.family.system(self.values)
+
+    def _parameters(self) -> Iterator[tuple[str, float]]:
+        return zip(self.family.names, self.values, strict=True)
+
+    def _headline(self) -> str:
+        at = ", ".join(f"{name} = {value:.9g}" for name, value in self._parameters())
+        if self.bifurcation is not None:  # where an orbit is neither stable nor unstable
+            return f"{at}: {self.bifurcation.kind.value} of a {word(self.order)} orbit"
+        return f"{at}: {word(self.order)} orbit, {'stable' if self.stable else 'unstable'}"
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        for name, value in self._parameters():
+            yield name, f"{value:.9g}", ""
+        yield "order", self.order, ""
+        if self.bifurcation is None:
+            yield "stable", self.stable, ""
+        yield "multipliers", self.multipliers, ""
+        if self.sequence:
+            yield "sequence", self.sequence, ""
+        if self.bifurcation is not None:
+            yield "bifurcation", self.bifurcation, ""

@@ -46,7 +46,8 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
     options : of the picture, see ``wedgebrake.plots``; for example ``quantity``,
               ``width`` [inch], ``beneath`` (of orbits), ``boundaries`` (of a map)
 
-    To a file: ``wedgebrake.plots.save.save(figure, path)``.
+    In a notebook the figure shows itself, as the last line of a cell or through ``display``.
+    To a file: ``figure.savefig(path)``, whose suffix (.png, .svg, .pdf) is the format.
 
     Raises ``InputError`` for anything else, an option that the picture does not have, and
     as the picture does.

@@ -1,4 +1,4 @@
-"""A figure to a file, whole or not at all."""
+"""A picture of a width in pixels, to a file: what the command line and the report write."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from wedgebrake.plots import style
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Nothing in a file may tell when it was made: the same figure gives the same bytes.
-_METADATA: dict[str, dict[str, Any]] = {
+# By format. Nothing in a file may tell when it was made: the same figure gives the same bytes.
+METADATA: dict[str, dict[str, Any]] = {
     "png": {},
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
@@ -39,7 +39,7 @@ def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> 
     """
     target = Path(path)
     kind = target.suffix.lower().removeprefix(".")
-    if kind not in _METADATA:
+    if kind not in METADATA:
         raise InputError(
             f"path = {str(path)!r}: must end in .png, .svg or .pdf. For example"
             f" {target.with_suffix('.png').name!r}."
@@ -60,26 +60,27 @@ def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
     """
     if not isinstance(width, int) or isinstance(width, bool) or not 16 <= width <= 20_000:
         raise InputError(f"width = {width!r}: must be a whole number of pixels, 16 to 20000.")
-    content = io.BytesIO()
     # Just above, as the size in pixels is cut to whole numbers.
     dpi = width / figure.get_figwidth() * (1.0 + 1e-9)
     with style.use():
         if kind == "png":
-            _paint(figure, dpi, content)
-        else:
-            figure.savefig(content, format=kind, dpi=dpi, metadata=_METADATA[kind])
+            return paint(figure, dpi)
+        content = io.BytesIO()
+        figure.savefig(content, format=kind, dpi=dpi, metadata=METADATA[kind])
     return content.getvalue()
 
 
-def _paint(figure: Figure, dpi: float, content: io.BytesIO) -> None:
-    """Write a figure as PNG: the bytes of ``savefig``, which draws twice, in half the time."""
+def paint(figure: Figure, dpi: float) -> bytes:
+    """A figure as PNG: the bytes of ``savefig``, which draws twice, in half the time."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+    content = io.BytesIO()
     canvas, usual = figure.canvas, figure.dpi
     try:
         painter: Any = FigureCanvasAgg(figure)  # in part without types
         figure.dpi = dpi
-        painter.print_png(content, metadata=_METADATA["png"])
+        painter.print_png(content, metadata=METADATA["png"])
     finally:
         figure.dpi = usual
         figure.set_canvas(canvas)
+    return content.getvalue()

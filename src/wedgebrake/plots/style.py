@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -156,11 +157,14 @@ _RC: Any = {
     "legend.borderaxespad": 0.0,
     "svg.fonttype": "none",
     "svg.hashsalt": "wedgebrake",  # the same picture gives the same file
-    "pdf.fonttype": 42,
     "path.simplify": True,
     "agg.path.chunksize": 20_000,
     "hatch.linewidth": 0.45,
 }
+PAINTED: Any = MappingProxyType(_RC)
+"""Settings while a picture is painted."""
+WRITTEN: Any = MappingProxyType({**_RC, "pdf.fonttype": 42, "ps.fonttype": 42})
+"""Settings while it is written to a file: fonts as TrueType."""
 
 
 @contextmanager
@@ -170,15 +174,15 @@ def use() -> Iterator[None]:
 
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_RC)
+        mpl.rcParams.update(WRITTEN)
         yield
 
 
 def new_figure(width: float = COLUMN, height: float | None = None) -> Figure:
     """An empty figure of a width and height [inch], without pyplot."""
-    from matplotlib.figure import Figure
+    from wedgebrake.plots.figure import Picture
 
-    figure = Figure(figsize=(width, 0.75 * width if height is None else height))
+    figure = Picture(figsize=(width, 0.75 * width if height is None else height))
     figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06, wspace=0.04, hspace=0.04)
     return figure
 

@@ -44,12 +44,12 @@ def sheet(
     shares    : of the columns in the width
     left, top : margins [inch]; across, between : space between columns and rows [inch]
     """
-    from matplotlib.figure import Figure
+    from wedgebrake.plots.figure import Picture
 
     lines = caption_lines(sentences, width)
     above = _ABOVE + _LINE * len(lines) + top
     height = above + sum(heights) + between * (len(heights) - 1) + BOTTOM
-    figure = Figure(figsize=(width, height))
+    figure = Picture(figsize=(width, height))
     figure.suptitle(
         "\n".join(lines),
         x=0.06 / width,

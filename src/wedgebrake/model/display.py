@@ -1,0 +1,99 @@
+"""Objects that show themselves: a short line in a terminal, a table in a notebook."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator
+from enum import Enum
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.model.part import Part, is_number, labels, shown
+
+# SI units by the name of a result; names that are missing have none.
+_UNITS = {
+    **dict.fromkeys(("angle", "angle_amplitude", "hopf_angle"), "rad"),
+    **dict.fromkeys(("kinetic_locking_angle", "static_locking_angle"), "rad"),
+    **dict.fromkeys(("velocity", "velocity_amplitude", "speed"), "rad/s"),
+    **dict.fromkeys(("peak_torque", "mean", "mean_size", "peak"), "N m"),
+    **dict.fromkeys(("largest_exponent", "second_exponent", "exponent_error"), "1/s"),
+    **dict.fromkeys(("growth_rate", "eigenvalues", "exponents"), "1/s"),
+    **dict.fromkeys(("hopf_slope", "margin_slope"), "N s/rad"),
+    **dict.fromkeys(("node_focus_stable_slope", "node_focus_unstable_slope"), "N s/rad"),
+    "damping": "N m s/rad",
+    "friction_power": "W",
+}
+# Values of a list that are told one by one.
+_FEW = 6
+
+
+class Tabular:
+    """Base of objects that notebooks show as a table."""
+
+    def _headline(self) -> str:
+        """One line above the table."""
+        return str(getattr(self, "verdict", type(self).__name__))
+
+    def _rows(self) -> Iterable[tuple[str, Any, str]]:
+        """Name, value and unit of each row; of a dataclass: of its fields, if not empty."""
+        for one in dataclasses.fields(self):  # type: ignore[arg-type]
+            value = getattr(self, one.name)
+            if one.repr and one.name != "verdict" and _words(value):
+                yield one.name, value, _UNITS.get(one.name, "")
+
+    def _repr_html_(self) -> str:
+        return f"<p><b>{escape(self._headline())}</b></p>{_table(self)}"
+
+
+class Result(Tabular):
+    """Base of results that say their verdict, not their fields; dataclasses with ``repr=False``."""
+
+    def __repr__(self) -> str:
+        return f"{self._headline()} ({type(self).__name__})"
+
+
+def part_rows(name: str, part: Part, fields: Iterable[str]) -> Iterator[tuple[str, Any, str]]:
+    """Rows of some fields of a part of the machine or of a study."""
+    for one in fields:
+        unit = str(labels(type(part).model_fields[one]).get("unit", ""))
+        yield f"{name}.{one}", getattr(part, one), "" if unit in ("1", "-") else unit
+
+
+def _table(of: Tabular) -> str:
+    rows = "".join(
+        f'<tr><th style="text-align: left">{escape(name)}</th>'
+        f'<td style="text-align: left">{_cell(value)}</td>'
+        f'<td style="text-align: left">{escape(unit)}</td></tr>'
+        for name, value, unit in of._rows()
+    )
+    return f"<table>{rows}</table>"
+
+
+def _cell(value: Any) -> str:
+    """A value as HTML; what has a table of its own can be opened."""
+    if isinstance(value, Tabular):
+        return f"<details><summary>{escape(value._headline())}</summary>{_table(value)}</details>"
+    return escape(_words(value))
+
+
+def _words(value: Any) -> str:
+    """A value in few digits; nothing for what is empty."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Enum):
+        return str(value.value)
+    if isinstance(value, complex):
+        return f"{value.real:.6g}" + (f"{value.imag:+.6g}i" if value.imag != 0.0 else "")
+    if is_number(value):
+        return f"{value:.6g}" if isinstance(value, float) else str(value)
+    if isinstance(value, np.ndarray) and value.size > _FEW:
+        return " × ".join(map(str, value.shape)) + " values"
+    if isinstance(value, np.ndarray | tuple | list):
+        several = np.ravel(value).tolist() if isinstance(value, np.ndarray) else value
+        few = len(several) <= _FEW
+        return ", ".join(map(_words, several)) if few else f"{len(several)} values"
+    return shown(value)
