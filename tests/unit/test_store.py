@@ -33,6 +33,7 @@ from wedgebrake.sweeps.store_identity import differences
 from wedgebrake.sweeps.store_layout import Layout
 
 PRIVATE = Path("status", ".store")
+RECORD = f"{PRIVATE.as_posix()}/identity.json"
 # Filled points have other values: the smallest and the largest chunk of the sweep.
 INNER, CORNER = (1, 1), (5, 2)
 ETA = np.linspace(-60, 12, 22)
@@ -451,7 +452,7 @@ def test_coordinates_are_written_again(path: Path, whole: dict[str, bytes]) -> N
 METADATA = ["zarr.json", "angle/zarr.json", "status/zarr.json", "eta/zarr.json"]
 
 
-@pytest.mark.parametrize("key", [*METADATA, "status/.store/identity.json"])
+@pytest.mark.parametrize("key", [*METADATA, RECORD])
 @pytest.mark.parametrize("damage", ["cut off", "empty", "missing", "of another", "no table"])
 def test_damaged_metadata_is_refused(
     path: Path, whole: dict[str, bytes], key: str, damage: str
@@ -468,6 +469,56 @@ def test_damaged_metadata_is_refused(
     with pytest.raises(InputError, match="hoose another name") as caught:
         open_again(path)
     assert key in str(caught.value)
+    assert contents(path) == before
+
+
+@pytest.mark.parametrize("key", [*(key for key in LAYOUT.files if key.endswith("json")), RECORD])
+def test_any_flipped_bit_of_metadata_is_refused_or_harmless(
+    path: Path, whole: dict[str, bytes], key: str
+) -> None:
+    put(path, whole)
+    expected = xr.open_zarr(path, consolidated=False, chunks=None).load()[list(NAMES)]
+    content = whole[key]
+    rng = np.random.default_rng(7)
+    refused = 0
+    for bit in rng.choice(8 * len(content), 120, replace=False):
+        altered = bytearray(content)
+        altered[bit // 8] ^= 1 << bit % 8
+        (path / key).write_bytes(altered)
+        try:
+            with open_again(path) as store:
+                assert store.done() == set(LAYOUT.indices())
+                assert store.dataset().load().identical(expected), altered
+        except InputError as error:
+            assert "hoose another name" in str(error)
+            refused += 1
+    assert refused > 0
+
+
+@pytest.mark.parametrize(
+    ("key", "old", "new"),
+    [
+        ("angle/zarr.json", b'"little"', b'"big"'),
+        ("angle/zarr.json", b'"rad"', b'"deg"'),
+        ("events/zarr.json", b'"fill_value": 0', b'"fill_value": 0.0'),
+        ("eta/zarr.json", b'"eta"', b'"etb"'),
+        ("eta/zarr.json", b'"units"', b'"unit"'),
+        ("zarr.json", b'"sweep"', b'"basins"'),
+        ("zarr.json", b'"zarr_format": 3', b'"zarr_format": 3, "more": []'),
+        (RECORD, b'"F0": 4', b'"F0": 4.0'),
+        (RECORD, b'"F0": 4', b'"F0": 5'),
+        (RECORD, b'"chunks": {', b'"chunks": [{},{'),
+    ],
+)
+def test_altered_metadata_is_refused(
+    path: Path, whole: dict[str, bytes], key: str, old: bytes, new: bytes
+) -> None:
+    put(path, whole)
+    assert old in whole[key]
+    (path / key).write_bytes(whole[key].replace(old, new))
+    before = contents(path)
+    with pytest.raises(InputError, match="the store is damaged.*another name"):
+        open_again(path)
     assert contents(path) == before
 
 
