@@ -411,7 +411,8 @@ class TestFiles:
         assert run("simulate", PAPER, *SHORT, "--out", "r.nc")[0] == 0
         assert Path("r.nc").read_bytes().startswith(b"\x89HDF")
 
-    def test_are_whole_or_not_there(self, run, full_disk):
+    @pytest.mark.usefixtures("full_disk")
+    def test_are_whole_or_not_there(self, run):
         Path("r.nc").write_text("earlier")
         status, _, message = run("simulate", PAPER, *SHORT, "--out", "r.nc")
         assert status == 1

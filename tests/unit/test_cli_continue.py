@@ -297,8 +297,9 @@ class TestFiles:
     def test_nothing_is_simulated_without_a_picture(self, run):
         assert "points/s" not in run("continue", PAPER, *PLAIN)[2]
 
+    @pytest.mark.usefixtures("full_disk")
     @pytest.mark.parametrize("option", ["--out", "--plot"])
-    def test_the_words_are_said_where_a_file_fails(self, option, run, full_disk):
+    def test_the_words_are_said_where_a_file_fails(self, option, run):
         name = "r.nc" if option == "--out" else "r.png"
         Path(name).write_text("earlier")
         status, text, message = run("continue", PAPER, *PLAIN, option, name)

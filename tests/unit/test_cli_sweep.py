@@ -414,8 +414,9 @@ class TestFiles:
         assert Path("r.png").read_bytes().startswith(b"\x89PNG")
         assert text.endswith(f"Picture: {Path('r.png').resolve()}\n")
 
+    @pytest.mark.usefixtures("full_disk")
     @pytest.mark.parametrize("option", ["--out", "--plot"])
-    def test_the_words_are_said_where_a_file_fails(self, option, run, full_disk):
+    def test_the_words_are_said_where_a_file_fails(self, option, run):
         """Hours of work must not be for nothing."""
         name = "r.nc" if option == "--out" else "r.png"
         Path(name).write_text("earlier")
