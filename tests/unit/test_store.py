@@ -786,6 +786,17 @@ def test_the_working_directory_may_change(tmp_path: Path, monkeypatch: pytest.Mo
     assert (tmp_path / "sweep.zarr" / LAYOUT.key("status", INNER)).exists()
 
 
+def test_the_working_directory_may_be_gone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    for resume in (False, True):
+        with pytest.raises(InputError, match=r"'sweep.zarr': the working directory .* exists"):
+            SweepStore.open("sweep.zarr", LAYOUT, IDENTITY, resume=resume)
+    with begin(tmp_path / "sweep.zarr", INNER) as store:
+        assert store.done() == {INNER}
+
+
 # Folders that are none of ours
 
 
