@@ -13,6 +13,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 import tomllib
 from importlib.metadata import version
@@ -605,6 +606,23 @@ class TestWaiting:
         assert interruptible(lambda: 3) == 3
         with pytest.raises(ZeroDivisionError):
             interruptible(lambda: 1 / 0)
+
+    def test_what_a_work_did_last_is_seen(self):
+        """It may end at any instant, also just after it was looked at."""
+        looked, done, seen = threading.Event(), [], []
+
+        def work():
+            looked.wait(timeout=60)
+            done.append(1)
+
+        def look():
+            seen[:] = done
+            looked.set()
+            if not seen:
+                time.sleep(0.2)  # meanwhile it ends
+
+        interruptible(work, look)
+        assert seen == [1]
 
 
 class TestProcess:

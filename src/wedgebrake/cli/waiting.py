@@ -69,6 +69,7 @@ def interruptible(
     while thread.is_alive():
         thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
         meanwhile()
+    meanwhile()  # the work may have ended just after the last time
     if errors:
         raise errors[0]
     return results[0]
