@@ -66,7 +66,7 @@ def _run() -> None:
         )
         _stop(f"error: not enough memory. {' '.join(_notes(error)) or way_out}", 1)
     except OSError as error:
-        _stop_without_output(error)
+        _stop_at(error)
     except Exception as error:
         if "no locator available" in str(error):  # in Numba's words, as it loads
             _stop(
@@ -83,11 +83,9 @@ def _run() -> None:
         )
 
 
-def _stop_without_output(error: OSError) -> None:
-    """End where standard output fails, or the system something else."""
-    try:
-        os.getcwd()  # noqa: PTH109 - of no path: whether there is one
-    except FileNotFoundError:
+def _stop_at(error: OSError) -> None:
+    """End where the system refuses something, mostly to write on standard output."""
+    if error.errno == errno.ENOENT and not _has_folder():
         _stop(
             "error: the working directory no longer exists. Change into one that exists, for"
             " example with cd.",
@@ -104,6 +102,15 @@ def _stop_without_output(error: OSError) -> None:
         else f"error: {error}",
         1,
     )
+
+
+def _has_folder() -> bool:
+    """Whether there is a working directory."""
+    try:
+        os.getcwd()  # noqa: PTH109 - not for its path
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def _notes(error: BaseException) -> list[str]:
