@@ -26,7 +26,7 @@ from wedgebrake.sweeps.compute import compute
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.run import make_plan
 from wedgebrake.sweeps.store import SweepStore
-from wedgebrake.sweeps.workers import by_cluster
+from wedgebrake.sweeps.workers import Cluster
 from work import system
 
 ROOT = Path(__file__).parents[1]
@@ -115,7 +115,7 @@ def on_cluster() -> list[dict[str, float]]:
         Client(cluster) as client,
     ):
         warm = plan_of(4, periods=2)
-        list(by_cluster(warm, warm.layout(4), warm.layout(4).indices(), client))  # compiles
+        list(Cluster(warm, client).chunks(warm.layout(4), warm.layout(4).indices()))  # compiles
         for i, points in enumerate(CHUNKS):
             # Two periods a point: what a chunk costs beyond its points is looked for. Dask gives
             # equal plans one name, and may still be forgetting the last one: each is another.
@@ -124,7 +124,7 @@ def on_cluster() -> list[dict[str, float]]:
             count = min(len(layout.indices()), max(16, 400 // max(1, points // 64)))
             wanted = layout.indices()[:count]
             start = time.perf_counter()
-            done = sum(1 for _ in by_cluster(plan, layout, wanted, client))
+            done = sum(1 for _ in Cluster(plan, client).chunks(layout, wanted))
             wall = time.perf_counter() - start
             made.append({"points": points, "chunks": done, "wall": wall / done})
     return made

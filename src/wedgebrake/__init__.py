@@ -12,11 +12,14 @@ The public names are listed in ``__all__`` and imported when first used, so that
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
 from wedgebrake._version import __version__
 
+# As in typing, which costs more than all the rest here.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from wedgebrake import paper
     from wedgebrake.app.notebook import explore
     from wedgebrake.errors import InputError, OutputError, WedgebrakeError

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from disks import full_disk as full_disk
 from printed import strict_json
 from wedgebrake.cli.main import main
 

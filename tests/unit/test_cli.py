@@ -13,6 +13,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 import tomllib
 from importlib.metadata import version
@@ -411,19 +412,13 @@ class TestFiles:
         assert run("simulate", PAPER, *SHORT, "--out", "r.nc")[0] == 0
         assert Path("r.nc").read_bytes().startswith(b"\x89HDF")
 
-    def test_are_whole_or_not_there(self, run, monkeypatch):
-        """The disk fills up while the data is written."""
-
-        def fill(_, path, **__):
-            Path(path).write_bytes(b"half")
-            raise OSError(28, "No space left on device")
-
+    @pytest.mark.usefixtures("full_disk")
+    def test_are_whole_or_not_there(self, run):
         Path("r.nc").write_text("earlier")
-        monkeypatch.setattr(xr.Dataset, "to_netcdf", fill)
         status, _, message = run("simulate", PAPER, *SHORT, "--out", "r.nc")
         assert status == 1
         assert "error: --out r.nc: cannot be written" in message
-        assert "No space left" in message
+        assert "no space left" in message
         assert [path.name for path in Path().iterdir()] == ["r.nc"]
         assert Path("r.nc").read_text() == "earlier"
 
@@ -611,6 +606,23 @@ class TestWaiting:
         assert interruptible(lambda: 3) == 3
         with pytest.raises(ZeroDivisionError):
             interruptible(lambda: 1 / 0)
+
+    def test_what_a_work_did_last_is_seen(self):
+        """It may end at any instant, also just after it was looked at."""
+        looked, done, seen = threading.Event(), [], []
+
+        def work():
+            looked.wait(timeout=60)
+            done.append(1)
+
+        def look():
+            seen[:] = done
+            looked.set()
+            if not seen:
+                time.sleep(0.2)  # meanwhile it ends
+
+        interruptible(work, look)
+        assert seen == [1]
 
 
 class TestProcess:

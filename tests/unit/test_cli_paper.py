@@ -268,24 +268,14 @@ class TestAll:
         assert "internal error: ZeroDivisionError" in message
         assert names("r") == ["fig2.png"]
 
-    def test_a_full_disk(self, run, monkeypatch):
+    @pytest.mark.usefixtures("full_disk")
+    def test_a_full_disk(self, run):
         Path("r").mkdir()
         Path("r/fig2.png").write_text("earlier")
-        opened = Path.open
-
-        def full(path, mode="r", *more, **options):
-            file = opened(path, mode, *more, **options)
-            if mode == "xb":
-                file.close()  # it is there, and empty
-                raise OSError(28, "No space left on device")
-            return file
-
-        monkeypatch.setattr(Path, "open", full)
         status, text, message = run("all", "--out", "r")
         assert (status, text) == (1, "")
         assert "fig2.png': cannot be written (no space left on device)." in message
         assert names("r") == ["fig2.png"]
-        monkeypatch.setattr(Path, "open", opened)
         assert Path("r/fig2.png").read_text() == "earlier"
 
 

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
+import subprocess
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -58,6 +64,60 @@ def test_the_same_sweep_again_and_again(client) -> None:
         for _ in range(8)
     ]
     assert all(one.identical(found[0]) for one in found)
+
+
+@pytest.fixture
+def fragile():
+    """A cluster in processes of its own: the scheduler, and a client of it."""
+    folder = Path(tempfile.mkdtemp())
+    place = ["--scheduler-file", str(folder / "scheduler.json"), "--no-dashboard"]
+    programs = {"scheduler": [*place, "--port", "0"], "worker": [*place, "--nthreads", "1"]}
+    running = [
+        subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.dask_{name}", *options],
+            stderr=subprocess.DEVNULL, cwd=folder,
+        )
+        for name, options in programs.items()
+    ]  # fmt: skip
+    client = distributed.Client(scheduler_file=str(folder / "scheduler.json"), timeout=60)
+    try:
+        client.wait_for_workers(1, timeout=60)
+        yield running[0], client
+    finally:
+        for process in reversed(running):
+            process.kill()
+            process.wait()
+        with suppress(Exception):  # it has nothing to talk to
+            client.close(timeout=1)
+        shutil.rmtree(folder)
+
+
+@pytest.mark.parametrize("how", ["scheduler killed", "client closed"])
+def test_a_lost_cluster_is_told_and_the_store_goes_on(how, fragile, alone, tmp_path) -> None:
+    scheduler, client = fragile
+
+    def lose(progress) -> None:
+        if progress.done >= 200:
+            if how == "client closed":
+                client.close(timeout=5)
+            else:
+                scheduler.kill()
+
+    path = tmp_path / "run.zarr"
+    with pytest.raises(wb.WedgebrakeError, match=r"^client: .*resume=True") as caught:
+        wb.sweep(wb.paper.system(), client=client, store=path, progress=lose, **AXES)
+    assert not isinstance(caught.value, ValueError)  # nothing was wrong with the input
+    told = []
+    again = wb.sweep(wb.paper.system(), store=path, resume=True, progress=told.append, **AXES)
+    assert told[0].resumed >= 200
+    assert again.load().identical(alone)
+
+
+def test_a_closed_client_leaves_no_store(client, tmp_path) -> None:
+    client.close()
+    with pytest.raises(wb.InputError, match=r"^client: "):
+        wb.sweep(wb.paper.system(), client=client, store=tmp_path / "run.zarr", eta=[1.0])
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_error_in_a_worker_is_told(client, monkeypatch) -> None:

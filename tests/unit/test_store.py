@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ from wedgebrake.sweeps.store_identity import differences
 from wedgebrake.sweeps.store_layout import Layout
 
 PRIVATE = Path("status", ".store")
+RECORD = f"{PRIVATE.as_posix()}/identity.json"
 # Filled points have other values: the smallest and the largest chunk of the sweep.
 INNER, CORNER = (1, 1), (5, 2)
 ETA = np.linspace(-60, 12, 22)
@@ -451,7 +453,7 @@ def test_coordinates_are_written_again(path: Path, whole: dict[str, bytes]) -> N
 METADATA = ["zarr.json", "angle/zarr.json", "status/zarr.json", "eta/zarr.json"]
 
 
-@pytest.mark.parametrize("key", [*METADATA, "status/.store/identity.json"])
+@pytest.mark.parametrize("key", [*METADATA, RECORD])
 @pytest.mark.parametrize("damage", ["cut off", "empty", "missing", "of another", "no table"])
 def test_damaged_metadata_is_refused(
     path: Path, whole: dict[str, bytes], key: str, damage: str
@@ -468,6 +470,50 @@ def test_damaged_metadata_is_refused(
     with pytest.raises(InputError, match="hoose another name") as caught:
         open_again(path)
     assert key in str(caught.value)
+    assert contents(path) == before
+
+
+@pytest.mark.parametrize("key", [*(key for key in LAYOUT.files if key.endswith("json")), RECORD])
+def test_any_flipped_bit_of_metadata_is_refused_or_harmless(
+    path: Path, whole: dict[str, bytes], key: str
+) -> None:
+    put(path, whole)
+    expected = xr.open_zarr(path, consolidated=False, chunks=None).load()[list(NAMES)]
+    content = whole[key]
+    rng = np.random.default_rng(7)
+    for bit in rng.choice(8 * len(content), 60, replace=False):
+        altered = bytearray(content)
+        altered[bit // 8] ^= 1 << bit % 8
+        (path / key).write_bytes(altered)
+        with suppress(InputError), open_again(path) as store:
+            assert store.done() == set(LAYOUT.indices())
+            assert store.dataset().load().identical(expected), altered
+
+
+@pytest.mark.parametrize(
+    ("key", "old", "new"),
+    [
+        ("angle/zarr.json", b'"little"', b'"big"'),
+        ("angle/zarr.json", b'"rad"', b'"deg"'),
+        ("events/zarr.json", b'"fill_value": 0', b'"fill_value": 0.0'),
+        ("eta/zarr.json", b'"eta"', b'"etb"'),
+        ("eta/zarr.json", b'"units"', b'"unit"'),
+        ("zarr.json", b'"sweep"', b'"basins"'),
+        ("zarr.json", b'"zarr_format": 3', b'"zarr_format": 3, "more": []'),
+        (RECORD, b'"F0": 4', b'"F0": 4.0'),
+        (RECORD, b'"F0": 4', b'"F0": 5'),
+        (RECORD, b'"chunks": {', b'"chunks": [{},{'),
+    ],
+)
+def test_altered_metadata_is_refused(
+    path: Path, whole: dict[str, bytes], key: str, old: bytes, new: bytes
+) -> None:
+    put(path, whole)
+    assert old in whole[key]
+    (path / key).write_bytes(whole[key].replace(old, new))
+    before = contents(path)
+    with pytest.raises(InputError, match=r"the store is damaged.*another name"):
+        open_again(path)
     assert contents(path) == before
 
 
@@ -738,6 +784,17 @@ def test_the_working_directory_may_change(tmp_path: Path, monkeypatch: pytest.Mo
         store.write(INNER, results(LAYOUT, INNER))
         assert store.done() == {INNER}
     assert (tmp_path / "sweep.zarr" / LAYOUT.key("status", INNER)).exists()
+
+
+def test_the_working_directory_may_be_gone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    for resume in (False, True):
+        with pytest.raises(InputError, match=r"'sweep.zarr': the working directory,.* no longer"):
+            SweepStore.open("sweep.zarr", LAYOUT, IDENTITY, resume=resume)
+    with begin(tmp_path / "sweep.zarr", INNER) as store:
+        assert store.done() == {INNER}
 
 
 # Folders that are none of ours

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +20,7 @@ from wedgebrake.app.plates.machine import following, settings
 from wedgebrake.app.snippet import samples, snippet
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.linear_stability import stability_map
+from wedgebrake.model.netcdf import netcdf
 from wedgebrake.model.part import shown
 from wedgebrake.plots.draw import plot
 from wedgebrake.plots.save import image
@@ -120,10 +119,7 @@ def _netcdf(desk: Desk) -> bytes:
             f"format = 'netcdf': needs {' and '.join(missing)} where the explorer runs. Install the"
             " extra: pip install 'wedgebrake[netcdf]'; or export CSV."
         )
-    with tempfile.TemporaryDirectory(prefix="wedgebrake-") as folder:
-        path = Path(folder) / "response.nc"
-        _response(desk).to_netcdf(path, engine="h5netcdf")
-        return path.read_bytes()
+    return netcdf(_response(desk))
 
 
 def _csv(desk: Desk) -> bytes:

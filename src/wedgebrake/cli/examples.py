@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import wedgebrake
-from wedgebrake.cli.output import check_target
+from wedgebrake.cli.output import check_target, write_new
 from wedgebrake.errors import InputError, nearest
 
 _PACKAGE = Path(wedgebrake.__file__).parent
@@ -34,15 +34,12 @@ def example(name: str) -> str:
 def written(name: str, path: Path) -> Path:
     """Write an example to a new file; returns its full path.
 
-    Raises ``InputError`` for a name that is none, and for a file that is there or cannot be.
+    Raises ``InputError`` for a name that is none, and for a file that is there or cannot be;
+    ``OutputError`` where it cannot be written, and then leaves none.
     """
     text = example(name)
     check_target("--out", path, (".toml",))
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise InputError(f"--out {path}: is there already. Choose another name.") from None
+    write_new(text.encode(), path)
     return path.resolve()
 
 

@@ -5,14 +5,11 @@ Exit status: 0 done, 2 the input is wrong, 1 anything else.
 
 from __future__ import annotations
 
+# Light, and so is what imports this: Ctrl-C is heard from ``main`` on.
 import errno
 import gc
-import io
 import os
 import sys
-
-from wedgebrake.cli.waiting import Interrupted, hearing_interrupts
-from wedgebrake.errors import InputError, OutputError
 
 USUAL_COLLECTIONS = gc.get_threshold()
 """How often Python collects garbage of itself."""
@@ -20,34 +17,56 @@ USUAL_COLLECTIONS = gc.get_threshold()
 
 def main() -> None:
     """Run the command line and exit."""
-    _spell_any_name()
+    try:
+        from wedgebrake.cli.streams import standard_streams
+
+        with standard_streams():
+            _listening()
+    except KeyboardInterrupt:  # before it is heard as below
+        _interrupted()
+
+
+def _listening() -> None:
+    """Run the command line; Ctrl-C ends it with a word."""
+    from wedgebrake.cli.waiting import Interrupted, hearing_interrupts
+
+    try:
+        with hearing_interrupts():
+            _run()
+    except (Interrupted, KeyboardInterrupt) as error:
+        _interrupted(*_notes(error))
+
+
+def _interrupted(*notes: str) -> None:
+    """End at once: a computation may go on in its thread, and Python must not end under it.
+
+    notes : lines on what is kept
+    """
+    _say("\n".join(["interrupted", *notes]))
+    os._exit(1)
+
+
+def _run() -> None:
+    from wedgebrake.errors import InputError, OutputError
+
     # Libraries make objects by the hundred thousand as they load, which stay: a collection
     # after every 700 finds nothing and costs a quarter of a second.
     gc.set_threshold(50_000, 10, 10)
     try:
-        with hearing_interrupts():
-            from wedgebrake.cli.commands import app
+        from wedgebrake.cli.commands import app
 
-            app(prog_name="wedgebrake")
+        app(prog_name="wedgebrake")
     except InputError as error:
         _stop(f"error: {error}", 2)
     except OutputError as error:
         _stop(f"error: {error}", 1)
-    except (Interrupted, KeyboardInterrupt) as error:
-        # At once: the computation still goes on in its thread, and Python must not be taken
-        # apart under it.
-        _say("\n".join(["interrupted", *_notes(error)]))
-        os._exit(1)
     except MemoryError as error:
         way_out = (
             "Lower duration, periods or samples_per_period, for example with --set periods=100."
         )
         _stop(f"error: not enough memory. {' '.join(_notes(error)) or way_out}", 1)
     except OSError as error:
-        # Standard output fails; it must not be tried again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        # EPIPE: the reader has gone, as in `| head`, and nothing is left to say.
-        _stop("" if error.errno == errno.EPIPE else f"error: {error}", 1)
+        _stop_at(error)
     except Exception as error:
         if "no locator available" in str(error):  # in Numba's words, as it loads
             _stop(
@@ -64,11 +83,34 @@ def main() -> None:
         )
 
 
-def _spell_any_name() -> None:
-    """Let names that the terminal's encoding lacks be written with escapes, not refused."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+def _stop_at(error: OSError) -> None:
+    """End where the system refuses something, mostly to write on standard output."""
+    if error.errno == errno.ENOENT and not _has_folder():
+        _stop(
+            "error: the working directory no longer exists. Change into one that exists, for"
+            " example with cd.",
+            2,
+        )
+    # Standard output must not be tried again at exit.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    if error.errno == errno.EPIPE:  # the reader has gone, as in `| head`: nothing is left to say
+        _stop("", 1)
+    _stop(
+        "error: standard output is closed: nothing can be printed on it. Open it, or send it to"
+        " /dev/null."
+        if error.errno == errno.EBADF
+        else f"error: {error}",
+        1,
+    )
+
+
+def _has_folder() -> bool:
+    """Whether there is a working directory."""
+    try:
+        os.getcwd()  # noqa: PTH109 - not for its path
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def _notes(error: BaseException) -> list[str]:

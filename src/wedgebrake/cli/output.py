@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
+import os
 import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wedgebrake.errors import InputError, OutputError
+from wedgebrake.model import netcdf
+from wedgebrake.model.files import write
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,15 +75,28 @@ def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
 
     Raises ``OutputError`` where the file cannot be written.
     """
-    beside = _beside(path)
+    with _as_option(path):
+        netcdf.write_netcdf(dataset, path)
+
+
+def write_new(content: bytes, path: Path) -> None:
+    """Write a file that is not there yet, whole or not at all.
+
+    Raises ``InputError`` where it is there, ``OutputError`` where it cannot be written.
+    """
+    if os.path.lexists(path):
+        raise InputError(f"--out {path}: is there already. Choose another name.")
+    with _as_option(path):
+        write(path, content)
+
+
+@contextmanager
+def _as_option(path: Path) -> Iterator[None]:
+    """Inside, an error of a path names it as the option ``--out``."""
     try:
-        dataset.to_netcdf(beside, engine="h5netcdf")
-        beside.replace(path)
-    except OSError as error:
-        raise OutputError(f"--out {path}: cannot be written ({error}).") from None
-    finally:
-        with contextlib.suppress(OSError):
-            beside.unlink(missing_ok=True)
+        yield
+    except OutputError as error:
+        raise OutputError(str(error).replace(f"path = {str(path)!r}", f"--out {path}")) from None
 
 
 def _beside(path: Path) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -186,5 +186,10 @@ def _what_is_kept(storing: Storing, last: Progress | None) -> str:
 def _in_options(text: str, storing: Storing) -> str:
     """A message about the arguments of a store, about the options of the command line."""
     if storing.path is not None:
-        text = text.replace(f"path = {str(storing.path.absolute())!r}", f"--store {storing.path}")
+        # Absolute, but where there is no working directory any more.
+        names = [str(storing.path)]
+        with suppress(FileNotFoundError):
+            names.append(str(storing.path.absolute()))
+        for name in names:
+            text = text.replace(f"path = {name!r}", f"--store {storing.path}")
     return text.replace("resume=True (--resume on the command line)", "--resume")

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
+import os
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import Any, NoReturn, TypeVar
 
 _Result = TypeVar("_Result")
@@ -24,13 +27,22 @@ def hearing_interrupts() -> Iterator[None]:
         yield
         return
     signal.signal(signal.SIGINT, _interrupt)
+    # As the process ends, Ctrl-C ends it and needs no words.
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_DFL)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _interrupt(*_: Any) -> NoReturn:
+def _interrupt(_: int, frame: FrameType | None) -> NoReturn:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            # Amid an import an exception may get lost, or become another one; and nothing has
+            # been begun that must be brought to an end.
+            os.write(2, b"interrupted\n")
+            os._exit(1)
+        frame = frame.f_back
     raise Interrupted
 
 
@@ -57,6 +69,7 @@ def interruptible(
     while thread.is_alive():
         thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
         meanwhile()
+    meanwhile()  # the work may have ended just after the last time
     if errors:
         raise errors[0]
     return results[0]

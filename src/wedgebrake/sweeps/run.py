@@ -109,6 +109,8 @@ def sweep(
         For arguments that are wrong, or a store that does not fit.
     OutputError
         If the store cannot be written; what is in it stays valid.
+    WedgebrakeError
+        If the Dask cluster is lost; what is in the store stays valid.
     """
     plan = make_plan(
         "sweep", system, parameters, periods=periods, transient=transient, limit=limit,
@@ -185,13 +187,7 @@ def execute(
     bar = Bar() if shows and not callable(progress) else None
     report = progress if callable(progress) else bar
 
-    def work(layout: Layout, wanted: list[ChunkIndex]) -> Iterator[tuple[ChunkIndex, Any]]:
-        from wedgebrake.sweeps.workers import by_cluster, by_threads, processors
-
-        if client is not None:
-            return by_cluster(plan, layout, wanted, client)
-        return by_threads(plan, layout, wanted, threads or processors())
-
+    work = _workers(plan, threads, client)  # before a store is created: they may be none
     with bar or nullcontext():
         if store is None:
             return _in_memory(plan, work, report)
@@ -199,6 +195,15 @@ def execute(
 
 
 _Work = Callable[[Layout, list[ChunkIndex]], Iterator[tuple[ChunkIndex, Any]]]
+
+
+def _workers(plan: Plan, threads: int | None, client: Any) -> _Work:
+    """Who computes the chunks of a plan: a cluster, or threads of this machine."""
+    from wedgebrake.sweeps.workers import Cluster, by_threads, processors
+
+    if client is not None:
+        return Cluster(plan, client).chunks
+    return lambda layout, wanted: by_threads(plan, layout, wanted, threads or processors())
 
 
 def _in_memory(plan: Plan, work: _Work, report: Report | None) -> xr.Dataset:

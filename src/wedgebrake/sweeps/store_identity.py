@@ -45,9 +45,9 @@ def verify(target: Path, layout: Layout, record: dict[str, Any]) -> Layout:
             {name: has[name] for name in ("dims", "variables")},
             {name: record["layout"][name] for name in ("dims", "variables")},
         )
-        if not lines and has["chunks"] != record["layout"]["chunks"]:
-            layout = dataclasses.replace(layout, chunks=has["chunks"])
-    except (KeyError, TypeError, ValueError) as error:
+        if not lines:
+            layout = dataclasses.replace(layout, chunks=_lengths(has["chunks"]))
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise _damaged(target, IDENTITY, f"{type(error).__name__}: {error}") from None
     if lines:
         raise InputError(
@@ -59,28 +59,31 @@ def verify(target: Path, layout: Layout, record: dict[str, Any]) -> Layout:
     return layout
 
 
+def _lengths(chunks: Any) -> dict[str, int]:
+    """The lengths of chunks in a store, which may be others than those asked for."""
+    if not all(type(length) is int for length in chunks.values()):
+        raise TypeError(f"chunks = {chunks!r}")
+    return dict(chunks)
+
+
 def _check_arrays(target: Path, layout: Layout) -> None:
-    """Refuse metadata that is missing or altered; write coordinates again if need be."""
+    """Refuse metadata that is missing or altered; write coordinates again if need be.
+
+    All of a document counts: its words are part of the result, and zarr reads the rest.
+    """
     for key, content in layout.files.items():
         if not key.endswith("zarr.json"):
             _mend(target, key, content)
             continue
-        lines = differences(_meaning(_read_json(target, key)), _meaning(json.loads(content)))
-        if lines:
-            raise _damaged(target, key, "; ".join(lines))
+        stored, wanted = _read_json(target, key), json.loads(content)
+        if _exactly(stored) != _exactly(wanted):
+            lines = differences(stored, wanted) or ["its numbers are of another type"]
+            raise _damaged(target, key, "; ".join(lines[:_SHOWN]))
 
 
-def _meaning(metadata: Any) -> dict[str, Any]:
-    """What an array or a group is; the rest of its metadata is wording and bookkeeping."""
-    names = ("node_type", "shape", "data_type", "chunk_grid", "chunk_key_encoding", "fill_value")
-    metadata = metadata if isinstance(metadata, dict) else {}
-    codecs = metadata.get("codecs")
-    return {
-        **{name: metadata.get(name) for name in names},
-        "codecs": [one.get("name") if isinstance(one, dict) else one for one in codecs]
-        if isinstance(codecs, list)
-        else codecs,
-    }
+def _exactly(document: Any) -> str:
+    """A text that is the same for the same document; it tells 1 from 1.0."""
+    return json.dumps(document, sort_keys=True)
 
 
 def _mend(target: Path, key: str, content: bytes) -> None:
@@ -99,7 +102,7 @@ def _mend(target: Path, key: str, content: bytes) -> None:
 def _read_json(target: Path, key: str) -> Any:
     try:
         return json.loads((target / key).read_bytes())
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         why = reason(error) if isinstance(error, OSError) else f"not JSON: {error}"
         raise _damaged(target, key, why) from None
 

@@ -9,9 +9,10 @@ import os
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
 from typing import Any
 
-from wedgebrake.errors import InputError
+from wedgebrake.errors import InputError, WedgebrakeError
 from wedgebrake.sweeps.compute import Chunk, compute
 from wedgebrake.sweeps.parts import Parts
 from wedgebrake.sweeps.plan import Plan
@@ -59,44 +60,80 @@ def by_threads(
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def by_cluster(
-    plan: Plan, layout: Layout, wanted: Sequence[ChunkIndex], client: Any
-) -> Iterator[Done]:
-    """Chunks in the order in which the workers of a ``distributed.Client`` finish them.
+class Cluster:
+    """The workers of a ``distributed.Client``, with the plan sent to them.
 
-    A worker that dies takes the chunk in its hands with it; another one computes it again.
+    Raises ``InputError`` where it cannot be sent.
     """
-    from distributed import as_completed
 
-    waiting = iter(wanted)
-    running: dict[Any, ChunkIndex] = {}
+    def __init__(self, plan: Plan, client: Any) -> None:
+        self._client = client
+        try:
+            # Without the hash, or the plan of an earlier sweep that is alike, and is being
+            # forgotten, would stand for this one.
+            [self._plan] = client.scatter([plan], broadcast=True, hash=False)
+            self._hands = max(1, sum(client.nthreads().values()))
+        except Exception as error:  # closed clients raise whatever comes
+            raise InputError(
+                f"client: the sweep cannot be sent to its workers ({_first_line(error)}). Use a"
+                " client that is open, and define brakes and laws of your own in a module."
+            ) from None
+
+    def chunks(self, layout: Layout, wanted: Sequence[ChunkIndex]) -> Iterator[Done]:
+        """Chunks in the order in which the workers finish them.
+
+        A worker that dies takes the chunk in its hands with it; another one computes it again.
+
+        Raises ``WedgebrakeError`` where the whole cluster is lost, or its client is closed.
+        """
+        from distributed import as_completed
+
+        waiting = iter(wanted)
+        running: dict[Any, ChunkIndex] = {}
+
+        def submit() -> list[Any]:
+            index = next(waiting, None)
+            if index is None:
+                return []
+            with _words():
+                future = self._client.submit(compute, self._plan, layout.slices(index), pure=False)
+            running[future.key] = index
+            return [future]
+
+        # As many as there are hands, so that results do not wait on workers that may die.
+        finished = as_completed([one for _ in range(self._hands) for one in submit()])
+        try:
+            while running:
+                with _words():
+                    future = next(finished)
+                with _words(future):
+                    results = future.result()
+                yield running.pop(future.key), results
+                finished.update(submit())
+        finally:
+            # Where the cluster is lost, nothing is left to cancel.
+            with suppress(Exception):
+                self._client.cancel(list(finished.futures), force=True)
+
+
+@contextmanager
+def _words(future: Any = None) -> Iterator[None]:
+    """Inside, whatever a client raises that has lost its cluster becomes words.
+
+    future : what is asked for its result; an error of the computation itself is left alone
+    """
     try:
-        # Without the hash, or the plan of an earlier sweep that is alike, and is being forgotten,
-        # would stand for this one.
-        [shared] = client.scatter([plan], broadcast=True, hash=False)
-        hands = max(1, sum(client.nthreads().values()))
-    except (TypeError, RuntimeError, OSError) as error:
-        raise InputError(
-            f"client: the sweep cannot be sent to its workers ({str(error).splitlines()[0]}). Use a"
-            " client that is open, and define brakes and laws of your own in a module."
-        ) from None
+        yield
+    except Exception as error:
+        own = future is not None and future.status == "error"
+        if own and type(error).__name__ != "KilledWorker":  # it died with every worker
+            raise
+        raise WedgebrakeError(
+            f"client: the cluster was lost, or its client closed ({_first_line(error)}). What is"
+            " in the store stays valid: the same call with a client that is open and resume=True"
+            " goes on. Without a store nothing is kept."
+        ) from error
 
-    def submit() -> Any:
-        index = next(waiting, None)
-        if index is None:
-            return None
-        future = client.submit(compute, shared, layout.slices(index), pure=False)
-        running[future.key] = index
-        return future
 
-    # As many as there are hands, so that results do not wait on workers that may die.
-    first = [submit() for _ in range(hands)]
-    finished = as_completed([one for one in first if one is not None])
-    try:
-        for future in finished:
-            yield running.pop(future.key), future.result()
-            following = submit()
-            if following is not None:
-                finished.add(following)
-    finally:
-        client.cancel(list(finished.futures), force=True)
+def _first_line(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

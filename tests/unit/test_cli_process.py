@@ -1,0 +1,189 @@
+"""The command line as a process: streams that are closed, names that are no words, Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
+SHORT = ["--set", "periods=20"]
+# Clears a terminal, colours it, goes back to the start of a line, rings; and the same in C1.
+RUDE = "a\x1b[2J\x1b[31m\rb\x07\x9b31m"
+
+
+def program(*arguments: object, closing: str = "", **options) -> subprocess.CompletedProcess[str]:
+    """The command line in a process; ``closing`` is what a shell appends."""
+    command = [sys.executable, "-P", "-m", "wedgebrake", *map(str, arguments)]
+    if closing:
+        command = ["sh", "-c", f'"$@" {closing}', "sh", *command]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, **options)
+
+
+class TestClosedStreams:
+    @pytest.mark.parametrize(
+        "command",
+        [["simulate", PAPER, *SHORT, "--json"], ["simulate", PAPER, *SHORT], ["stability", PAPER],
+         ["schema"], ["example", "paper"], ["--version"], ["--help"]],
+    )  # fmt: skip
+    @pytest.mark.parametrize("closing", [">&-", ">&- <&-"])
+    def test_what_cannot_be_said_is_an_error(self, command, closing, tmp_path):
+        done = program(*command, closing=closing, cwd=tmp_path)
+        assert done.returncode == 1
+        (line,) = done.stderr.splitlines()[-1:]
+        assert line.startswith("error: standard output is closed")
+
+    def test_no_file_takes_the_place_of_a_stream(self, tmp_path):
+        order = ["simulate", PAPER, *SHORT, "--out", "r.nc"]
+        wanted = program(*order, cwd=tmp_path)
+        assert wanted.returncode == 0
+        content = (tmp_path / "r.nc").read_bytes()
+        done = program(*order, closing=">&- 2>&- <&-", cwd=tmp_path)
+        assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
+        assert (tmp_path / "r.nc").read_bytes() == content
+
+    def test_messages_that_nobody_hears(self, tmp_path):
+        done = program("--version", closing="2>&- <&-", cwd=tmp_path)
+        assert (done.returncode, done.stdout[:10]) == (0, "wedgebrake")
+        assert program("no such command", closing="2>&-", cwd=tmp_path).returncode == 2
+
+
+class TestNames:
+    """What a name holds never moves the cursor of a terminal."""
+
+    @staticmethod
+    def on_a_terminal(folder: Path, *arguments: str, **variables: str) -> bytes:
+        """All that a terminal gets from a command."""
+        ours, theirs = pty.openpty()
+        with subprocess.Popen(
+            [sys.executable, "-m", "wedgebrake", *arguments],
+            cwd=folder, stdin=theirs, stdout=theirs, stderr=theirs, env=os.environ | variables,
+        ):  # fmt: skip
+            os.close(theirs)
+            text = b""
+            try:
+                while part := os.read(ours, 65536):
+                    text += part
+            except OSError:  # so Linux says that the other end is closed
+                pass
+        os.close(ours)
+        return text
+
+    @pytest.mark.parametrize(
+        "arguments",
+        [
+            ("simulate", f"{RUDE}.toml", *SHORT, "--out", f"{RUDE}.nc"),
+            ("sweep", f"{RUDE}.toml", "--over", "eta=1,2", "--periods", "12", "--transient", "10",
+             "--out", f"{RUDE}.nc"),
+            ("simulate", f"{RUDE}.no"),
+            ("simulate", "a.toml", RUDE),
+            ("simulate", f"{RUDE}.toml", "--out", f"{RUDE}/r.nc"),
+            ("sweep", f"{RUDE}.toml", "--over", RUDE),
+            ("example", RUDE),
+            (RUDE,),
+        ],
+    )  # fmt: skip
+    @pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
+    def test_is_written_as_escapes(self, arguments, encoding, tmp_path):
+        (tmp_path / f"{RUDE}.toml").write_text(PAPER.read_text())
+        text = self.on_a_terminal(tmp_path, *arguments, PYTHONIOENCODING=encoding)
+        lines = text.replace(b"\r\n", b"\n")
+        # The bar of a sweep has control characters of its own, and none of the names in it.
+        assert b"[31m" in lines
+        assert b"\\x1b" in lines
+        for bad in (b"\x1b[2J", b"\x1b[31m", b"\rb", b"\x07", "\x9b".encode(), b"\x9b31m"):
+            assert bad not in lines, lines
+
+    def test_of_a_file_is_as_it_was(self, tmp_path):
+        (tmp_path / f"{RUDE}.toml").write_text(PAPER.read_text())
+        done = program("simulate", f"{RUDE}.toml", *SHORT, "--out", f"{RUDE}.nc", cwd=tmp_path)
+        assert done.returncode == 0
+        assert (tmp_path / f"{RUDE}.nc").is_file()
+
+
+class TestNoFolder:
+    """The working directory was deleted."""
+
+    @pytest.fixture
+    def gone(self, tmp_path) -> str:
+        """What a shell does before a command."""
+        (tmp_path / "gone").mkdir()
+        return f"cd {tmp_path / 'gone'} && rmdir {tmp_path / 'gone'} && exec "
+
+    @pytest.mark.parametrize(
+        "arguments",
+        [
+            ["sweep", PAPER, "--over", "eta=1,2", "--store", "r.zarr"],
+            ["sweep", PAPER, "--over", "eta=1,2", "--store", "r.zarr", "--resume"],
+            ["simulate", PAPER, "--out", "r.nc"],
+            ["example", "paper", "--out", "e.toml"],
+        ],
+    )
+    def test_is_said(self, arguments, gone):
+        command = [sys.executable, "-P", "-m", "wedgebrake", *map(str, arguments)]
+        done = subprocess.run(
+            ["sh", "-c", f'{gone}"$@"', "sh", *command],
+            capture_output=True, text=True, timeout=120,
+        )  # fmt: skip
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.startswith("error: ")
+        assert "Errno" not in done.stderr
+
+
+# Sends Ctrl-C to its own process as it imports its NUMBERth module from one of ours on.
+STRIKES = """
+import os, signal, sys
+left = None
+def hear(event, arguments):
+    global left
+    if event != "import":
+        return
+    if left is None and arguments[0] == "wedgebrake.cli.waiting":
+        left = int(os.environ["NUMBER"])
+    if left is not None:
+        left -= 1
+        if left == 0:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.addaudithook(hear)
+"""
+
+
+def start(*arguments: object, **options) -> subprocess.Popen[str]:
+    """A command that hears Ctrl-C, also where the tests do not (in the background)."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "wedgebrake", *map(str, arguments)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), **options,
+    )  # fmt: skip
+
+
+class TestInterrupt:
+    @pytest.mark.parametrize("number", [1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233, 377])
+    def test_at_any_import(self, number, tmp_path):
+        """From the first line of the program on; before that, Python itself is starting."""
+        (tmp_path / "sitecustomize.py").write_text(STRIKES)
+        path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+        process = start(
+            "simulate", PAPER, "--set", "periods=100000",
+            env=os.environ | {"NUMBER": str(number), "PYTHONPATH": path},
+        )  # fmt: skip
+        text, message = process.communicate(timeout=120)
+        assert (process.returncode, text, message) == (1, "", "interrupted\n")
+
+    @pytest.mark.parametrize("delay", [0.01, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5])
+    def test_at_any_time(self, delay):
+        """No traceback comes from ``main``; before it is called, Python itself is starting."""
+        process = start("simulate", PAPER, "--set", "periods=1000000")
+        time.sleep(delay)
+        process.send_signal(signal.SIGINT)
+        text, message = process.communicate(timeout=120)
+        assert process.returncode in (1, -signal.SIGINT)
+        assert text == ""
+        assert ", in main\n" not in message
+        assert "Exception ignored" not in message

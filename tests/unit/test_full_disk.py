@@ -1,0 +1,66 @@
+"""Full disks: a word and exit status 1, the old file as it was, and nothing beside it."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+
+from disks import earlier, with_room
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PAPER = EXAMPLES / "paper.toml"
+FULL = os.strerror(errno.EFBIG).lower()
+
+# What is written: of some ten kilobytes, the examples of one.
+DATA = {
+    "simulate": ["simulate", PAPER, "--set", "periods=20", "--out", "r.nc"],
+    "sweep": ["sweep", PAPER, "--over", "eta=-12:12:4", "--periods", "20", "--transient", "10",
+              "--out", "r.nc"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", DATA)
+def test_netcdf(command, run, tmp_path):
+    assert run(*DATA[command])[0] == 0  # with its kernels compiled
+    target = tmp_path / "r.nc"
+    size = target.stat().st_size
+    target.write_bytes(b"earlier")
+    # Room for nothing, for the head, for all but the end.
+    for room in (0, 3000, size - 1):
+        done = with_room(room, "-m", "wedgebrake", *DATA[command], cwd=tmp_path)
+        assert done.returncode == 1, (room, done.stderr)
+        assert done.stderr.splitlines()[-1].startswith("error: --out r.nc: cannot be written")
+        assert FULL in done.stderr
+        assert "Traceback" not in done.stderr
+        assert earlier(tmp_path, "r.nc") == b"earlier"
+    done = with_room(size, "-m", "wedgebrake", *DATA[command], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert earlier(tmp_path, "r.nc").startswith(b"\x89HDF")
+
+
+def test_export_of_the_page(tmp_path):
+    """A page is served on, also where no file can be written at all."""
+    program = (
+        "from wedgebrake.app.export import export\n"
+        "from wedgebrake.app.presets import START, preset\n"
+        "content = export(preset(START).desk().edited(periods=40), 'netcdf').content\n"
+        "print(content[1:4].decode(), len(content))\n"
+    )
+    assert with_room(2**30, "-c", program, cwd=tmp_path).returncode == 0  # kernels compiled
+    done = with_room(0, "-c", program, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    kind, size = done.stdout.split()
+    assert (kind, int(size) > 10_000) == ("HDF", True)
+
+
+def test_example_leaves_no_empty_file(tmp_path):
+    order = ("-m", "wedgebrake", "example", "paper", "--out", "mine.toml")
+    done = with_room(100, *order, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("error: --out mine.toml: cannot be written")
+    assert list(tmp_path.iterdir()) == []
+    assert with_room(100_000, *order, cwd=tmp_path).returncode == 0
+    assert (tmp_path / "mine.toml").read_bytes() == PAPER.read_bytes()
