@@ -416,7 +416,8 @@ def _run(
             hit, t, _, _, theta, w, a, spent = slip(
                 row, w2, f, omega, low, high, t, t_end, sin0, cos0, theta, w, a, max_steps - steps
             )
-            steps += spent
+            # A step without length counts: where only such follow, the run must end too.
+            steps += max(spent, 1)
             if hit == OUT_OF_PATIENCE:
                 return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
             if trailing:

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 from pydantic import ConfigDict, Field, model_validator
 
-from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.part import Member, parameter
 
 
 def _kinetic(**extra: Any) -> Any:
@@ -31,7 +31,7 @@ def _static() -> Any:
     )  # fmt: skip
 
 
-class Friction(Part):
+class Friction(Member):
     """A friction law."""
 
     table: ClassVar[str] = "friction"
