@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, ClassVar, get_args
 
 import numpy as np
@@ -79,7 +80,7 @@ class Member(Part):
     @classmethod
     def _not_vanishing(cls, value: Any, info: ValidationInfo) -> Any:
         """Refuse what is not zero, but so small that its powers and ratios would be."""
-        for number in value if isinstance(value, tuple) else (value,):
+        for number in _flat(value):
             if isinstance(number, float) and 0.0 < abs(number) < SMALLEST:
                 field = cls.model_fields[str(info.field_name)]
                 positive = any(getattr(limit, "gt", None) == 0 for limit in field.metadata)
@@ -89,6 +90,15 @@ class Member(Part):
                     " range of floating-point numbers."
                 )
         return value
+
+
+def _flat(value: Any) -> Iterator[Any]:
+    """The entries of tuples of tuples."""
+    if not isinstance(value, tuple):
+        yield value
+        return
+    for entry in value:
+        yield from _flat(entry)
 
 
 def explain(error: ValidationError, model: type[Part]) -> str:
