@@ -347,6 +347,7 @@ def _run(
     seen,
     work,
     trail,
+    stop,
 ):
     """Advance from (period, t, theta, w) to (last_period, last_time).
 
@@ -365,6 +366,7 @@ def _run(
     want_*     (m,) wanted times, ascending; seen (m, 2) receives (theta, w)
     work       (SCRATCH_ROWS, dop853.SUMS), scratch
     trail      (n, TRAIL_COLUMNS) receives every step that moved; no rows: not wanted
+    stop       None, or (1,): set to True by another thread, ends the run as a limit of steps does
 
     Returns (outcome, period, t, theta, w, steps, rows, seen count, trail rows).
     """
@@ -477,7 +479,11 @@ def _run(
             kind = BAND_ENTERED if inside else BAND_LEFT
             rows = _write(log, rows, kind, period, when, theta, w, side)
 
-        if steps > max_steps:
+        given_up = steps > max_steps
+        # Numba leaves out a branch whose argument is None.
+        if stop is not None:
+            given_up = given_up or stop[0]
+        if given_up:
             return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
         if not math.isfinite(w) or abs(w - w_rest) >= w_diverged:
             return DIVERGED, period, t, theta, w, steps, rows, wanted, left
@@ -518,6 +524,7 @@ def _signature():
         types.UniTuple(real, 6), types.Tuple((laws, numbers, tableau, matrix)), types.none, vector,
         matrix, flags, matrix, whole, real, real, types.UniTuple(real, 3), real, whole, real, real,
         real, whole, real, whole, matrix, indices, vector, matrix, matrix, matrix,
+        types.Array(types.boolean, 1, "C"),
     )  # fmt: skip
 
 

@@ -55,7 +55,7 @@ def _advance(
             outcome, _, _, theta1, w1, spent, rows, _, left = run(
                 plant, pair, series, edges, kinks, linear, table, rest_edge, band, w_diverged,
                 tolerances, h_max, 0, 0.0, theta, w, 1, 0.0, max_steps - steps, log, number, time,
-                none, work, trail,
+                none, work, trail, None,
             )  # fmt: skip
             if outcome != LOG_FULL:
                 break

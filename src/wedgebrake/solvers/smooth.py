@@ -261,7 +261,7 @@ def _run(
         log = np.empty((rows, kernel.LOG_COLUMNS))
         outcome, *final, steps, used, reached, _ = run(
             *given, *task.start, task.angle, task.velocity, *task.end, max_steps, log,
-            number, rest, seen, work, no_trail,
+            number, rest, seen, work, no_trail, task.stop,
         )  # fmt: skip
         if outcome != codes.LOG_FULL:
             state = (final[0], final[1], final[2], final[3])
