@@ -29,8 +29,9 @@ from printed import strict_json, unwrapped
 from wedgebrake.cli import output as files
 from wedgebrake.cli.main import main
 from wedgebrake.cli.report import to_json
-from wedgebrake.cli.waiting import announce_compilation, interruptible
+from wedgebrake.cli.waiting import announce_compilation
 from wedgebrake.model.study import schema
+from wedgebrake.solvers.waiting import interruptible
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

@@ -1,9 +1,35 @@
-"""Brake torque of a smooth law along a motion."""
+"""Brake torque of a smooth law, and velocity under a linear one, along a motion."""
+
+import math
 
 from numba import types
 
-from .compiling import compiled_for
+from .compiling import compiled, compiled_for
+from .flow import entry, state_at
 from .torque import LAWS, SHAPES, brake_torque
+
+
+@compiled
+def velocities(table, pieces, w2, f, omega, start, theta, w, tau, out):
+    """Velocities [rad/s] at the times ``tau`` after states in linear pieces, into ``out``.
+
+    table    : (pieces, flow.COLUMNS) constants of the pieces, of which each state is in one
+    pieces   : (n,), negative at rest; start, theta, w: (n,) times in the period and states
+    tau, out : (n, m)
+    """
+    for i in range(pieces.size):
+        if pieces[i] < 0:
+            out[i, :] = w[i]
+            continue
+        row = table[pieces[i]]
+        sin0, cos0 = math.sin(omega * start[i]), math.cos(omega * start[i])
+        coefficients = entry(row, w2, omega, theta[i], w[i], sin0, cos0)
+        for j in range(tau.shape[1]):
+            phase = omega * (start[i] + tau[i, j])
+            _, out[i, j] = state_at(
+                row, w2, f, omega, theta[i], w[i], sin0, cos0, coefficients, tau[i, j],
+                math.sin(phase), math.cos(phase),
+            )  # fmt: skip
 
 
 def _torques(laws, shapes, radius, initial_force, slope, release, v, out):

@@ -89,6 +89,18 @@ def acceleration(plant, laws, numbers, drive, theta, w):
 
 
 @compiled
+def room(poles, w):
+    """How far from ``w`` the nearest pole of the law lies, at least.
+
+    poles : (n, 2) over theta', where each lies and how far off the real axis
+    """
+    least = math.inf
+    for i in range(poles.shape[0]):
+        least = min(least, abs(w - poles[i, 0]) + poles[i, 1])
+    return least
+
+
+@compiled
 def drive_at(plant, t):
     """The driving torque at the time t."""
     return plant[3] * math.sin(plant[4] * t)

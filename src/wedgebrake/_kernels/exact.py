@@ -97,6 +97,7 @@ def run(
     max_events,
     log,
     poincare,
+    stop=None,
 ):
     """Advance from (period, t, theta, w) to (last_period, last_time).
 
@@ -109,6 +110,7 @@ def run(
     t, last_time     time inside the period, in [0, 2 pi/omega]
     log              (rows, LOG_COLUMNS); no rows: nothing is logged
     poincare         (n, 2) receives (theta, w) at the start of each later period
+    stop             None, or (1,): set to True by another thread, ends the run as a limit does
 
     Returns (outcome, period, t, theta, w, events, rows, evaluations). Runs on when called
     again with what it returned, also where the log is full: its last row is then written
@@ -170,6 +172,10 @@ def run(
             if events >= max_events:
                 return EVENT_LIMIT, period, t, theta, w, events, rows, evaluations
 
+        # Numba leaves out a branch whose argument is None.
+        if stop is not None:  # noqa: SIM102 - one condition alone is left out by Numba
+            if stop[0]:
+                return EVENT_LIMIT, period, t, theta, w, events, rows, evaluations
         final = period >= last_period
         t_end = last_time if final else length
         if final and t >= t_end:

@@ -169,7 +169,7 @@ def run(
                         plants[lane], edges[lane], row, here, w_diverged[lane], inputs, lane, t0,
                         length, max_steps - steps[lane],
                     )  # fmt: skip
-                    steps[lane] += spent
+                    steps[lane] += max(spent, 1)
                 fresh = False
                 w = inputs[W, lane]
                 if hit == OUT_OF_PATIENCE or steps[lane] > max_steps:

@@ -152,6 +152,7 @@ def _run(
     wanted,
     seen,
     work,
+    stop,
 ):
     """Advance from (theta, w) by the time ``end`` or, to stay on the grid, up to h more.
 
@@ -168,6 +169,7 @@ def _run(
     log        (rows, LOG_COLUMNS), times elapsed
     wanted     (m,) ascending; seen (m, SEEN_COLUMNS) receives the state there
     work       (4, 2) scratch
+    stop       (1,) set to True by another thread, ends the run as the limit of steps does
 
     Returns (outcome, elapsed time, theta, w, steps, rows, seen count).
     """
@@ -191,7 +193,7 @@ def _run(
         count += 1
 
     while now < end - SNAP * h:
-        if steps >= max_steps:
+        if steps >= max_steps or stop[0]:
             return STEP_LIMIT, now, theta, w, steps, rows, count
         if rows + 2 > log.shape[0]:
             return LOG_FULL, now, theta, w, steps, rows, count
@@ -293,7 +295,7 @@ def _signature():
     return (
         types.UniTuple(real, 6), LAW, SHAPE, LAW, SHAPE, numbers, real, real, real, real,
         types.Array(whole, 1, "C"), matrix, real, real, real, real, whole, matrix, vector,
-        matrix, matrix,
+        matrix, matrix, types.Array(types.boolean, 1, "C"),
     )  # fmt: skip
 
 

@@ -44,6 +44,7 @@ from .dop853 import (
     error_norm,
     extend,
     first_root,
+    room,
     step,
 )
 from .flow import BLOCKED, G2, KIND, entry, state_at
@@ -170,7 +171,7 @@ def _attempt(plant, laws, numbers, tableau, tolerances, work, t, theta, w, a, h)
 
 @compiled
 def _numeric_step(
-    plant, laws, numbers, tableau, tolerances, work, reach, t, theta, w, a, h, h_left, low, high,
+    plant, laws, numbers, tableau, tolerances, work, poles, t, theta, w, a, h, h_left, low, high,
     tiny, stalled,
 ):  # fmt: skip
     """One accepted step, ended at the first kink that it would cross.
@@ -183,8 +184,8 @@ def _numeric_step(
     _, c, a_extra, c_extra, _, _ = tableau
     attempts = 0
     walled = not math.isfinite(a)
-    # Further, and the error estimate could miss the steep layer altogether.
-    furthest = _SHARE * (abs(w - plant[5]) + reach)
+    # Further, and the error estimate could miss a steep part altogether.
+    furthest = _SHARE * room(poles, w)
     if abs(a) * h > furthest:
         h = furthest / abs(a)
     while h >= tiny:
@@ -346,14 +347,16 @@ def _run(
     seen,
     work,
     trail,
+    stop,
 ):
     """Advance from (period, t, theta, w) to (last_period, last_time).
 
     plant      (J, c, k, T_e, omega, w_rest)
-    pair       None, or (laws, numbers, tableau) for Runge-Kutta steps, of which
+    pair       None, or (laws, numbers, tableau, poles) for Runge-Kutta steps, of which
                  laws     (m, its shape, g, its shape), compiled
                  numbers  (radius, initial force, slope, release)
                  tableau  (weights, c, A_extra, c_extra, D, Bernstein matrix)
+                 poles    (n, 2) of the law, as ``dop853.room`` takes them
     series     None, or the law's numbers for steps by series; one of both is None
     edges      (n-1,) cuts of the velocity axis [rad/s], ascending
     kinks      (n, 2) the nearest kinks below and above each stretch
@@ -363,6 +366,7 @@ def _run(
     want_*     (m,) wanted times, ascending; seen (m, 2) receives (theta, w)
     work       (SCRATCH_ROWS, dop853.SUMS), scratch
     trail      (n, TRAIL_COLUMNS) receives every step that moved; no rows: not wanted
+    stop       None, or (1,): set to True by another thread, ends the run as a limit of steps does
 
     Returns (outcome, period, t, theta, w, steps, rows, seen count, trail rows).
     """
@@ -379,7 +383,7 @@ def _run(
     a = 0.0
     # Numba leaves out a branch whose argument is None.
     if pair is not None:
-        laws, numbers, tableau = pair
+        laws, numbers, tableau, poles = pair
         a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
     if series is not None:
         inputs, outputs = np.zeros((INPUTS, 1)), np.empty((OUTPUTS, 1))
@@ -416,7 +420,8 @@ def _run(
             hit, t, _, _, theta, w, a, spent = slip(
                 row, w2, f, omega, low, high, t, t_end, sin0, cos0, theta, w, a, max_steps - steps
             )
-            steps += spent
+            # A step without length counts: where only such follow, the run must end too.
+            steps += max(spent, 1)
             if hit == OUT_OF_PATIENCE:
                 return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
             if trailing:
@@ -432,7 +437,7 @@ def _run(
             hs, attempts = 0.0, 1
             if pair is not None:
                 theta, w, a, hs, h, hit, attempts = _numeric_step(
-                    plant, laws, numbers, tableau, tolerances, work, reach,
+                    plant, laws, numbers, tableau, tolerances, work, poles,
                     t, theta, w, a, min(h, h_max), t_end - t, low, high, 1e-15 * length, stalled,
                 )  # fmt: skip
             if series is not None:
@@ -474,7 +479,11 @@ def _run(
             kind = BAND_ENTERED if inside else BAND_LEFT
             rows = _write(log, rows, kind, period, when, theta, w, side)
 
-        if steps > max_steps:
+        given_up = steps > max_steps
+        # Numba leaves out a branch whose argument is None.
+        if stop is not None:
+            given_up = given_up or stop[0]
+        if given_up:
             return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
         if not math.isfinite(w) or abs(w - w_rest) >= w_diverged:
             return DIVERGED, period, t, theta, w, steps, rows, wanted, left
@@ -512,9 +521,10 @@ def _signature():
     numbers = types.Tuple((real, real, real, types.boolean))
     tableau = types.Tuple((matrix, vector, matrix, vector, matrix, matrix))
     return (
-        types.UniTuple(real, 6), types.Tuple((laws, numbers, tableau)), types.none, vector, matrix,
-        flags, matrix, whole, real, real, types.UniTuple(real, 3), real, whole, real, real, real,
-        whole, real, whole, matrix, indices, vector, matrix, matrix, matrix,
+        types.UniTuple(real, 6), types.Tuple((laws, numbers, tableau, matrix)), types.none, vector,
+        matrix, flags, matrix, whole, real, real, types.UniTuple(real, 3), real, whole, real, real,
+        real, whole, real, whole, matrix, indices, vector, matrix, matrix, matrix,
+        types.Array(types.boolean, 1, "C"),
     )  # fmt: skip
 
 

@@ -25,8 +25,8 @@ def _advance(
 ):  # fmt: skip
     """Advance periods of the torque from the phase 0, as many as ``points`` has room for.
 
-    given    : None, or (laws of friction and brake, their shapes, numbers, tableau); the laws
-               as a list, because a function costs more to pass than a period to solve
+    given    : None, or (laws of friction and brake, their shapes, numbers, tableau, poles); the
+               laws as a list, because a function costs more to pass than a period to solve
     plant ... h_max : as for ``smooth.run``
     points   : (n + 1, 2) receives (theta, w) at the beginning of each period, and at the end
     matrices : (n, 2, 2) receives the derivative over each period; no rows: not wanted
@@ -37,11 +37,11 @@ def _advance(
     """
     pair = None
     if given is not None:
-        functions, shapes, numbers, tableau = given
-        pair = ((functions[0], shapes[0], functions[1], shapes[1]), numbers, tableau)
+        functions, shapes, numbers, tableau, poles = given
+        pair = ((functions[0], shapes[0], functions[1], shapes[1]), numbers, tableau, poles)
     number, time, none = np.empty(0, np.int64), np.empty(0), np.empty((0, 2))
     work = np.empty((SCRATCH_ROWS, SUMS))
-    count, length, reach = points.shape[0] - 1, 2.0 * math.pi / plant[4], 0.5 * math.pi * band
+    count, length = points.shape[0] - 1, 2.0 * math.pi / plant[4]
     trailing = matrices.shape[0] > 0
     if sums is not None:
         trailing = True
@@ -55,7 +55,7 @@ def _advance(
             outcome, _, _, theta1, w1, spent, rows, _, left = run(
                 plant, pair, series, edges, kinks, linear, table, rest_edge, band, w_diverged,
                 tolerances, h_max, 0, 0.0, theta, w, 1, 0.0, max_steps - steps, log, number, time,
-                none, work, trail,
+                none, work, trail, None,
             )  # fmt: skip
             if outcome != LOG_FULL:
                 break
@@ -83,8 +83,7 @@ def _advance(
             matrix[0, 0] = matrix[1, 1] = 1.0
             matrix[0, 1] = matrix[1, 0] = 0.0
             carry(
-                plant, pair, law_seen, tolerances[0], kinks, linear, table, reach, trail, left,
-                matrix,
+                plant, pair, law_seen, tolerances[0], kinks, linear, table, trail, left, matrix,
             )  # fmt: skip
     return COMPLETED, count, theta, w, steps
 
@@ -94,7 +93,7 @@ def _signature(sums):
     vector, matrix = types.Array(real, 1, "C"), types.Array(real, 2, "C")
     numbers = types.Tuple((real, real, real, types.boolean))
     tableau = types.Tuple((matrix, vector, matrix, vector, matrix, matrix))
-    given = types.Tuple((LAWS, SHAPES, numbers, tableau))
+    given = types.Tuple((LAWS, SHAPES, numbers, tableau, matrix))
     return (
         types.UniTuple(real, 6), given, types.none, vector, matrix,
         types.Array(types.boolean, 1, "C"), matrix, whole, real, real, types.UniTuple(real, 3),

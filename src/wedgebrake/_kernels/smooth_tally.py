@@ -100,7 +100,7 @@ def _inside(plant, pair, past, number, linear, line, start, row, tau, look, scra
         return theta, w, linear_acceleration(line, w2, f, theta, w, sine), torque
     theta, w, a, torque = theta0, w0, 0.0, 0.0
     if pair is not None:
-        laws, numbers, tableau = pair
+        laws, numbers, tableau, _ = pair
         a = acceleration(plant, laws, numbers, drive_at(plant, begin), theta0, w0)
         theta, w, a, _, _ = advance(
             plant, laws, numbers, tableau[0], tableau[1], begin, theta0, w0, a, tau,
@@ -147,7 +147,7 @@ def add(plant, pair, past, linear, table, trail, left, sums):
             a = linear_acceleration(line, w2, f, theta0, w0, sine)
         else:
             if pair is not None:
-                laws, numbers, _ = pair
+                laws, numbers, _, _ = pair
                 a = acceleration(plant, laws, numbers, drive_at(plant, begin), theta0, w0)
             if past is not None:
                 number += 1

@@ -17,7 +17,7 @@ a step is gone again in parts.
 import numpy as np
 
 from .compiling import compiled
-from .dop853 import ROWS, STAGES, SUMS, acceleration, drive_at
+from .dop853 import ROWS, STAGES, SUMS, acceleration, drive_at, room
 from .dop853 import step as advance
 from .flow import G2, impulse
 from .past import carry as through_series
@@ -62,12 +62,12 @@ def _slope(laws, numbers, v, low, high, arm):
 
 
 @compiled
-def _slopes(laws, numbers, speeds, w_rest, low, high, reach, slopes):
+def _slopes(laws, numbers, poles, speeds, w_rest, low, high, slopes):
     """M' at the ``speeds`` (STAGES,) of a step between the kinks low and high, over theta'."""
     low, high = low - w_rest, high - w_rest
     for i in range(STAGES):
         v = speeds[i] - w_rest
-        arm = min(_ARM * (abs(v) + reach), 0.125 * (high - low))
+        arm = min(_ARM * room(poles, speeds[i]), 0.125 * (high - low))
         slopes[i] = _slope(laws, numbers, v, low, high, arm)
 
 
@@ -102,15 +102,15 @@ def _linear(row, w2, tau, matrix):
 
 
 @compiled
-def _through_pair(plant, pair, kinks, reach, row, scratch, matrix):
+def _through_pair(plant, pair, kinks, row, scratch, matrix):
     """``matrix`` after the Runge-Kutta step of a ``row`` of the trail."""
-    laws, numbers, tableau = pair
+    laws, numbers, tableau, poles = pair
     weights, c, _, _, _, _ = tableau
     inertia, damping, w_rest = plant[0], plant[1], plant[5]
     slopes, sums = scratch[0, :STAGES], scratch[1]
     stretch, h = int(row[TRAIL_STRETCH]), row[TRAIL_SIZE]
     low, high = kinks[stretch, 0], kinks[stretch, 1]
-    _slopes(laws, numbers, row[TRAIL_SPEEDS:], w_rest, low, high, reach, slopes)
+    _slopes(laws, numbers, poles, row[TRAIL_SPEEDS:], w_rest, low, high, slopes)
     parts = 1 + int(h * (damping + slopes.max()) / inertia / _STIFF)
     if parts == 1:
         _numeric(plant, weights, c, h, slopes, sums, matrix)
@@ -124,18 +124,17 @@ def _through_pair(plant, pair, kinks, reach, row, scratch, matrix):
             plant, laws, numbers, weights, c, t, theta, w, a, h, rate, accel, drive, sums
         )
         t += h
-        _slopes(laws, numbers, rate, w_rest, low, high, reach, slopes)
+        _slopes(laws, numbers, poles, rate, w_rest, low, high, slopes)
         _numeric(plant, weights, c, h, slopes, sums, matrix)
 
 
 @compiled
-def carry(plant, pair, past, rtol, kinks, linear, table, reach, trail, left, matrix):
+def carry(plant, pair, past, rtol, kinks, linear, table, trail, left, matrix):
     """Carry the columns of ``matrix`` (2, 2), deviations, along a trail of ``left`` rows.
 
     plant, pair, kinks, linear, table : as for ``smooth.run``
     past  : None, or (the law's numbers, what ``past.see`` found); one of pair and past is None
     rtol  : share of a deviation that a series may err by
-    reach : distance of the law's nearest pole from zero sliding speed [rad/s]
     """
     scratch = np.empty((5, SUMS))
     number = 0
@@ -145,7 +144,7 @@ def carry(plant, pair, past, rtol, kinks, linear, table, reach, trail, left, mat
             _linear(table[stretch], plant[2] / plant[0], row[TRAIL_SIZE], matrix)
             continue
         if pair is not None:
-            _through_pair(plant, pair, kinks, reach, row, scratch, matrix)
+            _through_pair(plant, pair, kinks, row, scratch, matrix)
         if past is not None:
             law, record = past
             through_series(plant, law, rtol, kinks, row, record, number, matrix)

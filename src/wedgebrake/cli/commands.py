@@ -144,8 +144,8 @@ def simulate(
     """
     from wedgebrake.cli.output import DATA, PICTURES, check_netcdf, check_target, write_netcdf
     from wedgebrake.cli.report import response_text, to_json
-    from wedgebrake.cli.waiting import interruptible
     from wedgebrake.solvers.status import Status
+    from wedgebrake.solvers.waiting import interruptible
 
     check_target("--out", out, DATA)
     check_netcdf(out)

@@ -19,7 +19,7 @@ from typing import Any
 
 from wedgebrake._version import __version__
 from wedgebrake.cli.report import to_json, versions
-from wedgebrake.cli.waiting import Interrupted, announce_compilation, interruptible
+from wedgebrake.cli.waiting import Interrupted, announce_compilation
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.files import write
 from wedgebrake.paper.assumptions import AS_PRINTED, CORRECTED
@@ -27,6 +27,7 @@ from wedgebrake.paper.claims import Finding
 from wedgebrake.paper.figures import FIGURES
 from wedgebrake.paper.laboratory import FRICTION, METHOD_WORDS, Laboratory
 from wedgebrake.paper.report.content import Made, counts, score
+from wedgebrake.solvers.waiting import interruptible
 from wedgebrake.sweeps.progress import Bar, Progress
 
 ALL, CLAIMS = "all", "claims"

@@ -10,12 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.cli.waiting import Interrupted, announce_compilation, interruptible
+from wedgebrake.cli.waiting import Interrupted, announce_compilation
 from wedgebrake.cli.watching import Watch
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.part import shown
 from wedgebrake.model.study import Study
 from wedgebrake.model.swept import INITIAL
+from wedgebrake.solvers.waiting import interruptible
 from wedgebrake.sweeps.progress import Progress
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""While the user waits: a word on compilation, and an ear for Ctrl-C."""
+"""While the user waits: a word on compilation, and Ctrl-C as an exception of our own."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any, NoReturn, TypeVar
-
-_Result = TypeVar("_Result")
+from typing import Any, NoReturn
 
 
 class Interrupted(BaseException):
@@ -44,35 +42,6 @@ def _interrupt(_: int, frame: FrameType | None) -> NoReturn:
             os._exit(1)
         frame = frame.f_back
     raise Interrupted
-
-
-def interruptible(
-    work: Callable[[], _Result], meanwhile: Callable[[], None] = lambda: None
-) -> _Result:
-    """The result of ``work``, done in a thread, so that Ctrl-C is heard meanwhile.
-
-    Python hears signals in its main thread only, and not while a compiled loop runs there.
-
-    meanwhile : called here about ten times a second, and once at the end
-    """
-    results: list[_Result] = []
-    errors: list[BaseException] = []
-
-    def run() -> None:
-        try:
-            results.append(work())
-        except BaseException as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=run, daemon=True)
-    thread.start()
-    while thread.is_alive():
-        thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
-        meanwhile()
-    meanwhile()  # the work may have ended just after the last time
-    if errors:
-        raise errors[0]
-    return results[0]
 
 
 class Announcement:

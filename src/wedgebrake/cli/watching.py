@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from wedgebrake.cli.waiting import interruptible
+from wedgebrake.solvers.waiting import interruptible
 from wedgebrake.sweeps.progress import Bar, Progress
 
 _Result = TypeVar("_Result")

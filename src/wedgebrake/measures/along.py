@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from copy import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.measures.arcs import Arcs
+from wedgebrake.measures.arcs import NODES, WEIGHTS, Arcs
+from wedgebrake.measures.closed import Closed
 from wedgebrake.measures.machine import Law, Machine, holding, law_along
 
 if TYPE_CHECKING:
@@ -20,17 +22,19 @@ FloatArray = NDArray[np.float64]
 class Along:
     """The motion along arcs, each (n,); functions of it take shares x of the arcs, (m,) or (n, m).
 
-    local : time of the beginnings since a whole period of the torque began [s]: the phase
-            keeps its digits in long runs
+    local : time of the beginnings since a whole period of the torque began [s], as the solvers
+            count it: the phase keeps its digits in long runs
     stuck : whether the brake sticks
     rest  : whether it rests; under a smooth law it sticks, but creeps
     first, last : accelerations at both ends, on their side of a jump [rad/s^2]
+    closed : the closed form, of a response of "exact" whose law is known; else None, and the
+             velocity is interpolated
     """
 
-    def __init__(
-        self, response: xr.Dataset, given: Machine, along: Arcs, local: FloatArray
-    ) -> None:
-        self.response, self.given, self.along, self.local = response, given, along, local
+    def __init__(self, response: xr.Dataset, given: Machine, along: Arcs) -> None:
+        self.response, self.given, self.along = response, given, along
+        period = 2.0 * math.pi / given.excitation.angular_frequency
+        self.local = along.start - np.floor(along.middle / period) * period
         begun = np.searchsorted(response["stick_start"].to_numpy(), along.middle)
         ended = np.searchsorted(response["stick_end"].to_numpy(), along.middle)
         self.stuck = begun > ended
@@ -38,15 +42,27 @@ class Along:
         self.law: Law = law_along(response, given, along)
         self.holding = holding(given, response.attrs.get("method", ""))
         self.first, self.last = self._accelerations()
+        self.closed: Closed | None = None
+        if response.attrs.get("method") == "exact" and given.system is not None:
+            self.closed = Closed(given, along, self.local, self.rest)
 
-    def rows(self, rows: NDArray[np.intp]) -> Along:
+    def rows(self, rows: slice | NDArray[np.intp]) -> Along:
         """Some of the arcs."""
         some = copy(self)
         some.along = self.along.block(rows)
         for name in ("local", "stuck", "rest", "first", "last"):
             setattr(some, name, getattr(self, name)[rows])
         some.law = law_along(self.response, self.given, some.along)
+        some.closed = None if self.closed is None else self.closed.rows(rows)
         return some
+
+    def alike(self) -> list[NDArray[np.intp]]:
+        """The arcs in groups: one ``rule`` serves all of a group."""
+        return [np.arange(self.local.size)] if self.closed is None else self.closed.alike()
+
+    def rule(self) -> tuple[FloatArray, FloatArray]:
+        """Nodes and weights (m,) of a quadrature over each of some alike arcs."""
+        return (NODES, WEIGHTS) if self.closed is None else self.closed.rule()
 
     def drive(self, x: FloatArray) -> FloatArray:
         """The torque T [N m], (n, m)."""
@@ -67,7 +83,10 @@ class Along:
     def state(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(velocity, sliding velocity [rad/s], brake torque [N m]), (n, m) each."""
         along, line = self.along, self.given.driveline
-        velocity = along.velocity(x, self.first, self.last)
+        if self.closed is None:
+            velocity = along.velocity(x, self.first, self.last)
+        else:
+            velocity = self.closed.velocity(x)
         sliding = velocity + line.drive_speed
         torque = self.law(sliding)
         if not np.any(self.rest):

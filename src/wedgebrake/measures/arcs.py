@@ -58,9 +58,9 @@ class Arcs:
         return self.start + 0.5 * self.length
 
     @property
-    def middle_velocity(self) -> FloatArray:
-        """Velocity in the middle [rad/s], of the cubic angle through both states."""
-        return 1.5 * self.rise / self.length - 0.25 * (self.before + self.after)
+    def inner_velocity(self) -> FloatArray:
+        """A velocity [rad/s] between the least and the largest of an arc, however it moves."""
+        return 0.5 * self.rise / self.length + 0.25 * (self.before + self.after)
 
     def velocity(self, x: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
         """Velocity [rad/s] at the shares ``x`` of each arc, (n, m); x is (m,) or (n, m).

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,8 @@ FloatArray = NDArray[np.float64]
 # Recorded states must not lie further apart than these shares of the torque's period and of
 # the natural one.
 _FORCED, _FREE = 0.1, 0.25
-# So many arcs are integrated at a time.
-_BLOCK = 50_000
+# So many states are integrated at a time.
+_BLOCK = 300_000
 # States closer than this share of a period are one.
 _SAME = 1e-12
 # The error is told as a share of the turnover, at least of this share of the stored energy.
@@ -40,6 +40,7 @@ _SPEC = {
     "amplification": ("1", "mean |F_mu|/F_a while the pressed brake slides"),
 }
 _BALANCE = tuple(_SPEC)[:6]
+_INTEGRALS = (*_BALANCE[:4], "amplification_time", "amplification_integral", "peak_torque")
 
 
 def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
@@ -51,12 +52,13 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         int T theta' dt, int drive_speed R F_mu dt, int c theta'^2 dt, int R F_mu v dt
 
     Every integral is one over the motion between the recorded states, and none is found from
-    the others: the residual tells how exact they are. Of "exact" responses, whose events are
-    all recorded, the error goes with the sixth power of the sampling interval: below 1e-11 of
-    what is turned over with 200 samples in a period, some 1e-7 to 1e-6 with 20. A smooth law
-    passes through its steep layer between two samples: some 1e-6 with 200, 1e-3 with 20; a
-    law that the response does not hold (custom friction) is read off the samples, at about
-    the same price. "ode14x" adds its own error.
+    the others: the residual tells how exact they are. Of "exact" responses the motion between
+    is known in closed form, whatever the sampling, and the residual is rounding: below 1e-12 of
+    what is turned over, more only where the rounding of the recorded times alone moves more
+    energy (a torque much slower than a vibration of little damping). A smooth law passes through
+    its steep layer between two samples: some 1e-6 with 200 samples in a period, 1e-3 with 20. A
+    law that the response does not hold (custom friction, a brake without a kind) is read off the
+    samples, at about the same price. "ode14x" adds its own error.
 
     Parameters
     ----------
@@ -107,39 +109,47 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
 def _integrals(
     response: xr.Dataset, given: Machine, along: _arcs.Arcs, times: FloatArray
 ) -> dict[str, FloatArray]:
-    """The integrals over each period, some periods at a time to bound the memory."""
-    begins = np.searchsorted(along.middle, times)
-    count = times.size - 1
-    several = max(1, _BLOCK * count // along.start.size)
-    blocks = []
-    for first in range(0, count, several):
-        last = min(first + several, count)
-        some = along.block(slice(begins[first], begins[last]))
-        blocks.append(_Motion(response, given, some, times[first : last + 1]).integrals())
-    return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
+    """The integrals over each period, some arcs at a time to bound the memory."""
+    motion = Along(response, given, along)
+    number, count = np.searchsorted(times, along.middle) - 1, times.size - 1
+    sums = {name: np.zeros(count) for name in _INTEGRALS}
+    for group in motion.alike():
+        rule = motion.rows(group).rule()
+        # Whole periods, so that nothing depends on how many there are at a time.
+        several = max(1, _BLOCK * count // (group.size * rule[0].size))
+        cuts = np.searchsorted(number[group], np.arange(several, count, several))
+        for rows in filter(np.size, np.split(group, cuts)):
+            first, last = number[rows[0]], number[rows[-1]] + 1
+            some = _Some(motion.rows(rows), rule, number[rows] - first, last - first)
+            for name, values in some.integrals().items():
+                add = np.maximum if name == "peak_torque" else np.add
+                add(sums[name][first:last], values, out=sums[name][first:last])
+    return sums
 
 
-class _Motion(Along):
-    """The motion along arcs, and its integrals over each period."""
+class _Some(NamedTuple):
+    """Some arcs of a motion, and its integrals over each of ``several`` periods.
 
-    def __init__(
-        self, response: xr.Dataset, given: Machine, along: _arcs.Arcs, times: FloatArray
-    ) -> None:
-        self.count = times.size - 1
-        self.period = np.searchsorted(times, along.middle) - 1
-        super().__init__(response, given, along, along.start - times[self.period])
+    rule   : nodes and weights (m,) of the quadrature over an arc
+    period : (n,) that of each arc
+    """
+
+    motion: Along
+    rule: tuple[FloatArray, FloatArray]
+    period: NDArray[np.intp]
+    several: int
 
     def integrals(self) -> dict[str, FloatArray]:
         """Everything that is integrated along the motion, and the peak torque."""
-        line = self.given.driveline
-        x, weights = _arcs.NODES, _arcs.WEIGHTS
-        velocity, sliding, torque = self.state(x)
-        share = self.along.length[:, None] * weights
-        force = self.given.force(sliding)
-        counts = (force > 0.0) & ~self.stuck[:, None]
-        ratio = np.abs(torque) / (self.given.radius * np.where(counts, force, np.inf))
+        motion, given = self.motion, self.motion.given
+        line, (x, weights) = given.driveline, self.rule
+        velocity, sliding, torque = motion.state(x)
+        share = motion.along.length[:, None] * weights
+        force = given.force(sliding)
+        counts = (force > 0.0) & ~motion.stuck[:, None]
+        ratio = np.abs(torque) / (given.radius * np.where(counts, force, np.inf))
         return {
-            "torque_work": self._sum(share * self.drive(x) * velocity),
+            "torque_work": self._sum(share * motion.drive(x) * velocity),
             "drive_work": self._sum(share * line.drive_speed * torque),
             "viscous_loss": self._sum(share * line.damping * velocity**2),
             "friction_heat": self._sum(share * torque * sliding),
@@ -150,13 +160,13 @@ class _Motion(Along):
 
     def _sum(self, values: FloatArray) -> FloatArray:
         """Sum over the arcs of each period."""
-        return np.asarray(np.bincount(self.period, values.sum(axis=1), self.count), dtype=float)
+        return np.asarray(np.bincount(self.period, values.sum(axis=1), self.several), dtype=float)
 
     def _peak(self, inner: FloatArray) -> FloatArray:
         """The largest of |torque| in each period; ``inner``: that at the nodes."""
         ends = np.array([0.0, 1.0])
-        outer = np.abs(self.state(ends)[2])
-        x = np.concatenate(([0.0], _arcs.NODES, [1.0]))
+        outer = np.abs(self.motion.state(ends)[2])
+        x = np.concatenate(([0.0], self.rule[0], [1.0]))
         torque = np.column_stack((outer[:, 0], inner, outer[:, 1]))
         # And the vertex of the parabola through the largest value and its neighbours.
         top = np.clip(np.argmax(torque, axis=1), 1, x.size - 2)
@@ -168,8 +178,8 @@ class _Motion(Along):
         hollow = bend < -1e-12 * here  # else flat, or rising towards an end
         step = np.where(hollow, 0.5 * (left - fall / np.where(hollow, bend, 1.0)), 0.0)
         vertex = x[top] + np.clip(step, left, right)
-        turning = np.abs(self.state(vertex[:, None])[2])[:, 0]
-        peak = np.zeros(self.count)
+        turning = np.abs(self.motion.state(vertex[:, None])[2])[:, 0]
+        peak = np.zeros(self.several)
         np.maximum.at(peak, self.period, np.maximum(torque.max(axis=1), turning))
         return peak
 

@@ -88,14 +88,25 @@ def _system(tables: dict[str, Any]) -> BrakedDriveline | None:
 
 def law_along(response: xr.Dataset, given: Machine, along: Arcs) -> Law:
     """The torque of the sliding brake along the arcs."""
-    drive_speed = given.driveline.drive_speed
-    middle = along.middle_velocity + drive_speed
-    forward = middle > 0.0
+    forward = along.inner_velocity + given.driveline.drive_speed > 0.0
     if given.system is None:
         return _recorded(response, given, forward)
     if given.set_valued:
-        return _piecewise(given.system.characteristic, middle)
+        law = given.system.characteristic
+        return _piecewise(law, piece_of(given, along) >= law.first_forward)
     return _smooth(given.system, forward)
+
+
+def piece_of(given: Machine, along: Arcs) -> NDArray[np.intp]:
+    """The piece of the characteristic that each arc is in, of a known set-valued law."""
+    assert given.system is not None  # noqa: S101 - its callers ask for known systems alone
+    law = given.system.characteristic
+    inside = along.inner_velocity + given.driveline.drive_speed
+    piece = law.piece(inside)
+    # Where a self-locking brake cannot slide, a direction is rounding.
+    forward = (inside > 0.0) == np.isfinite(law.offsets[piece])
+    first = law.first_forward
+    return np.where(forward, np.maximum(piece, first), np.minimum(piece, first - 1))
 
 
 def holding(given: Machine, method: str) -> tuple[float, float]:
@@ -109,12 +120,9 @@ def holding(given: Machine, method: str) -> tuple[float, float]:
     return law.holding
 
 
-def _piecewise(law: Characteristic, middle: FloatArray) -> Law:
+def _piecewise(law: Characteristic, forward: NDArray[np.bool_]) -> Law:
     """A characteristic; at and about rest the line of the direction of motion."""
-    first = law.first_forward
-    # Where a self-locking brake cannot slide, a direction is rounding.
-    forward = (middle > 0.0) == np.isfinite(law.offsets[law.piece(middle)])
-    direction = forward[:, None]
+    first, direction = law.first_forward, forward[:, None]
 
     def torque(v: FloatArray) -> FloatArray:
         v = _kept(v, direction)

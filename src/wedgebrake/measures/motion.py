@@ -12,6 +12,7 @@ from wedgebrake.model.display import Result
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.solve import check_state, choose_method
+from wedgebrake.solvers.waiting import interruptible
 
 
 @dataclass(frozen=True, repr=False)
@@ -159,7 +160,7 @@ def motion(
     wanted = protocol(periods, transient, limit, **limits)
     from wedgebrake.measures.judge import judge
 
-    answer, _ = judge(system, state, chosen, wanted)
+    answer, _ = interruptible(lambda: judge(system, state, chosen, wanted))
     return from_answer(answer)
 
 

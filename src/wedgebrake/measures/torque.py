@@ -62,8 +62,7 @@ def brake_torque(
     along = _arcs.arcs(response, times[0], times[-1], _SAME * period)
     along = along.block(slice(*_touched(along, low, high)))
     check_gaps(along, given, period, "the torque of the brake")
-    local = along.start - np.floor(along.middle / period) * period
-    motion = Along(response, given, along, local)
+    motion = Along(response, given, along)
     # How much of the first and the last arc belongs to it.
     begin = np.clip((low - along.start) / along.length, 0.0, 1.0)
     end = np.clip((high - along.start) / along.length, 0.0, 1.0)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.part import Member, parameter
 
 
-class Actuation(Part):
+class Actuation(Member):
     """F_a = F_a0 + slope |v|  (eq. 3), and never negative where ``release`` is on.
 
     A brake pushed by a negative force has lost contact. ``release=False`` is the law as

@@ -19,10 +19,10 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.part import Member, parameter
 
 
-class Brake(Part):
+class Brake(Member):
     """A brake: an amplification g and a radius."""
 
     table: ClassVar[str] = "brake"

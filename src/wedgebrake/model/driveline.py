@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.part import Member, parameter
 
 
-class Driveline(Part):
+class Driveline(Member):
     """J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
 
     ``drive_speed`` is the mean speed of the shaft: the brake slides at

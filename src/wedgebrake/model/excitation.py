@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.part import Member, parameter
 
 
-class HarmonicTorque(Part):
+class HarmonicTorque(Member):
     """T(t) = amplitude sin(2 pi frequency t).
 
     The frequency also fixes the period of Poincare sections where the amplitude is zero.

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 from pydantic import ConfigDict, Field, model_validator
 
-from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.part import Member, parameter
 
 
 def _kinetic(**extra: Any) -> Any:
@@ -31,7 +31,7 @@ def _static() -> Any:
     )  # fmt: skip
 
 
-class Friction(Part):
+class Friction(Member):
     """A friction law."""
 
     table: ClassVar[str] = "friction"
@@ -80,6 +80,11 @@ class SmoothFriction(Friction):
     def transition(self) -> float:
         """Half width of the steep part about zero speed [m/s]."""
         raise NotImplementedError
+
+    @property
+    def narrow_places(self) -> tuple[tuple[float, float], ...]:
+        """(sliding speed, half width) of steep parts away from rest, in both directions [m/s]."""
+        return ()
 
     @property
     def limit(self) -> float:
@@ -295,14 +300,24 @@ class SmoothedFriction(SmoothFriction):
 # A law that has this share of its friction at this share of its width jumps at rest, or is
 # steeper than stated: the solver would creep through the jump for ever, or not see the layer.
 _INSIDE, _JUMP = 1e-3, 0.5
+# A law is taken as straight within this share of its width: what it misses of 0 at rest, by
+# rounding or by the tail of a bump, would be a jump there that the solver steps to and fro over.
+_STRAIGHT = 1e-6
+# Narrow places: relative half width at least, and speed at most [m/s].
+_SHARPEST, _FASTEST = 1e-9, 1e6
 
 
 class CustomFriction(SmoothFriction):
     """A smooth law of your own: m(v_r), a function that Numba can compile.
 
     ``law`` takes the sliding speed v_r [m/s] and returns the signed friction coefficient;
-    it may have a kink at v_r = 0. ``width`` is the half width of its steep part about zero
-    speed [m/s]: the solver never steps across that layer unseen.
+    it may have a kink at v_r = 0. Within 1e-6 of the width it is taken as straight through 0, so
+    that rounding is no friction at rest. ``width`` is the half width of its steep part about zero
+    speed [m/s]: the solver never steps across that layer unseen. Away from rest its steps grow
+    with the speed, to about a third of it, and the error control sees nothing that lies between
+    their stages: ``narrow`` names every place there where the law changes within less, as
+    (sliding speed, half width) [m/s] for both directions. A bump that is not named may be stepped
+    over, at any rtol.
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
@@ -312,6 +327,23 @@ class CustomFriction(SmoothFriction):
         "half width of the steep part", symbol="v_0", unit="m/s", example=0.01, gt=0, le=1e6
     )
     kinetic: float = _kinetic(default=0.0)
+    narrow: tuple[tuple[float, float], ...] = Field(
+        description="narrow places of the law away from rest: (sliding speed, half width) [m/s]",
+        json_schema_extra={"symbol": "-", "unit": "m/s", "example": [[0.5, 0.002]]},
+        default=(), max_length=1000, strict=False,
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _places(self) -> CustomFriction:
+        for i, (speed, width) in enumerate(self.narrow):
+            if not (0.0 < speed <= _FASTEST and _SHARPEST * speed <= width <= _FASTEST):
+                raise ValueError(
+                    f"friction.narrow[{i}] = {(speed, width)!r}: must be a sliding speed above 0"
+                    f" and a half width of at least {_SHARPEST:g} of it, both at most"
+                    f" {_FASTEST:g} m/s."
+                    " Both directions are meant; the place at rest is described by width."
+                )
+        return self
 
     @model_validator(mode="after")
     def _callable_law(self) -> CustomFriction:
@@ -346,6 +378,16 @@ class CustomFriction(SmoothFriction):
     def transition(self) -> float:
         """The stated half width [m/s]."""
         return self.width
+
+    @property
+    def narrow_places(self) -> tuple[tuple[float, float], ...]:
+        """Those stated [m/s]."""
+        return self.narrow
+
+    def shape(self) -> tuple[float, ...]:
+        """(speed [m/s] below which the law is straight, its slopes forwards, backwards [s/m])."""
+        near = _STRAIGHT * self.width
+        return (near, self.coefficient(near) / near, -self.coefficient(-near) / near)
 
     def coefficient(self, speed: float) -> float:
         """Signed friction coefficient m at the sliding speed v_r [m/s]."""

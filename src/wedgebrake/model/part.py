@@ -3,14 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, ClassVar, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from wedgebrake.errors import InputError, nearest
+
+SMALLEST = 1e-50
+"""Least magnitude of a number of the machine that is not zero.
+
+With the largest that its parameters may be (1e15), the products of powers that the solvers form
+of them then stay within the range of doubles: the largest is (T_e k/J^2)^2.
+"""
 
 _MOST_LINES = 8
 _RIGHT_ANGLE = math.pi / 2
@@ -55,6 +71,34 @@ class Part(BaseModel):
             key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
             for key, value in data.items()
         }
+
+
+class Member(Part):
+    """A part of the machine itself, whose numbers the solvers can compute with."""
+
+    @field_validator("*")
+    @classmethod
+    def _not_vanishing(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse what is not zero, but so small that its powers and ratios would be."""
+        for number in _flat(value):
+            if isinstance(number, float) and 0.0 < abs(number) < SMALLEST:
+                field = cls.model_fields[str(info.field_name)]
+                positive = any(getattr(limit, "gt", None) == 0 for limit in field.metadata)
+                least = f"{'' if positive else '0 or '}at least {SMALLEST:g}"
+                raise ValueError(
+                    f"must be {least} in magnitude. Powers and ratios of smaller numbers leave the"
+                    " range of floating-point numbers."
+                )
+        return value
+
+
+def _flat(value: Any) -> Iterator[Any]:
+    """The entries of tuples of tuples."""
+    if not isinstance(value, tuple):
+        yield value
+        return
+    for entry in value:
+        yield from _flat(entry)
 
 
 def explain(error: ValidationError, model: type[Part]) -> str:

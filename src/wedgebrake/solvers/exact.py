@@ -118,7 +118,7 @@ def _run(
     while True:
         log = kernel.empty_log(rows)
         outcome, *end, _, used, work = kernel.run(
-            *given, *state, *task.end, max_events, log, no_points
+            *given, *state, *task.end, max_events, log, no_points, task.stop
         )
         if outcome != codes.LOG_FULL:
             return log[:used].copy(), outcome, (end[0], end[1], end[2], end[3]), work

@@ -29,11 +29,13 @@ def compiled_law(function: Callable[..., float]) -> Any:
 
 @cache
 def _custom_law(function: Callable[[float], float]) -> Any:
-    """A user's m(v_r) with the second argument that all laws take."""
+    """A user's m(v_r), straight next to rest; the shape is that of ``CustomFriction``."""
     compiled = hasattr(function, "py_func")
     scalar = function if compiled else _compile(function, types.float64(types.float64))
 
-    def law(speed: float, shape: Shape) -> float:  # noqa: ARG001 - the common signature
+    def law(speed: float, shape: Shape) -> float:
+        if abs(speed) < shape[0]:
+            return speed * (shape[1] if speed >= 0.0 else shape[2])
         return float(scalar(speed))
 
     law.__qualname__ = _name(function)
@@ -63,7 +65,7 @@ def friction_law(friction: SmoothFriction) -> tuple[Any, Shape]:
     if isinstance(friction, SmoothedFriction):
         return compiled_law(SmoothedFriction.law), _padded(friction.shape())
     if isinstance(friction, CustomFriction):
-        return _custom_law(friction.law), _padded(())
+        return _custom_law(friction.law), _padded(friction.shape())
     raise InputError(
         f"friction = {type(friction).__name__}: not a law that the solver knows. Use"
         " SmoothedFriction, or CustomFriction with your own function."

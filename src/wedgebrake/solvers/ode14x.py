@@ -80,7 +80,7 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
         outcome, now, angle, velocity, steps, used, reached = kernel.run(
             plant, *laws, numbers, hold, band, DIVERGED_FACTOR * _speed_scale(system, task),
             step, np.array(SUBSTEPS), _turns(omega * step), rest, task.angle, task.velocity, end,
-            max_steps, log, merged[order], seen, np.empty((4, 2)),
+            max_steps, log, merged[order], seen, np.empty((4, 2)), task.stop,
         )  # fmt: skip
         if outcome != codes.LOG_FULL:
             break

@@ -57,7 +57,7 @@ class Problem(NamedTuple):
     """A system as the kernel takes it, in the order of its arguments."""
 
     plant: tuple[float, float, float, float, float, float]
-    pair: tuple[Laws, Numbers, tuple[FloatArray, ...]] | None
+    pair: tuple[Laws, Numbers, tuple[FloatArray, ...], FloatArray] | None
     series: tuple[float, ...] | None
     edges: FloatArray
     kinks: FloatArray
@@ -104,7 +104,7 @@ def problem(
     largest = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.drive_speed)
     return Problem(
         plant=(*plant, 0.0 - line.drive_speed),
-        pair=None if series else (_laws(system), _numbers(system), _tableau()),
+        pair=None if series else _pair(system),
         series=series,
         edges=np.array(cuts) - line.drive_speed,
         kinks=_kinks(system, np.array(cuts)),
@@ -131,6 +131,18 @@ def _series(system: BrakedDriveline, friction: SmoothFriction) -> tuple[float, .
     kappa = friction.steepness * brake.radius
     law = (kappa, friction.kinetic, *arms, brake.radius, force.initial_force, force.slope)
     return tuple(float(number) for number in law)
+
+
+def _pair(system: BrakedDriveline) -> tuple[Laws, Numbers, tuple[FloatArray, ...], FloatArray]:
+    """What Runge-Kutta steps need, see the kernel."""
+    friction = system.friction
+    assert isinstance(friction, SmoothFriction)  # noqa: S101 - the front door has checked it
+    places = [(0.0, friction.transition), *friction.narrow_places]
+    both = {(side * speed, width) for speed, width in places for side in (-1.0, 1.0)}
+    poles = np.array(sorted(both)) / system.brake.radius
+    poles[:, 0] -= system.driveline.drive_speed
+    poles[:, 1] *= kernel.POLE
+    return _laws(system), _numbers(system), _tableau(), poles
 
 
 def _laws(system: BrakedDriveline) -> Laws:
@@ -289,7 +301,7 @@ def _run(
         log = np.empty((rows, kernel.LOG_COLUMNS))
         outcome, *final, steps, used, reached, _ = run(
             *given, *task.start, task.angle, task.velocity, *task.end, max_steps, log,
-            number, rest, seen, work, no_trail,
+            number, rest, seen, work, no_trail, task.stop,
         )  # fmt: skip
         if outcome != codes.LOG_FULL:
             state = (final[0], final[1], final[2], final[3])

@@ -72,8 +72,8 @@ def advance(
     if given.pair is None:
         run = kernel.advance_series(given.plant, None, given.series, *rest)
     else:
-        (friction, friction_shape, brake, brake_shape), numbers, tableau = given.pair
-        laws = (gathered(friction, brake), (friction_shape, brake_shape), numbers, tableau)
+        (friction, friction_shape, brake, brake_shape), *others = given.pair
+        laws = (gathered(friction, brake), (friction_shape, brake_shape), *others)
         run = kernel.advance_pair(sums is not None)(given.plant, laws, None, *rest)
     outcome, done, angle, velocity, steps = run
     return Passed(outcome, points[: done + 1], (angle, velocity), steps, matrices[:done])

@@ -14,6 +14,7 @@ from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.trajectory import Clock, FloatArray, Task, Trajectory
+from wedgebrake.solvers.waiting import interruptible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,7 +99,9 @@ def simulate(
         "ode14x": {"step": step, "max_steps": max_steps},
     }
     limits = choices[method]
-    trajectory = _solver(method)(system, task, **limits)
+    trajectory = interruptible(
+        lambda: _solver(method)(system, task, **limits), stop=lambda: task.stop.fill(True)
+    )
     from wedgebrake.solvers.response import assemble
 
     return assemble(system, trajectory, method, {**options, **limits})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -67,6 +67,7 @@ class Task:
     start, end : (period number, time inside the period [s])
     angle, velocity : state at the start [rad], [rad/s]
     times      : (n,) times at which the response is wanted [s], ascending
+    stop       : (1,) set to True by another thread, ends the run at its next step
     """
 
     clock: Clock
@@ -75,6 +76,7 @@ class Task:
     angle: float
     velocity: float
     times: FloatArray
+    stop: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, dtype=np.bool_))
 
 
 @dataclass(frozen=True)
