@@ -328,6 +328,7 @@ class _Boundary:
         self, step: Step[BifurcationCurve], after: Solution, goal: Solution
     ) -> tuple[Solution, str] | None:
         """Where the curve would go over its own points beyond, and why; None: nowhere in a step."""
+
         def beyond_goal(there: Solution) -> float:
             return float(goal.direction[-2:] @ (there.y - goal.y)[-2:])
 
