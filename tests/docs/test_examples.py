@@ -10,6 +10,8 @@ from urllib.request import urlopen
 
 import pytest
 
+from children import started
+
 ROOT = Path(__file__).parents[2]
 PAGES = (
     "README.md",
@@ -86,7 +88,7 @@ def test_commands(page, line, folder):
 @pytest.mark.parametrize("line", sorted({line for _, line in SERVERS}))
 def test_servers(line, stop):
     command = [PROGRAM, *arguments(line), "--port", "0", "--no-browser"]
-    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as served:
+    with started(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as served:
         try:
             said = served.stderr.readline()
             [url] = re.findall(r"http://\S+", said)

@@ -3,7 +3,7 @@
 section      the stroboscopic map, by the exact solver
 irregular    finite-separation exponent, weighted Birkhoff averages, 0-1 test
 judge        the verdict
-systems      random systems, and systems as tables
+systems      the random systems, and systems as tables
 named        cases chosen by hand, with what is known of them
 make_truth   writes truth.json:  python -m tests.motion_truth.make_truth
 

@@ -11,14 +11,12 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from .judge import UNDECIDED, judge
 from .named import Case, named_cases
-from .systems import random_systems
+from .systems import PATH, random_systems
 
-PATH = Path(__file__).parent / "truth.json"
 ABOUT = (
     "Class of motion by slow methods (tests/motion_truth/judge.py), from `initial` at phase"
     " zero of the torque. order: torque periods in one of the motion. settled: torque periods"

@@ -92,7 +92,13 @@ def test_truth_holds_all_cases_as_they_are():
     assert [case.name for case in current] == list(TRUTH)
     for case in current:
         one = TRUTH[case.name]
-        assert from_tables(one["system"]) == case.system
+        written = from_tables(one["system"]).as_dict()
+        for part, values in case.system.as_dict().items():
+            for name, value in values.items():
+                # Angles come from arctan, whose last bit is that of the C library.
+                assert written[part][name] == (
+                    pytest.approx(value, rel=1e-14) if isinstance(value, float) else value
+                )
         assert tuple(one["initial"]) == case.initial
         assert one["known"] == (None if case.known is None else list(case.known))
 

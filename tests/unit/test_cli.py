@@ -25,6 +25,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
+from children import started
 from printed import strict_json, unwrapped
 from wedgebrake.cli import output as files
 from wedgebrake.cli.main import main
@@ -661,7 +662,7 @@ class TestProcess:
     def test_interrupt(self, tmp_path):
         """Ctrl-C in a long run: a word, exit status 1, and no file."""
         long = ["--set", "periods=1000000", "--set", "samples_per_period=1"]
-        process = subprocess.Popen(
+        process = started(
             [PROGRAM, "simulate", PAPER, *long, "--out", "r.nc", "--plot", "r.png"],
             cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 
+from children import started
 from printed import unwrapped
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -31,7 +32,7 @@ class Running:
     """The command, running in a process of its own."""
 
     def __init__(self, *arguments):
-        self.process = subprocess.Popen(
+        self.process = started(
             [sys.executable, "-m", "wedgebrake", "app", "--no-browser", *map(str, arguments)],
             stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         )  # fmt: skip

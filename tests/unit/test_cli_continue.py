@@ -19,6 +19,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
+from children import started
 from printed import names, unwrapped
 from wedgebrake.cli.continue_report import answer, stable_stretches
 from wedgebrake.orbits.ranges import make_ranges
@@ -393,7 +394,7 @@ def test_ctrl_c_is_heard_at_once_and_nothing_is_written(tmp_path):
     """On a terminal, where progress is seen; steps so small that it would take hours."""
     ours, theirs = pty.openpty()
     options = ["--over", "eta=12:-60", "--step", "1e-6", "--points", "1000000"]
-    process = subprocess.Popen(
+    process = started(
         [PROGRAM, "continue", PAPER, *options, "--out", "r.nc", "--plot", "r.png"],
         cwd=tmp_path, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=theirs,
     )  # fmt: skip

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import wedgebrake as wb
+from children import started
 from printed import names, strict_json, unwrapped
 from wedgebrake.cli.paper import ordered
 from wedgebrake.errors import InputError
@@ -292,7 +293,7 @@ class Words(HTMLParser):
 class TestInterrupt:
     def test_ends_at_once(self, tmp_path):
         """While figures are drawn: what is complete stays, and no half of anything."""
-        process = subprocess.Popen(
+        process = started(
             [PROGRAM, "paper", "fig2", "fig9", "fig12", "--method", "ode14x", "--out", "f"],
             cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip

@@ -20,6 +20,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
+from children import started
 from printed import names, strict_json, unwrapped
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.measures.classes import motion_word
@@ -692,7 +693,7 @@ class TestInterrupt:
     @staticmethod
     def interrupted(folder: Path, options: list[str], ready) -> list[str]:
         """The lines on standard error of a sweep that is interrupted when it is ready."""
-        process = subprocess.Popen(
+        process = started(
             [PROGRAM, "sweep", PAPER, *options, "--out", "r.nc", "--plot", "r.png"],
             cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip

@@ -75,7 +75,11 @@ def differences(system, given, state, step):
 
 @pytest.mark.parametrize("name", CASES)
 def test_against_differences_of_the_flow(name):
-    """At rtol 1e-13 a state is exact to some 1e-12, which over the step is what can be seen."""
+    """What the differences can show: errors of the states over the step.
+
+    At rtol 1e-13 a state is exact to some 1e-12, and to 1e-11 where a neighbour's steps fall
+    otherwise about a kink. Weights of 1, 8, 8 and 1 over 12 steps make 1.5e-11 / 5e-4 of it.
+    """
     system, state, reverses, releases = CASES[name]
     kinds = wb.simulate(system, periods=1, initial=state).event_kind.values
     assert (EventKind.REVERSAL in kinds) == reverses
@@ -83,7 +87,7 @@ def test_against_differences_of_the_flow(name):
     given = problem(system, 1e-13)
     got = scaled(system, period_map(given, *state, MOST).matrix)
     near = scaled(system, differences(system, given, state, 5e-4))
-    assert np.max(np.abs(got - near)) <= 5e-9 * np.max(np.abs(got))
+    assert np.max(np.abs(got - near)) <= 3e-8
 
 
 @pytest.mark.parametrize("name", CASES)

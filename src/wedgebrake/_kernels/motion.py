@@ -10,7 +10,7 @@ from .compiling import compiled
 
 # A motion has settled when all that is left to come is smaller than this share of its size.
 SETTLED = 1e-6
-# Returns below this share of the state are rounding.
+# Returns below this share of the state, or of the motion's size, are rounding.
 ROUNDING = 1e-11
 # Longest period looked for, in periods of the torque, and the fewest returns of it to be seen.
 LONGEST = 512
@@ -52,6 +52,15 @@ def farthest(points, weight):
 
 
 @compiled
+def rounding_of(points, weight, size):
+    """What may be rounding in a distance [rad/s].
+
+    A state near the origin is a sum of parts as large as the motion: it rounds as they do.
+    """
+    return ROUNDING * max(farthest(points, weight), size)
+
+
+@compiled
 def _farthest_return(points, n, begin, end, weight):
     """Largest distance of x[k] from x[k - n], begin < k <= end."""
     worst = 0.0
@@ -77,6 +86,37 @@ def _merging(points, n, last, weight, size):
 
 
 @compiled
+def _stays(points, n, now, weight, size):
+    """Whether returns after n periods, ``now`` apart, lead to what is settled."""
+    last, look = points.shape[0] - 1, max(n, _RETURNS)
+    # A geometric series of what is still to come.
+    before = _farthest_return(points, n, last - 2 * look, last - look, weight)
+    if now < before:
+        shrink = (now / before) ** (n / look)
+        if now * shrink / (1.0 - shrink) <= SETTLED * size:
+            return True
+    # Or no drift at all in half of a long window.
+    far = n * (last // (2 * n))
+    return far > _LONG and _farthest_return(points, far, last - n, last, weight) <= SETTLED * size
+
+
+@compiled
+def _fewest(points, n, last, weight, room):
+    """(m, distance): what repeats after n periods does so after m already, within a room.
+
+    About a focus the returns after one orbit shrink unevenly, and those after several may be
+    the first that are seen to settle.
+    """
+    look = max(n, _RETURNS)
+    for m in range(1, n):
+        if n % m == 0:
+            apart = _farthest_return(points, m, last - look, last, weight)
+            if apart <= room:
+                return m, apart
+    return n, _farthest_return(points, n, last - look, last, weight)
+
+
+@compiled
 def _share(length, size, rounding):
     """A length over the motion's size; of what hardly moves, over its state instead."""
     return length / (size + rounding / SETTLED) if length > 0.0 else 0.0
@@ -89,7 +129,7 @@ def order_of(points, weight, size):
     n = 0 where it does not repeat; the distance is then that of its best return.
     """
     last = points.shape[0] - 1
-    rounding = ROUNDING * farthest(points, weight)
+    rounding = rounding_of(points, weight, size)
     best = math.inf
     for n in range(1, min(LONGEST, last // 3) + 1):
         look = max(n, _RETURNS)
@@ -104,18 +144,9 @@ def order_of(points, weight, size):
         if m > 0:
             # As near as settled points are: one already.
             return (m if apart <= SETTLED * size else 0), _share(apart, size, rounding)
-        if now <= rounding:
-            return n, _share(now, size, rounding)
-        # A geometric series of what is still to come.
-        before = _farthest_return(points, n, last - 2 * look, last - look, weight)
-        if now < before:
-            shrink = (now / before) ** (n / look)
-            if now * shrink / (1.0 - shrink) <= SETTLED * size:
-                return n, _share(now, size, rounding)
-        # Or no drift at all in half of a long window.
-        far = n * (last // (2 * n))
-        if far > _LONG and _farthest_return(points, far, last - n, last, weight) <= SETTLED * size:
-            return n, _share(now, size, rounding)
+        if now <= rounding or _stays(points, n, now, weight, size):
+            m, apart = _fewest(points, n, last, weight, SETTLED * size + rounding)
+            return m, _share(apart, size, rounding)
     return 0, _share(best, size, rounding)
 
 

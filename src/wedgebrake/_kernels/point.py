@@ -26,7 +26,7 @@ from .compiling import compiled
 from .exact import run
 from .flow import BLOCKED, G2, KIND
 from .lines import CORNER, pieces_about
-from .motion import ROUNDING, SETTLED, classify, distance, farthest, mean_growth
+from .motion import SETTLED, classify, distance, mean_growth, rounding_of
 from .tangent import carry, split
 
 # Columns of the answer.
@@ -157,7 +157,7 @@ def attracts(first, returned, points, weight, size):
             of it, so that a slow passage by the ghost of an orbit, where it is almost 1, is
             not taken for one. What returns to rounding only must not be unstable.
     """
-    if returned * size <= 10.0 * ROUNDING * farthest(points, weight):
+    if returned * size <= 10.0 * rounding_of(points, weight, size):
         return not first > _UNSTABLE
     share = math.exp(first)
     return share < 1.0 and returned * share <= SETTLED * (1.0 - share)
@@ -166,8 +166,7 @@ def attracts(first, returned, points, weight, size):
 @compiled
 def settling_of(points, order, last, weight, size):
     """Periods after which the motion stayed at its final orbit."""
-    reach = farthest(points[: last + 1], weight)
-    room = 10.0 * (SETTLED * size + ROUNDING * reach)
+    room = 10.0 * (SETTLED * size + rounding_of(points[: last + 1], weight, size))
     for k in range(last - order, -1, -1):
         if distance(points, k, last - (last - k) % order, weight) > room:
             return k + 1

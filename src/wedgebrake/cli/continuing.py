@@ -22,7 +22,7 @@ from wedgebrake.orbits.dataset import assemble
 from wedgebrake.orbits.orbit import Orbit, OrbitStatus
 from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range, make_ranges, value_of
-from wedgebrake.orbits.shooting import check, orbit
+from wedgebrake.orbits.shooting import check, orbit_to_follow
 from wedgebrake.orbits.skeleton import Followed, follow
 from wedgebrake.sweeps.maps import bifurcation, regime_map
 from wedgebrake.sweeps.progress import Progress
@@ -205,7 +205,8 @@ def carry_out(order: Order) -> Outcome:
 def _branches(order: Order, hear: Callable[[Progress], None]) -> tuple[Orbit, list[Followed]]:
     """The first orbit, and the branches."""
     name, first = order.over.name, order.over.first
-    begin = orbit(order.study.system.replace(**{name: first}), order.order, **order.orbit)
+    system = order.study.system.replace(**{name: first})
+    begin = orbit_to_follow(system, order.order, **order.orbit)
     if not begin.found:
         raise InputError(
             f"--over {name}: at {name} = {first:g} there is no orbit to begin with."

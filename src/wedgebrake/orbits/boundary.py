@@ -45,8 +45,9 @@ _TESTS = {
 _FIRST, _SMALLEST, _GROW, _TURN = 0.1, 1e-5, 1.5, 0.95
 # A margin that vanishes all along a curve is no more than this below zero.
 _VANISHING = 1e-7
-# Orbits nearer than this share of their size are one where curves meet.
-_MEETS = 1e-4
+# Orbits nearer than this share of their size are one where curves meet; nearer than the second
+# they are on the other curve, which the equations hold on as well.
+_MEETS, _COLLAPSED = 1e-4, 1e-8
 # Parameters (scaled) and orbits (as shares of their size) nearer than this are the same.
 _SAME = 1e-5
 _CLOSED = "the curve has closed"
@@ -308,7 +309,10 @@ class _Boundary:
                 step *= 0.5
                 continue
             if why:
-                return found, why
+                # Where the orbit is almost one of fewer periods that is the end.
+                whole = self._prime(after, _COLLAPSED) == self.equations.order
+                at_end = whole and why == met(self._prime(after))
+                return [*found, after] if at_end else found, why
             try:
                 last = self._last(Step(self.curve, now, after), after, goal)
             except (NotConvergedError, NoOrbitError):
@@ -324,21 +328,16 @@ class _Boundary:
         self, step: Step[BifurcationCurve], after: Solution, goal: Solution
     ) -> tuple[Solution, str] | None:
         """Where the curve would go over its own points beyond, and why; None: nowhere in a step."""
-        gap = self._gap(step.start)
-
-        def in_their_places(there: Solution) -> float:
-            return float(np.sum(gap * self._gap(there)))
 
         def beyond_goal(there: Solution) -> float:
             return float(goal.direction[-2:] @ (there.y - goal.y)[-2:])
 
-        if in_their_places(after) < 0.0:
+        if float(np.sum(self._gap(step.start) * self._gap(after))) < 0.0:
             # The halves of the orbit have changed places: the curve has gone through an orbit of
-            # half the periods, and what comes is what was, half an orbit later.
-            at = step.at(step.root(in_their_places))
-            fewer = self._prime(at)
-            if fewer < self.equations.order:
-                return at, met(fewer)
+            # half the periods, and what comes is what was, half an orbit later. No root is looked
+            # for, since points between may be on the curve of that orbit: the step is shortened
+            # until its end is near enough.
+            raise NotConvergedError
         if beyond_goal(step.start) < 0.0 <= beyond_goal(after):
             at = step.at(step.root(beyond_goal))
             if self._is_same(at, goal):
@@ -358,10 +357,10 @@ class _Boundary:
         there = self._point(at)
         return between_halves(there.points, there.system.excitation.angular_frequency)
 
-    def _prime(self, at: Solution) -> int:
+    def _prime(self, at: Solution, tolerance: float = _MEETS) -> int:
         """The fewest periods after which an orbit repeats."""
         there = self._point(at)
-        return prime_order(there.points, there.system.excitation.angular_frequency, _MEETS)
+        return prime_order(there.points, there.system.excitation.angular_frequency, tolerance)
 
     def _left(self, at: Solution) -> str:
         """Why a point belongs to the curve no more; empty where it does."""

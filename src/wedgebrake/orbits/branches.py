@@ -11,7 +11,7 @@ from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.continuation import POINTS, STEP
 from wedgebrake.orbits.orbit import Orbit
 from wedgebrake.orbits.ranges import Range, make_ranges
-from wedgebrake.orbits.shooting import check, orbit
+from wedgebrake.orbits.shooting import check, orbit_to_follow
 from wedgebrake.orbits.skeleton import SWITCH, follow
 
 if TYPE_CHECKING:
@@ -42,7 +42,8 @@ def branches(
         One SI parameter or group with its ends, for example ``eta=(12, -60)``. The first
         branch begins at the first end.
     order, initial, method, rtol
-        Of the orbit that it begins with, as for ``wb.orbit``.
+        Of the orbit that it begins with, as for ``wb.orbit``. Where the motion is irregular
+        for as long as ``wb.orbit`` waits, that is a stable orbit which it comes near to.
     switch : int
         How many times over branches that leave a branch are followed (at period doublings,
         symmetry breakings, branch points, and where the motion jumps): 0 none, 1 those that
@@ -79,9 +80,9 @@ def branches(
 def begun(system: BrakedDriveline, over: Range, **settings: Any) -> Orbit:
     """The orbit at the first end of a range; ``InputError`` where there is none.
 
-    settings : of ``orbit``
+    settings : of ``orbit_to_follow``
     """
-    first = orbit(system.replace(**{over.name: over.first}), settings.pop("order"), **settings)
+    first = orbit_to_follow(system.replace(**{over.name: over.first}), **settings)
     if not first.found:
         raise InputError(
             f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}"

@@ -30,6 +30,9 @@ _MOST_ORDER = 512
 _STEPS, _NEAR = 40, 1e-7
 # Guesses that are tried, the nearest returns first.
 _GUESSES = 16
+# Where a motion has not settled: the longest orbit that is looked for, guesses for each order, and
+# the periods of the run that they are taken from, with those left out at its begin.
+_LONGEST, _SPREAD, _LOOKED, _SKIPPED = 8, 24, 1200, 200
 _FAILED = (NotConvergedError, NoOrbitError)
 
 
@@ -93,6 +96,38 @@ def orbit(
     return _near(family, wanted, _guesses(record, wanted))
 
 
+def orbit_to_follow(
+    system: BrakedDriveline,
+    order: int | None = None,
+    *,
+    initial: tuple[float, float] | None = None,
+    method: str | None = None,
+    rtol: float = 1e-10,
+) -> Orbit:
+    """An orbit for a branch to begin with: that of ``orbit``, or a stable one.
+
+    A chaotic transient lasts as long as the last bits of the run decide. Where the motion is
+    still irregular after the longest wait, the stable orbit of the fewest periods is taken to
+    which near returns of the motion lead, if there is one.
+    """
+    found = orbit(system, order, initial=initial, method=method, rtol=rtol)
+    if found.status not in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_SETTLED):
+        return found
+    family = Family(system, method=found.method, rtol=found.rtol)
+    run_for = protocol(_LOOKED, _SKIPPED, rtol=found.rtol)
+    answer, record = judge(system, initial or (0.0, 0.0), found.method, run_for)
+    if answer[point.OUTCOME] != codes.COMPLETED:
+        return found
+    for fewest in range(1, _LONGEST + 1):
+        returns = _returns(record, fewest)[: len(record) // 3]
+        # Evenly among them: the nearest are often of one passage, and lead to one orbit.
+        for k in returns[:: max(1, len(returns) // _SPREAD)]:
+            near = _near(family, fewest, [record[k]])
+            if near.found and near.stable:
+                return near
+    return found
+
+
 def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
     """The solver's name; raises ``InputError`` for what no orbit can be found with."""
     if not isinstance(system, BrakedDriveline):
@@ -114,11 +149,16 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
 
 def _guesses(record: FloatArray, order: int) -> list[FloatArray]:
     """Points from which the motion nearly returns, the nearest first, and the mean of all."""
-    size = np.ptp(record, axis=0) + 1e-300
-    apart = np.linalg.norm((record[order:] - record[:-order]) / size, axis=1)
-    nearest = [record[k] for k in np.argsort(apart)[:_GUESSES]]
+    nearest = [record[k] for k in _returns(record, order)[:_GUESSES]]
     mean = np.mean(record, axis=0)
     return [mean, *nearest] if order == 1 else [*nearest, mean]
+
+
+def _returns(record: FloatArray, order: int) -> list[int]:
+    """Numbers of the points in a record, that which the motion returns nearest to first."""
+    size = np.ptp(record, axis=0) + 1e-300
+    apart = np.linalg.norm((record[order:] - record[:-order]) / size, axis=1)
+    return [int(k) for k in np.argsort(apart)]
 
 
 def _near(family: Family, order: int, guesses: list[FloatArray]) -> Orbit:

@@ -18,7 +18,7 @@ from wedgebrake.orbits.known import CLOSED, lies_on, marks
 from wedgebrake.orbits.orbit import Orbit
 from wedgebrake.orbits.point import BranchPoint
 from wedgebrake.orbits.ranges import Range
-from wedgebrake.orbits.shooting import orbit
+from wedgebrake.orbits.shooting import orbit, orbit_to_follow
 from wedgebrake.orbits.switching import leaving
 from wedgebrake.orbits.symmetry import alike, prime_order
 
@@ -105,7 +105,7 @@ def _follow_leaving(
 
 def _opposite(first: Orbit, over: Range, known: list[Followed]) -> Orbit | None:
     """The orbit that the motion settles to at the other end; None if there is none, or a known."""
-    other = orbit(
+    other = orbit_to_follow(
         first.system.replace(**{over.name: over.last}), method=first.method, rtol=first.rtol
     )
     if not other.found:
