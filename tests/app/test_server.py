@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import functools
 import gc
 import itertools
 import json
 import logging
 import weakref
-from concurrent.futures import ThreadPoolExecutor
+from urllib.error import HTTPError
 
 import pytest
 import wire
 from command import Server
-from tornado.httpclient import HTTPError
+from wire import PATIENCE as _PATIENCE
+from wire import together
 
 import wedgebrake.app.server as serving
 from wedgebrake.app.explorer import Explorer
@@ -23,7 +23,6 @@ from wedgebrake.app.limits import MOST_MESSAGE
 from wedgebrake.app.presets import preset
 from wedgebrake.app.turns import Turns
 
-_PATIENCE = 150.0
 STABLE = "Linearly stable. Moves in step with the torque, without sticking."
 NAN = {"type": "number", "value": "nan"}
 INFINITY = {"type": "number", "value": "+inf"}
@@ -42,21 +41,6 @@ def nested(depth, value=0):
     for _ in range(depth):
         value = [value]
     return value
-
-
-def together(test):
-    """A test in an event loop, that does not wait for ever.
-
-    In a thread of its own: the tests in the browser leave a loop in this one.
-    """
-
-    @functools.wraps(test)
-    def run(*arguments, **names):
-        with ThreadPoolExecutor(1) as thread:
-            waiting = asyncio.wait_for(test(*arguments, **names), _PATIENCE)
-            thread.submit(asyncio.run, waiting).result()
-
-    return run
 
 
 @contextlib.asynccontextmanager

@@ -14,6 +14,7 @@ from panel.viewable import Child
 from wedgebrake.app.desk import PLATES, Desk, axes
 from wedgebrake.app.parts.events import OnEvent, passing
 from wedgebrake.app.parts.packing import packed
+from wedgebrake.app.parts.sheets import sheets
 from wedgebrake.app.plates import basins, diagram, regimes, stability
 from wedgebrake.app.plates.axis import Axis
 from wedgebrake.errors import InputError
@@ -30,7 +31,7 @@ _TABS = {
 _ROLES = ("across", "up")
 
 
-_SHEETS = [(_HERE / name).as_posix() for name in ("theme.css", "atlas.css")]
+_SHEETS = sheets("theme.css", "atlas.css")
 
 
 class AtlasHead(JSComponent):
