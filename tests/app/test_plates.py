@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.app.desk import Desk, axes, new_desk
+from wedgebrake.app.desk import PLATES, Desk, axes, new_desk
 from wedgebrake.app.plates import (
-    all_plates,
     basins,
     cells,
     chips,
     diagram,
     filling,
+    new_plate,
     regimes,
     stability,
 )
@@ -443,7 +443,7 @@ def test_chips_are_plain_and_dark_enough_on_white():
 @pytest.mark.parametrize("brake", ["wedge", "leading-shoe"])
 def test_plates_show_mark_and_pick(few, brake):
     desk = desk_of(brake)
-    for plate in all_plates():
+    for plate in map(new_plate, PLATES):
         hash(plate.key(desk))
         picture = next(iter(plate.work(desk)))
         plate.show(picture)
@@ -463,7 +463,7 @@ def test_plates_show_mark_and_pick(few, brake):
 def test_the_atlas_tells_its_controls():
     from wedgebrake.app.parts.atlas import Atlas
 
-    atlas = Atlas(lambda _: None, {plate.name: plate.figure for plate in all_plates()})
+    atlas = Atlas(lambda _: None)
     desk = desk_of()
     for plate, roles in (
         ("diagram", ["axis"]), ("regimes", ["across", "up"]), ("stability", ["across", "up"]),

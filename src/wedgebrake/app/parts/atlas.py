@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -56,7 +56,6 @@ class Atlas(JSComponent):
     """Tabs with the pictures; only the open one is seen.
 
     on_event : called with {type: "edit", changes}, of plate, axis, across, up, quantity, spans
-    figures  : Bokeh figures by the name of their plate
 
     What changes often is in the head and the foot: Panel looks through all models below a part
     whenever one of its own parameters is set, which takes long where these are figures.
@@ -73,16 +72,19 @@ class Atlas(JSComponent):
     _esm = _HERE / "atlas.js"
     _stylesheets: ClassVar[list[str]] = _SHEETS
 
-    def __init__(self, on_event: OnEvent, figures: Mapping[str, Any], **params: Any) -> None:
+    def __init__(self, on_event: OnEvent, **params: Any) -> None:
         self._head = AtlasHead(sizing_mode="stretch_width", margin=0)
         self._foot = AtlasFoot(sizing_mode="stretch_width", margin=0)
-        panes = {
-            name: pn.pane.Bokeh(figures[name], sizing_mode="stretch_both", margin=0)
-            for name in PLATES
-        }
+        self._frames = {name: pn.Column(sizing_mode="stretch_both", margin=0) for name in PLATES}
         standing = {"sizing_mode": "stretch_both", "css_classes": ["atlas-whole"]}
-        super().__init__(head=self._head, foot=self._foot, **{**standing, **panes, **params})
+        parts = {"head": self._head, "foot": self._foot, **self._frames}
+        super().__init__(**{**standing, **parts, **params})
         self._head.on_msg(passing(on_event, ("edit",)))
+
+    def hang(self, name: str, figure: Any) -> None:
+        """Hang the Bokeh figure of a plate into its frame, which was empty."""
+        pane = pn.pane.Bokeh(figure, sizing_mode="stretch_both", margin=0)
+        self._frames[name].append(pane)
 
     def show(self, desk: Desk) -> None:
         """Show which picture is open and what it goes over."""
