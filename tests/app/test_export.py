@@ -7,6 +7,7 @@ import io
 import json
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -295,9 +296,31 @@ class TestData:
 
     def test_limits_hold(self, monkeypatch):
         """A run that meets them says so, in the file too."""
-        monkeypatch.setattr(exporting, "MOST_EVENTS", 50)
+        monkeypatch.setattr("wedgebrake.app.desk.MOST_EVENTS", 50)
         text = export(desk(), "csv").content.decode()
         assert "# status: event_limit" in text
+
+    @pytest.mark.parametrize(
+        ("friction", "limit", "status"),
+        [("coulomb", {"max_events": 50}, "event_limit"), ("smoothed", {"max_steps": 50},
+         "step_limit")],
+    )  # fmt: skip
+    def test_a_limit_of_the_study_holds_as_well(self, friction, limit, status):
+        given = desk(friction=friction)
+        given = replace(given, study=given.study.changed(**limit))
+        assert look(given).status == look(given, settle=True).status == status
+        assert f"# status: {status}" in export(given, "csv").content.decode()
+        [(name, value)] = limit.items()
+        assert f"{name}={value}" in export(given, "python").content.decode()
+
+    @pytest.mark.parametrize("plate", ["diagram", "regimes", "basins"])
+    def test_a_picture_that_nobody_waits_for_ends(self, plate):
+        def heed(progress):
+            if progress.done:
+                raise wb.InputError("Nobody waits.")
+
+        with pytest.raises(wb.InputError, match="Nobody waits"):
+            export(desk(plate=plate), "diagram-png", heed)
 
     def test_leaves_nothing_behind(self, tmp_path, monkeypatch):
         monkeypatch.setattr("tempfile.tempdir", str(tmp_path))

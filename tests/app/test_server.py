@@ -342,6 +342,47 @@ async def test_extreme_machines_are_answered_in_words(server):
     assert wrong == {}
 
 
+# Numbers so small that a solver may step without ever coming forward.
+TINY = """
+[driveline]
+inertia = 1.0
+damping = 0.1
+stiffness = 10000.0
+[brake]
+kind = "wedge"
+angle = 0.34
+radius = 0.2
+[friction]
+kind = "smoothed"
+kinetic = 0.3
+[actuation]
+initial_force = 0.0
+slope = -40.0
+[excitation]
+amplitude = 1e-308
+frequency = 10.0
+[run]
+periods = 3
+max_steps = 1000
+"""
+
+
+@together
+async def test_a_study_that_is_hard_to_compute_keeps_nobody_waiting(bad_server):
+    """Whether it is answered, refused or hangs: more of them than there are threads."""
+    async with clients(bad_server.url, 4) as (one, *hard):
+        for _ in range(2):
+            for other in hard:
+                await other.say(mapped(type="upload", name="tiny", text=TINY), "Header")
+            await asyncio.sleep(2.0)
+            await answers(one)
+            await one.edit(eta=-24.0)
+            await one.hear("headline")
+        for other in hard:
+            await other.leave()
+        await answers(one)
+
+
 @pytest.fixture
 def counted(monkeypatch):
     """A server in this process, that forgets pages soon: its URL, and the pages that live."""

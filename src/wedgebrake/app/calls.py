@@ -32,7 +32,8 @@ def run(desk: Desk) -> dict[str, Any]:
 
     Those alone that differ from their defaults.
     """
-    return chosen(desk.study.run, ("initial", "method", "rtol", "step"))
+    names = ("initial", "method", "rtol", "step", "max_events", "max_steps")
+    return chosen(desk.study.run, names)
 
 
 def chosen(part: Part, names: tuple[str, ...] = ()) -> dict[str, Any]:

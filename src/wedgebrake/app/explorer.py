@@ -184,7 +184,7 @@ class Explorer(pn.viewable.Viewer):
         self._files.append(lane)
         self._say_files()
         lane.start(
-            _exported(self._desk, str(event.get("format"))), self._header.deliver,
+            _exported(self._desk, str(event.get("format")), lane), self._header.deliver,
             partial(self._not_delivered, lane), finished=partial(self._delivered, lane),
         )  # fmt: skip
 
@@ -322,8 +322,13 @@ def _moments(desk: Desk) -> Iterator[Moment]:
     yield look(desk, settle=True)
 
 
-def _exported(desk: Desk, kind: str) -> Iterator[File]:
-    yield export(desk, kind)
+def _exported(desk: Desk, kind: str, lane: Lane) -> Iterator[File]:
+    def heed(_: Any) -> None:
+        """A sweep ends here when nobody waits for it any more."""
+        if not lane.busy:
+            raise InputError("This file is not wanted any more.")
+
+    yield export(desk, kind, heed)
 
 
 def _seen(desk: Desk) -> Any:

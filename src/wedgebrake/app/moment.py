@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.app.desk import Desk
-from wedgebrake.app.limits import MOST_EVENTS, MOST_STEPS, SAMPLES_PER_PERIOD
+from wedgebrake.app.limits import SAMPLES_PER_PERIOD
 from wedgebrake.errors import InputError
 from wedgebrake.linear_stability import Stability, stability
 from wedgebrake.measures.motion import Motion, motion
@@ -139,8 +139,7 @@ class _Run:
             "method": run.method,
             "rtol": run.rtol,
             "step": run.step,
-            "max_events": MOST_EVENTS,
-            "max_steps": MOST_STEPS,
+            **desk.limits,
         }
         self.period = 1.0 / self.system.excitation.frequency
         wanted = _OF_NATURAL * self.system.driveline.natural_frequency * self.period
@@ -195,7 +194,7 @@ class _Run:
         complete = response.attrs["status"] == "completed"
         if settle and complete:
             # As many periods as the limits of one run allow for.
-            most = min(MOST_EVENTS, MOST_STEPS) / max(response.attrs["work"], 1) * desk.periods
+            most = min(desk.limits.values()) / max(response.attrs["work"], 1) * desk.periods
             limit = int(min(max(most, desk.periods), _SETTLING))
             return motion(
                 self.system, desk.recorded, limit=limit, initial=_state(points[0]), **options
