@@ -19,6 +19,7 @@ import wedgebrake as wb
 from wedgebrake.app import export as exporting
 from wedgebrake.app.desk import Desk, new_desk
 from wedgebrake.app.export import FORMATS, File, export
+from wedgebrake.app.judging import judging
 from wedgebrake.app.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
 from wedgebrake.app.moment import look
 from wedgebrake.app.presets import PRESETS, preset
@@ -90,8 +91,9 @@ class TestProgram:
             scale = np.max(np.abs(moment.velocity)) + 1e-9
             found = response["velocity"].to_numpy()[shown]
             np.testing.assert_allclose(found, moment.velocity, atol=1e-6 * scale)
-        assert names["motion"].kind == moment.motion.kind
-        assert names["motion"].order == moment.motion.order
+        judged = look(given, settle=True).motion
+        assert names["motion"].kind == judged.kind
+        assert names["motion"].order == judged.order
         printed = capsys.readouterr().out
         assert names["motion"].verdict in printed
         assert wb.stability(given.system).verdict in printed
@@ -106,7 +108,7 @@ class TestProgram:
         )
         for variable in ("time", "angle", "velocity", "brake_torque"):
             assert np.array_equal(names["response"][variable], response[variable])
-        motion = wb.motion(given.system, 40, transient=given.transient)
+        motion = wb.motion(given.system, **judging(given))
         assert names["motion"].verdict == motion.verdict
         start = given.transient / given.system.excitation.frequency
         assert repr(wb.brake_torque(response, start)) in capsys.readouterr().out
@@ -220,7 +222,7 @@ class TestFiles:
     def test_the_overview_says_the_class(self):
         given = desk()
         text = export(given, "svg").content.decode()
-        assert look(given).motion.word in text
+        assert look(given, settle=True).motion.word in text
 
     @pytest.mark.parametrize("plate", PLATES)
     def test_the_open_picture(self, plate, monkeypatch):

@@ -99,7 +99,7 @@ def _response(desk: Desk) -> xr.Dataset:
 
 def _overview(desk: Desk, kind: str) -> bytes:
     """The response, with the class of its motion."""
-    return image(plot(_response(desk), verdict=look(desk).motion.verdict), kind)
+    return image(plot(_response(desk), verdict=look(desk, settle=True).motion.verdict), kind)
 
 
 def _diagram(desk: Desk, kind: str, progress: Progress) -> bytes:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.app.desk import Desk
+from wedgebrake.app.judging import judging
 from wedgebrake.app.limits import SAMPLES_PER_PERIOD
 from wedgebrake.errors import InputError
 from wedgebrake.linear_stability import Stability, stability
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 State = tuple[float, float]
 
-# Most periods to wait for a motion to settle.
-_SETTLING = 5000
 # A torque slower than the free vibration is sampled by the vibration's period, up to so many
 # samples in one of its own; beyond that there is no spectrum.
 _OF_NATURAL, _DENSEST = 20, 2000
@@ -195,10 +194,9 @@ class _Run:
         if settle and complete:
             # As many periods as the limits of one run allow for.
             most = min(desk.limits.values()) / max(response.attrs["work"], 1) * desk.periods
-            limit = int(min(max(most, desk.periods), _SETTLING))
-            return motion(
-                self.system, desk.recorded, limit=limit, initial=_state(points[0]), **options
-            )
+            rule = judging(desk)
+            rule["limit"] = int(min(max(most, desk.periods), rule["limit"]))
+            return motion(self.system, initial=_state(points[0]), **rule, **options)
         if complete:
             place = int(np.searchsorted(numbers, numbers[-1] - desk.recorded))
             start = _state(points[place])

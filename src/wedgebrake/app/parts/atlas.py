@@ -114,10 +114,10 @@ class Atlas(JSComponent):
 def _note(desk: Desk) -> str:
     """How the open picture is computed."""
     notes = {
-        "diagram": f"Each value starts anew and is run for {desk.periods} periods; the last"
-        f" {desk.recorded} are shown.",
-        "regimes": f"Each cell starts anew and is run for {desk.periods} periods; the last"
-        f" {desk.recorded} are judged.",
+        "diagram": "Each value starts anew and is run until its motion has settled, or for so many"
+        f" periods that it stays undecided; {desk.recorded} more are shown.",
+        "regimes": "Each cell starts anew and is run until its motion has settled, or for so many"
+        " periods that it stays undecided.",
         "stability": "Small vibration about sliding, with the kinetic friction coefficient.",
         "basins": "Each start is run until its motion has settled, or for so many periods that it"
         " stays undecided.",
