@@ -7,6 +7,7 @@ import io
 import json
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -18,6 +19,7 @@ import wedgebrake as wb
 from wedgebrake.app import export as exporting
 from wedgebrake.app.desk import Desk, new_desk
 from wedgebrake.app.export import FORMATS, File, export
+from wedgebrake.app.judging import judging
 from wedgebrake.app.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
 from wedgebrake.app.moment import look
 from wedgebrake.app.presets import PRESETS, preset
@@ -89,8 +91,9 @@ class TestProgram:
             scale = np.max(np.abs(moment.velocity)) + 1e-9
             found = response["velocity"].to_numpy()[shown]
             np.testing.assert_allclose(found, moment.velocity, atol=1e-6 * scale)
-        assert names["motion"].kind == moment.motion.kind
-        assert names["motion"].order == moment.motion.order
+        judged = look(given, settle=True).motion
+        assert names["motion"].kind == judged.kind
+        assert names["motion"].order == judged.order
         printed = capsys.readouterr().out
         assert names["motion"].verdict in printed
         assert wb.stability(given.system).verdict in printed
@@ -105,7 +108,7 @@ class TestProgram:
         )
         for variable in ("time", "angle", "velocity", "brake_torque"):
             assert np.array_equal(names["response"][variable], response[variable])
-        motion = wb.motion(given.system, 40, transient=given.transient)
+        motion = wb.motion(given.system, **judging(given))
         assert names["motion"].verdict == motion.verdict
         start = given.transient / given.system.excitation.frequency
         assert repr(wb.brake_torque(response, start)) in capsys.readouterr().out
@@ -219,7 +222,7 @@ class TestFiles:
     def test_the_overview_says_the_class(self):
         given = desk()
         text = export(given, "svg").content.decode()
-        assert look(given).motion.word in text
+        assert look(given, settle=True).motion.word in text
 
     @pytest.mark.parametrize("plate", PLATES)
     def test_the_open_picture(self, plate, monkeypatch):
@@ -295,9 +298,31 @@ class TestData:
 
     def test_limits_hold(self, monkeypatch):
         """A run that meets them says so, in the file too."""
-        monkeypatch.setattr(exporting, "MOST_EVENTS", 50)
+        monkeypatch.setattr("wedgebrake.app.desk.MOST_EVENTS", 50)
         text = export(desk(), "csv").content.decode()
         assert "# status: event_limit" in text
+
+    @pytest.mark.parametrize(
+        ("friction", "limit", "status"),
+        [("coulomb", {"max_events": 50}, "event_limit"), ("smoothed", {"max_steps": 50},
+         "step_limit")],
+    )  # fmt: skip
+    def test_a_limit_of_the_study_holds_as_well(self, friction, limit, status):
+        given = desk(friction=friction)
+        given = replace(given, study=given.study.changed(**limit))
+        assert look(given).status == look(given, settle=True).status == status
+        assert f"# status: {status}" in export(given, "csv").content.decode()
+        [(name, value)] = limit.items()
+        assert f"{name}={value}" in export(given, "python").content.decode()
+
+    @pytest.mark.parametrize("plate", ["diagram", "regimes", "basins"])
+    def test_a_picture_that_nobody_waits_for_ends(self, plate):
+        def heed(progress):
+            if progress.done:
+                raise wb.InputError("Nobody waits.")
+
+        with pytest.raises(wb.InputError, match="Nobody waits"):
+            export(desk(plate=plate), "diagram-png", heed)
 
     def test_leaves_nothing_behind(self, tmp_path, monkeypatch):
         monkeypatch.setattr("tempfile.tempdir", str(tmp_path))

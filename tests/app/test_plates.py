@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.app.desk import Desk, axes, new_desk
+from wedgebrake.app.desk import PLATES, Desk, axes, new_desk
+from wedgebrake.app.judging import judging
 from wedgebrake.app.plates import (
-    all_plates,
     basins,
     cells,
     chips,
     diagram,
     filling,
+    new_plate,
     regimes,
     stability,
 )
@@ -156,7 +157,7 @@ def test_the_key_of_the_diagram(brake, friction):
         low, high = Axis.of(desk, name).ends
         narrower = {name: (Axis.of(desk, name).low, Axis.of(desk, name).chosen(0.5 * (low + high)))}
         for changed in (
-            {"periods": 300}, {"initial_angle": 0.01}, {"axis": "eta" if name == "f" else "f"},
+            {"periods": 30}, {"initial_angle": 0.01}, {"axis": "eta" if name == "f" else "f"},
             {"release": False}, {"spans": narrower},
         ):  # fmt: skip
             assert diagram.key(desk.edited(**changed)) != key, (name, changed)
@@ -218,7 +219,7 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
     desk = desk_of().edited(axis=name)
     picture = last(diagram.work(desk))
     values = picture.axis.values(20)
-    truth = wb.bifurcation(following(desk.system), **{name: values})
+    truth = wb.bifurcation(following(desk.system), **{name: values}, **judging(desk))
     codes = looks.classes(truth).to_numpy()
     assert picture.known == picture.whole == 20
     np.testing.assert_array_equal(picture.codes, codes)
@@ -262,7 +263,9 @@ def test_a_resonance_does_not_flatten_the_rest(few):
 def test_the_regimes_are_those_of_a_map(few):
     desk = desk_of()
     picture = last(regimes.work(desk))
-    truth = wb.regime_map(following(desk.system), F0=picture.y.values(8), eta=picture.x.values(16))
+    truth = wb.regime_map(
+        following(desk.system), F0=picture.y.values(8), eta=picture.x.values(16), **judging(desk)
+    )
     np.testing.assert_array_equal(picture.codes, looks.classes(truth).to_numpy())
     ((across, up),) = picture.limit
     # Forwards: -D = -(alpha - 1) mu_k, at the paper's alpha.
@@ -283,7 +286,9 @@ def test_regimes_on_logarithmic_axes(few):
     picture = last(regimes.work(desk))
     assert picture.x.log
     assert picture.y.log
-    truth = wb.regime_map(desk.system, damping=picture.y.values(8), stiffness=picture.x.values(16))
+    truth = wb.regime_map(
+        desk.system, damping=picture.y.values(8), stiffness=picture.x.values(16), **judging(desk)
+    )
     np.testing.assert_array_equal(picture.codes, looks.classes(truth).to_numpy())
 
 
@@ -327,7 +332,7 @@ def test_the_basins_are_those_of_wb_basins(few):
     picture = last(basins.work(desk))
     truth = wb.basins(
         desk.system, initial_velocity=picture.y.values(8), initial_angle=picture.x.values(16),
-        limit=basins.wait(desk),
+        **judging(desk),
     )  # fmt: skip
     assert truth.sizes["attractor_id"] > 1
     given = truth["attractor"].to_numpy()
@@ -443,7 +448,7 @@ def test_chips_are_plain_and_dark_enough_on_white():
 @pytest.mark.parametrize("brake", ["wedge", "leading-shoe"])
 def test_plates_show_mark_and_pick(few, brake):
     desk = desk_of(brake)
-    for plate in all_plates():
+    for plate in map(new_plate, PLATES):
         hash(plate.key(desk))
         picture = next(iter(plate.work(desk)))
         plate.show(picture)
@@ -463,7 +468,7 @@ def test_plates_show_mark_and_pick(few, brake):
 def test_the_atlas_tells_its_controls():
     from wedgebrake.app.parts.atlas import Atlas
 
-    atlas = Atlas(lambda _: None, {plate.name: plate.figure for plate in all_plates()})
+    atlas = Atlas(lambda _: None)
     desk = desk_of()
     for plate, roles in (
         ("diagram", ["axis"]), ("regimes", ["across", "up"]), ("stability", ["across", "up"]),

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import functools
 import gc
 import itertools
 import json
 import logging
 import weakref
-from concurrent.futures import ThreadPoolExecutor
+from urllib.error import HTTPError
 
 import pytest
 import wire
 from command import Server
-from tornado.httpclient import HTTPError
+from wire import PATIENCE as _PATIENCE
+from wire import together
 
 import wedgebrake.app.server as serving
 from wedgebrake.app.explorer import Explorer
@@ -23,7 +23,6 @@ from wedgebrake.app.limits import MOST_MESSAGE
 from wedgebrake.app.presets import preset
 from wedgebrake.app.turns import Turns
 
-_PATIENCE = 150.0
 STABLE = "Linearly stable. Moves in step with the torque, without sticking."
 NAN = {"type": "number", "value": "nan"}
 INFINITY = {"type": "number", "value": "+inf"}
@@ -42,21 +41,6 @@ def nested(depth, value=0):
     for _ in range(depth):
         value = [value]
     return value
-
-
-def together(test):
-    """A test in an event loop, that does not wait for ever.
-
-    In a thread of its own: the tests in the browser leave a loop in this one.
-    """
-
-    @functools.wraps(test)
-    def run(*arguments, **names):
-        with ThreadPoolExecutor(1) as thread:
-            waiting = asyncio.wait_for(test(*arguments, **names), _PATIENCE)
-            thread.submit(asyncio.run, waiting).result()
-
-    return run
 
 
 @contextlib.asynccontextmanager
@@ -356,6 +340,47 @@ async def test_extreme_machines_are_answered_in_words(server):
             await one.hear("headline")
         await answers(one)
     assert wrong == {}
+
+
+# Numbers so small that a solver may step without ever coming forward.
+TINY = """
+[driveline]
+inertia = 1.0
+damping = 0.1
+stiffness = 10000.0
+[brake]
+kind = "wedge"
+angle = 0.34
+radius = 0.2
+[friction]
+kind = "smoothed"
+kinetic = 0.3
+[actuation]
+initial_force = 0.0
+slope = -40.0
+[excitation]
+amplitude = 1e-308
+frequency = 10.0
+[run]
+periods = 3
+max_steps = 1000
+"""
+
+
+@together
+async def test_a_study_that_is_hard_to_compute_keeps_nobody_waiting(bad_server):
+    """Whether it is answered, refused or hangs: more of them than there are threads."""
+    async with clients(bad_server.url, 4) as (one, *hard):
+        for _ in range(2):
+            for other in hard:
+                await other.say(mapped(type="upload", name="tiny", text=TINY), "Header")
+            await asyncio.sleep(2.0)
+            await answers(one)
+            await one.edit(eta=-24.0)
+            await one.hear("headline")
+        for other in hard:
+            await other.leave()
+        await answers(one)
 
 
 @pytest.fixture

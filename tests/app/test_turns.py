@@ -166,6 +166,79 @@ def test_a_failure_of_unwanted_work_is_not_told(turns):
     assert told == []
 
 
+@pytest.fixture
+def impatient():
+    """One thread, which is not waited for long."""
+    made = Turns(threads=1, patience=0.05, limit=0.6)
+    yield made
+    made.close()
+
+
+class Stuck:
+    """Work that does not come back until it is let go, as a kernel that hangs."""
+
+    def __init__(self, turns):
+        self.running, self.go, self.closed = (threading.Event() for _ in range(3))
+        self.seen, self.told = [], []
+        self.lane = turns.lane(directly)
+        self.lane.start(self.steps(), self.seen.append, self.told.append)
+        assert self.running.wait(10)
+
+    def steps(self):
+        try:
+            self.running.set()
+            assert self.go.wait(30)
+            yield "late"
+            yield "later"
+        finally:
+            self.closed.set()
+
+
+def does_work(turns):
+    seen = []
+    lane = turns.lane(directly)
+    lane.start(iter([1, 2]), seen.append, unexpected)
+    until(lambda: not lane.busy)
+    return seen == [1, 2]
+
+
+def test_nobody_waits_for_work_that_hangs(impatient):
+    before = threading.active_count()
+    stuck = [Stuck(impatient) for _ in range(5)]
+    assert does_work(impatient)
+    for one in stuck:
+        one.go.set()
+    until(lambda: threading.active_count() <= before)
+    assert does_work(impatient)
+
+
+def test_nor_for_work_of_a_page_that_has_gone(impatient):
+    stuck = Stuck(impatient)
+    stuck.lane.stop()
+    assert does_work(impatient)
+    stuck.go.set()
+    assert stuck.closed.wait(10)
+    assert stuck.seen == stuck.told == []
+
+
+def test_work_that_takes_too_long_is_given_up(impatient):
+    stuck = Stuck(impatient)
+    until(lambda: not stuck.lane.busy)
+    assert "0.6 s" in stuck.told[0]
+    stuck.go.set()
+    assert stuck.closed.wait(10)
+    assert (stuck.seen, len(stuck.told)) == ([], 1)
+    assert does_work(impatient)
+
+
+def test_work_of_short_turns_may_go_on_for_longer_than_one_may_last(impatient):
+    seen = []
+    lane = impatient.lane(directly)
+    lane.start((time.sleep(0.1) for _ in range(12)), seen.append, unexpected)
+    until(lambda: not lane.busy)
+    assert seen
+
+
 def test_closing_ends_the_threads():
     turns = Turns(threads=2)
     before = threading.active_count()

@@ -7,16 +7,39 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import functools
 import itertools
 import json
 import re
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 from urllib.request import Request, urlopen
 
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import WebSocketClosedError, websocket_connect
+
+PATIENCE = 150.0  # s: others may use the processors too
+
+
+def run(work: Any) -> Any:
+    """The result of a coroutine, in an event loop of its own that does not wait for ever.
+
+    In a thread of its own: the tests in the browser leave a loop in this one.
+    """
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, asyncio.wait_for(work, PATIENCE)).result()
+
+
+def together(test: Any) -> Any:
+    """A test that is a coroutine, ``run``."""
+
+    @functools.wraps(test)
+    def wrapped(*arguments: Any, **names: Any) -> None:
+        run(test(*arguments, **names))
+
+    return wrapped
 
 
 class Client:

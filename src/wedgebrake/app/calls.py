@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from wedgebrake.app.desk import Desk
+from wedgebrake.app.judging import judging
 from wedgebrake.app.limits import COARSE_MAP, COARSE_POINTS, FINE_MAP, FINE_POINTS
 from wedgebrake.app.plates import basins, diagram, regimes, stability
 from wedgebrake.app.plates.axis import Axis
@@ -32,7 +33,8 @@ def run(desk: Desk) -> dict[str, Any]:
 
     Those alone that differ from their defaults.
     """
-    return chosen(desk.study.run, ("initial", "method", "rtol", "step"))
+    names = ("initial", "method", "rtol", "step", "max_events", "max_steps")
+    return chosen(desk.study.run, names)
 
 
 def chosen(part: Part, names: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -52,7 +54,7 @@ def picture(desk: Desk) -> Picture:
     Raises ``InputError`` where there is none of this machine.
     """
     how = run(desk)
-    judged = {"periods": desk.periods, "transient": desk.transient, **how}
+    judged = {**judging(desk), **how}
     if desk.view.plate == "diagram":
         points = COARSE_POINTS if slow(desk) else FINE_POINTS
         return Picture("bifurcation", _axes(desk, (diagram.parameter(desk),), (points,)), judged)
@@ -60,9 +62,8 @@ def picture(desk: Desk) -> Picture:
     if desk.view.plate == "regimes":
         return Picture("regime_map", _axes(desk, regimes.parameters(desk), cells), judged)
     if desk.view.plate == "basins":
-        how.pop("initial", None)
-        waiting = {"transient": "auto", "limit": basins.wait(desk)}
-        return Picture("basins", _axes(desk, basins.PARAMETERS, cells), {**waiting, **how})
+        judged.pop("initial", None)
+        return Picture("basins", _axes(desk, basins.PARAMETERS, cells), judged)
     stability.key(desk)  # refuses what has no such map
     return Picture("stability_map", _axes(desk, stability.parameters(desk), FINE_MAP), {})
 

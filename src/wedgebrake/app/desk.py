@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from types import MappingProxyType
 from typing import Any, Literal, get_args
 
-from wedgebrake.app.limits import MOST_PERIODS, MOST_SHOWN
+from wedgebrake.app.limits import MOST_EVENTS, MOST_PERIODS, MOST_SHOWN, MOST_STEPS
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, TabulatedFriction
@@ -106,6 +106,15 @@ class Desk:
     def transient(self) -> int:
         """Periods before them."""
         return self.periods - self.recorded
+
+    @property
+    def limits(self) -> dict[str, int]:
+        """Most events and steps of a run: the study's own, within those of the explorer."""
+        run = self.study.run
+        return {
+            "max_events": min(run.max_events, MOST_EVENTS),
+            "max_steps": min(run.max_steps, MOST_STEPS),
+        }
 
     def value(self, name: str) -> Any:
         """The value of a parameter, group (None: not defined), setting or kind, by name."""

@@ -25,7 +25,7 @@ from wedgebrake.app.parts.machine import Machine
 from wedgebrake.app.parts.page import Page
 from wedgebrake.app.parts.stage import Stage
 from wedgebrake.app.parts.verdict_strip import VerdictStrip
-from wedgebrake.app.plates import all_plates
+from wedgebrake.app.plates import new_plate
 from wedgebrake.app.presets import PRESETS, preset
 from wedgebrake.app.turns import Lane, Turns, common_turns, file_turns
 from wedgebrake.app.verdict import verdict
@@ -69,10 +69,9 @@ class Explorer(pn.viewable.Viewer):
         phase = Phase(history)
         self._charts = (history, phase, section, spectrum)
         self._stage = Stage()
-        self._plates = {plate.name: plate for plate in all_plates()}
-        for plate in self._plates.values():
-            plate.figure.on_event(Tap, self._tapped)
-        self._atlas = Atlas(self.hear, {name: one.figure for name, one in self._plates.items()})
+        self._plates: dict[str, Any] = {}
+        self._atlas = Atlas(self.hear)
+        self._plate(desk.view.plate)
         self._page = Page(
             header=self._header, machine=self._machine, strip=self._strip,
             history=_pane(history.figure), phase=_pane(phase.figure),
@@ -185,7 +184,7 @@ class Explorer(pn.viewable.Viewer):
         self._files.append(lane)
         self._say_files()
         lane.start(
-            _exported(self._desk, str(event.get("format"))), self._header.deliver,
+            _exported(self._desk, str(event.get("format")), lane), self._header.deliver,
             partial(self._not_delivered, lane), finished=partial(self._delivered, lane),
         )  # fmt: skip
 
@@ -203,7 +202,7 @@ class Explorer(pn.viewable.Viewer):
     def _tapped(self, event: Tap) -> None:
         if event.x is None or event.y is None:
             return
-        plate = self._plates[self._desk.view.plate]
+        plate = self._plate(self._desk.view.plate)
         try:
             changes = plate.pick(self._desk, float(event.x), float(event.y))
         except InputError:  # there is no picture, and why is said there
@@ -255,7 +254,7 @@ class Explorer(pn.viewable.Viewer):
 
     def _draw(self, desk: Desk) -> None:
         """Mark the present value in the open picture, and draw it anew if it depends on more."""
-        plate = self._plates[desk.view.plate]
+        plate = self._plate(desk.view.plate)
         try:
             key = (plate.name, plate.key(desk))
         except InputError as error:
@@ -288,6 +287,14 @@ class Explorer(pn.viewable.Viewer):
             self._tell(plate, picture)
             self._page.seen(picture=number)
 
+    def _plate(self, name: str) -> Any:
+        """A plate, made when it is first opened: each costs as much as all charts of the motion."""
+        if name not in self._plates:
+            plate = self._plates[name] = new_plate(name)
+            plate.figure.on_event(Tap, self._tapped)
+            self._atlas.hang(name, plate.figure)
+        return self._plates[name]
+
     def _tell(self, plate: Any, picture: Any) -> None:
         """What colours mean, and how much of the picture is known."""
         self._atlas.legend(plate.legend(picture))
@@ -315,8 +322,13 @@ def _moments(desk: Desk) -> Iterator[Moment]:
     yield look(desk, settle=True)
 
 
-def _exported(desk: Desk, kind: str) -> Iterator[File]:
-    yield export(desk, kind)
+def _exported(desk: Desk, kind: str, lane: Lane) -> Iterator[File]:
+    def heed(_: Any) -> None:
+        """A sweep ends here when nobody waits for it any more."""
+        if not lane.busy:
+            raise InputError("This file is not wanted any more.")
+
+    yield export(desk, kind, heed)
 
 
 def _seen(desk: Desk) -> Any:

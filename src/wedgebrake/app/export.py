@@ -14,7 +14,6 @@ from wedgebrake._version import __version__
 from wedgebrake.app.calls import picture, run
 from wedgebrake.app.desk import Desk
 from wedgebrake.app.filing import filed
-from wedgebrake.app.limits import MOST_EVENTS, MOST_STEPS
 from wedgebrake.app.moment import look
 from wedgebrake.app.plates.machine import following, settings
 from wedgebrake.app.snippet import samples, snippet
@@ -54,6 +53,13 @@ _SWEEPS: dict[str, Callable[..., Any]] = {
 }
 
 
+Progress = Callable[[Any], None]
+
+
+def _unheard(_: Any) -> None:
+    """Nobody asks."""
+
+
 @dataclass(frozen=True)
 class File:
     """A file: its name, its media type, and what stands in it."""
@@ -63,8 +69,10 @@ class File:
     content: bytes
 
 
-def export(desk: Desk, kind: str) -> File:
+def export(desk: Desk, kind: str, progress: Progress = _unheard) -> File:
     """What lies on the desk as a file of a kind; ``FORMATS`` names them.
+
+    progress : called while a picture is computed, as ``wb.sweep`` does; what it raises ends that
 
     Raises ``InputError`` for another kind, and where this machine or this installation has no
     such file.
@@ -73,7 +81,7 @@ def export(desk: Desk, kind: str) -> File:
         raise InputError(f"format = {shown(kind)}: not known. {nearest(str(kind), FORMATS)}")
     name, make = FORMATS[kind]
     name = name.replace("{plate}", desk.view.plate)
-    content = make(desk)
+    content = make(desk, progress)
     return File(name, _MIME[name.rpartition(".")[2]], content)
 
 
@@ -84,16 +92,16 @@ def _response(desk: Desk) -> xr.Dataset:
         periods=desk.periods,
         start_time=desk.study.run.start_time,
         samples_per_period=samples(desk),
-        **{**run(desk), "max_events": MOST_EVENTS, "max_steps": MOST_STEPS},
+        **{**run(desk), **desk.limits},
     )
 
 
 def _overview(desk: Desk, kind: str) -> bytes:
     """The response, with the class of its motion."""
-    return image(plot(_response(desk), verdict=look(desk).motion.verdict), kind)
+    return image(plot(_response(desk), verdict=look(desk, settle=True).motion.verdict), kind)
 
 
-def _diagram(desk: Desk, kind: str) -> bytes:
+def _diagram(desk: Desk, kind: str, progress: Progress) -> bytes:
     """The open picture, as fine as the page draws it."""
     call = picture(desk)
     values = {
@@ -105,7 +113,7 @@ def _diagram(desk: Desk, kind: str) -> bytes:
         return image(plot(stability_map(desk.system, **values), **options), kind)
     limits = {name: settings(desk)[name] for name in ("max_events", "max_steps")}
     swept = _SWEEPS[call.function](
-        following(desk.system), **values, **{**call.options, **limits}, progress=False
+        following(desk.system), **values, **{**call.options, **limits}, progress=progress
     )
     if call.function == "bifurcation":
         options["quantity"] = desk.view.quantity
@@ -139,16 +147,16 @@ def _csv(desk: Desk) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-FORMATS: Mapping[str, tuple[str, Callable[[Desk], bytes]]] = MappingProxyType(
+FORMATS: Mapping[str, tuple[str, Callable[[Desk, Progress], bytes]]] = MappingProxyType(
     {
-        "png": ("response.png", lambda desk: _overview(desk, "png")),
-        "svg": ("response.svg", lambda desk: _overview(desk, "svg")),
-        "diagram-png": ("{plate}.png", lambda desk: _diagram(desk, "png")),
-        "diagram-svg": ("{plate}.svg", lambda desk: _diagram(desk, "svg")),
-        "netcdf": ("response.nc", _netcdf),
-        "csv": ("response.csv", _csv),
-        "study": ("study.toml", lambda desk: filed(desk).to_toml().encode()),
-        "python": ("wedgebrake_study.py", lambda desk: snippet(desk).encode()),
+        "png": ("response.png", lambda desk, _: _overview(desk, "png")),
+        "svg": ("response.svg", lambda desk, _: _overview(desk, "svg")),
+        "diagram-png": ("{plate}.png", lambda desk, heed: _diagram(desk, "png", heed)),
+        "diagram-svg": ("{plate}.svg", lambda desk, heed: _diagram(desk, "svg", heed)),
+        "netcdf": ("response.nc", lambda desk, _: _netcdf(desk)),
+        "csv": ("response.csv", lambda desk, _: _csv(desk)),
+        "study": ("study.toml", lambda desk, _: filed(desk).to_toml().encode()),
+        "python": ("wedgebrake_study.py", lambda desk, _: snippet(desk).encode()),
     }
 )
 """Kinds of files: name of the file, and what makes its content."""

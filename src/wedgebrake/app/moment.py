@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.app.desk import Desk
-from wedgebrake.app.limits import MOST_EVENTS, MOST_STEPS, SAMPLES_PER_PERIOD
+from wedgebrake.app.judging import judging
+from wedgebrake.app.limits import SAMPLES_PER_PERIOD
 from wedgebrake.errors import InputError
 from wedgebrake.linear_stability import Stability, stability
 from wedgebrake.measures.motion import Motion, motion
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 State = tuple[float, float]
 
-# Most periods to wait for a motion to settle.
-_SETTLING = 5000
 # A torque slower than the free vibration is sampled by the vibration's period, up to so many
 # samples in one of its own; beyond that there is no spectrum.
 _OF_NATURAL, _DENSEST = 20, 2000
@@ -139,8 +138,7 @@ class _Run:
             "method": run.method,
             "rtol": run.rtol,
             "step": run.step,
-            "max_events": MOST_EVENTS,
-            "max_steps": MOST_STEPS,
+            **desk.limits,
         }
         self.period = 1.0 / self.system.excitation.frequency
         wanted = _OF_NATURAL * self.system.driveline.natural_frequency * self.period
@@ -195,11 +193,10 @@ class _Run:
         complete = response.attrs["status"] == "completed"
         if settle and complete:
             # As many periods as the limits of one run allow for.
-            most = min(MOST_EVENTS, MOST_STEPS) / max(response.attrs["work"], 1) * desk.periods
-            limit = int(min(max(most, desk.periods), _SETTLING))
-            return motion(
-                self.system, desk.recorded, limit=limit, initial=_state(points[0]), **options
-            )
+            most = min(desk.limits.values()) / max(response.attrs["work"], 1) * desk.periods
+            rule = judging(desk)
+            rule["limit"] = int(min(max(most, desk.periods), rule["limit"]))
+            return motion(self.system, initial=_state(points[0]), **rule, **options)
         if complete:
             place = int(np.searchsorted(numbers, numbers[-1] - desk.recorded))
             start = _state(points[place])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import errno
 import logging
+import secrets
 import signal
 import socket
 from collections.abc import Callable, Iterator
@@ -12,11 +13,11 @@ from contextlib import contextmanager
 from typing import Any
 
 import panel as pn
-from bokeh.server.util import check_allowlist, create_hosts_allowlist
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
 from wedgebrake.app.desk import Desk
+from wedgebrake.app.door import Names, guard, own_names
 from wedgebrake.app.explorer import Explorer
 from wedgebrake.app.limits import MOST_MESSAGE, MOST_SESSIONS
 from wedgebrake.app.moment import look
@@ -27,10 +28,6 @@ _TITLE = "wedgebrake explorer"
 _FULL = (
     f"This explorer already keeps {MOST_SESSIONS} pages open, which is its limit. Close another"
     " page, or try again in a minute."
-)
-_STRANGER = (
-    "This explorer is not known by the name in your browser's address line. Whoever started it can"
-    " admit the name: wedgebrake app --allow HOST:PORT."
 )
 # How often pages are looked for that nobody looks at any more, and how long they are kept [ms].
 _LOOK, _KEEP = 5_000, 15_000
@@ -84,16 +81,10 @@ def started(
     """
     pages: set[Any] = set()
     number = _free_port(address, port)
-    own = {f"{host}:{number}" for host in (_host(address), "localhost", "127.0.0.1")}
-    admitted = [*sorted(own), *origins]
-    hosts = create_hosts_allowlist(admitted, number)
+    names = Names([*own_names(address, number), *origins])
 
     def page() -> Any:
         pn.config.raw_css = ["html, body { margin: 0; background: #F4F5F7; }"]
-        # A name that somebody else has given this address must not open it: the web server lets
-        # in whatever claims to come from itself.
-        if not check_allowlist(pn.state.headers.get("Host", ""), hosts):
-            return pn.pane.Alert(_STRANGER)
         if len(pages) >= MOST_SESSIONS:
             return pn.pane.Alert(_FULL)
         opened = new()
@@ -111,11 +102,12 @@ def started(
     for name in ("tornado.access", "bokeh.server.views.ws"):
         logging.getLogger(name).setLevel(logging.ERROR)
     server = pn.serve(
-        {"/": page}, port=number, address=address, websocket_origin=admitted,
-        show=False, start=False, title=_TITLE, verbose=False,
+        {"/": page}, port=number, address=address, sign_sessions=True,
+        secret_key=secrets.token_bytes(32), show=False, start=False, title=_TITLE, verbose=False,
         websocket_max_message_size=MOST_MESSAGE,
         check_unused_sessions_milliseconds=_LOOK, unused_session_lifetime_milliseconds=_KEEP,
     )  # fmt: skip
+    guard(server._tornado, names)
     server.start()
     IOLoop.current().asyncio_loop.set_exception_handler(_heard)  # type: ignore[attr-defined]
     return server, f"http://{_host(address)}:{number}/"

@@ -10,6 +10,7 @@ from wedgebrake import __all__ as _public
 from wedgebrake._version import __version__
 from wedgebrake.app.calls import chosen, picture, run
 from wedgebrake.app.desk import Desk
+from wedgebrake.app.judging import judging
 from wedgebrake.app.limits import SAMPLES_PER_PERIOD
 from wedgebrake.errors import InputError
 from wedgebrake.model.system import PARTS
@@ -84,7 +85,7 @@ def _motion(desk: Desk) -> str:
         **options,
         **({"start_time": begin} if begin else {}),
     }
-    judged = {"periods": desk.periods, "transient": desk.transient, **options}
+    judged = {**judging(desk), **options}
     text = _call("response = wb.simulate", ["system,", *_lines(simulated)])
     lines = ["system,", *_lines(judged)]
     if begin:  # motions begin at t = 0: from the first whole period of the torque on

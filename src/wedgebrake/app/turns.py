@@ -3,6 +3,9 @@
 Work is an iterator; each of its steps is one turn and gives a result to show. Between two turns
 others have theirs, and work that nobody wants any more ends. Kernels do not hold Python's lock,
 so that a few threads keep all processors busy and the event loop answers meanwhile.
+
+A thread within a kernel cannot be stopped. One whose turn is long is therefore not waited for:
+another thread takes its place, and whoever wanted the work is told when it takes too long.
 """
 
 from __future__ import annotations
@@ -17,12 +20,17 @@ from dataclasses import dataclass, field
 from functools import cache, partial
 from typing import Any
 
+from wedgebrake.app.limits import LONGEST_EXPORT, LONGEST_TURN
 from wedgebrake.errors import WedgebrakeError
 
 Post = Callable[[Callable[[], None]], None]
 """Hands a function to the thread that owns a page: its event loop."""
 
 _LOG = logging.getLogger("wedgebrake.app")
+# Threads whose turns are long, of so many another one takes the place.
+_MOST_AWAY = 16
+# Seconds after which a turn is long, of what a page shows and of a file.
+_PATIENCE, _PATIENCE_FOR_FILES = 2.0, 60.0
 
 
 @dataclass(eq=False)
@@ -51,26 +59,56 @@ class _Place:
     task: _Task = field(compare=False)
 
 
+@dataclass(eq=False)
+class _Turn:
+    """A turn that goes on.
+
+    since : when it began [s]
+    away  : whether another thread has taken the place of the one that works at it
+    over  : whether it has been given up
+    """
+
+    task: _Task
+    since: float
+    away: bool = False
+    over: bool = False
+
+
 class Turns:
     """Threads that take turns at the work of many lanes.
 
-    threads : how many; None: one for each processor
+    threads  : how many; None: one for each processor
+    patience : seconds after which a thread in one turn is not waited for
+    limit    : seconds after which a turn is given up
     """
 
-    def __init__(self, threads: int | None = None) -> None:
+    def __init__(
+        self,
+        threads: int | None = None,
+        *,
+        patience: float = _PATIENCE,
+        limit: float = LONGEST_TURN,
+    ) -> None:
         from wedgebrake.sweeps.workers import processors
 
         self._ready: list[_Place] = []
         self._resting: list[tuple[float, int, _Place]] = []
         self._numbers = itertools.count()
-        self._changed = threading.Condition()
+        lock = threading.Lock()
+        self._changed, self._begun = threading.Condition(lock), threading.Condition(lock)
         self._closed = False
-        self._threads = [
-            threading.Thread(target=self._take_turns, name=f"wedgebrake-{i}", daemon=True)
-            for i in range(threads or processors())
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._patience, self._limit = patience, limit
+        self._turns: set[_Turn] = set()
+        self._wanted, self._here = threads or processors(), 0
+        with lock:
+            for _ in range(self._wanted):
+                self._start_thread()
+        threading.Thread(target=self._watch, name="wedgebrake-watch", daemon=True).start()
+
+    def _start_thread(self) -> None:
+        self._here += 1
+        name = f"wedgebrake-{next(self._numbers)}"
+        threading.Thread(target=self._take_turns, name=name, daemon=True).start()
 
     def lane(self, post: Post) -> Lane:
         """A lane whose results are shown by way of ``post``."""
@@ -83,6 +121,7 @@ class Turns:
             self._ready.clear()
             self._resting.clear()
             self._changed.notify_all()
+            self._begun.notify_all()
 
     def enqueue(self, task: _Task, urgency: int, pause: float = 0.0) -> None:
         """Wait for a turn, from ``pause`` seconds on."""
@@ -94,8 +133,8 @@ class Turns:
                 heapq.heappush(self._ready, place)
             self._changed.notify()
 
-    def _next(self) -> _Task | None:
-        """The task whose turn it is; None when all is over."""
+    def _next(self) -> _Turn | None:
+        """A turn of the task that is next; None when all is over."""
         with self._changed:
             while not self._closed:
                 now = time.monotonic()
@@ -104,27 +143,79 @@ class Turns:
                 while self._ready:
                     task = heapq.heappop(self._ready).task
                     if task.wanted:
-                        return task
+                        turn = _Turn(task, time.monotonic())
+                        self._turns.add(turn)
+                        self._begun.notify()
+                        return turn
                     _close(task)
                 self._changed.wait(self._resting[0][0] - now if self._resting else None)
         return None
 
     def _take_turns(self) -> None:
-        while (task := self._next()) is not None:
-            try:
-                result = next(task.steps)
-            except StopIteration:
-                task.lane.end(task, task.finished)
-            except WedgebrakeError as error:
-                task.lane.end(task, partial(task.fail, str(error)))
-            except Exception as error:
-                _LOG.exception("a turn failed")
-                words = f"internal error: {type(error).__name__}: {error}. Please report it."
-                task.lane.end(task, partial(task.fail, words))
-            else:
-                task.lane.offer(task, result)
-                self.enqueue(task, task.later, task.pause)
-                task.pause = 0.0
+        while (turn := self._next()) is not None:
+            self._take(turn.task)
+            if not self._returned(turn):
+                return
+
+    def _take(self, task: _Task) -> None:
+        try:
+            result = next(task.steps)
+        except StopIteration:
+            task.lane.end(task, task.finished)
+        except WedgebrakeError as error:
+            task.lane.end(task, partial(task.fail, str(error)))
+        except Exception as error:
+            _LOG.exception("a turn failed")
+            words = f"internal error: {type(error).__name__}: {error}. Please report it."
+            task.lane.end(task, partial(task.fail, words))
+        else:
+            task.lane.offer(task, result)
+            self.enqueue(task, task.later, task.pause)
+            task.pause = 0.0
+
+    def _returned(self, turn: _Turn) -> bool:
+        """Whether the thread of a turn that is over is still needed."""
+        with self._changed:
+            self._turns.discard(turn)
+            if not turn.away:
+                return True
+            if self._here >= self._wanted:
+                return False
+            self._here += 1
+            return True
+
+    def _watch(self) -> None:
+        """Have others take the place of threads that are away, and give up what takes too long."""
+        while True:
+            with self._begun:
+                if self._closed:
+                    return
+                now = time.monotonic()
+                self._replace(now)
+                lost = [one for one in self._turns if one.since + self._limit <= now]
+                lost = [one for one in lost if not one.over]
+                if not lost:
+                    self._begun.wait(self._rest(now))
+            for turn in lost:
+                turn.over = True
+                words = f"This took longer than {self._limit:g} s and was given up."
+                turn.task.lane.end(turn.task, partial(turn.task.fail, words))
+
+    def _replace(self, now: float) -> None:
+        away = sum(turn.away for turn in self._turns)
+        for turn in self._turns:
+            if away < _MOST_AWAY and not turn.away and turn.since + self._patience <= now:
+                turn.away = True
+                away += 1
+                self._here -= 1
+                self._start_thread()
+
+    def _rest(self, now: float) -> float | None:
+        """Seconds until there is something to do; None: until the next turn begins."""
+        times = [turn.since + self._patience for turn in self._turns if not turn.away]
+        times += [turn.since + self._limit for turn in self._turns if not turn.over]
+        later = [one for one in times if one > now]
+        return min(later) - now if later else None
 
 
 def _close(task: _Task) -> None:
@@ -233,4 +324,4 @@ def common_turns() -> Turns:
 @cache
 def file_turns() -> Turns:
     """A thread apart for files: a fine picture may take minutes, and no motion waits for it."""
-    return Turns(1)
+    return Turns(1, patience=_PATIENCE_FOR_FILES, limit=LONGEST_EXPORT)

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from bokeh.events import Tap
-from bokeh.models import ColumnDataSource, CustomJS, HoverTool
+from bokeh.models import (
+    ColumnDataSource,
+    CustomJS,
+    HoverTool,
+    HSpan,
+    Line,
+    VSpan,
+    VStrip,
+)
 
 from wedgebrake.app.charts import look
 from wedgebrake.app.moment import Moment
-from wedgebrake.plots import style
 
 # What the stage listens to, and what it moves (app/parts/stage.js).
 MOTION, POINTED, CURSOR = "motion", "scrub-to", "scrub-history"
@@ -46,17 +53,17 @@ class History:
 
     def _draw(self, cursor: ColumnDataSource) -> None:
         drawn = self.figure
-        drawn.vstrip(
-            x0="start", x1="end", source=self._sticks, fill_color="colour", fill_alpha=0.32,
-            line_color=None,
-        )  # fmt: skip
-        drawn.hspan(y=[0.0], line_color=look.FRAME, line_width=1)
-        drawn.line("time", "velocity", source=self._ghost, line_color=look.GHOST)
-        line = drawn.line(
-            "time", "velocity", source=self.motion, line_color=look.MOTION, line_width=1.4
+        drawn.add_glyph(
+            self._sticks,
+            VStrip(x0="start", x1="end", fill_color="colour", fill_alpha=0.32, line_color=None),
         )
-        drawn.vspan(x="x", source=cursor, line_color=look.INK, line_alpha=0.45)
-        drawn.scatter("x", "y", source=cursor, size=8, fill_color=style.ORANGE, line_color=look.INK)
+        drawn.add_glyph(ColumnDataSource({"y": [0.0]}), HSpan(y="y", line_color=look.FRAME))
+        drawn.add_glyph(self._ghost, Line(x="time", y="velocity", line_color=look.GHOST))
+        line = drawn.add_glyph(
+            self.motion, Line(x="time", y="velocity", line_color=look.MOTION, line_width=1.4)
+        )
+        drawn.add_glyph(cursor, VSpan(x="x", line_color=look.INK, line_alpha=0.45))
+        drawn.add_glyph(cursor, look.point())
         drawn.add_tools(
             HoverTool(
                 renderers=[line],

@@ -8,7 +8,13 @@ from typing import Any
 
 import numpy as np
 from bokeh.events import DoubleTap
-from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Range1d
+from bokeh.models import (
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTickFormatter,
+    Range1d,
+    Scatter,
+)
 from bokeh.models.dom import HTML
 from bokeh.plotting import figure
 from numpy.typing import NDArray
@@ -44,7 +50,11 @@ _ENDS = {
 
 
 def chart(title: str, across: str, up: str, **options: Any) -> figure:
-    """An empty figure with a title and the words of its axes; ranges are of the kind Range1d."""
+    """An empty figure with a title and the words of its axes; ranges are of the kind Range1d.
+
+    What is drawn in it is added by ``add_glyph``: ``line``, ``scatter`` and their like make
+    models for selections beside each glyph, which nobody selects and every page pays for.
+    """
     drawn = figure(
         title=title,
         x_axis_label=across,
@@ -83,6 +93,11 @@ def chart(title: str, across: str, up: str, **options: Any) -> figure:
     drawn.grid.grid_line_color = GRID
     drawn.js_on_event(DoubleTap, CustomJS(args={"drawn": drawn}, code="drawn.reset.emit()"))
     return drawn
+
+
+def point() -> Scatter:
+    """The present place on a motion."""
+    return Scatter(x="x", y="y", size=8, fill_color=style.ORANGE, line_color=INK)
 
 
 class Words:

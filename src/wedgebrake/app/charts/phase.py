@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from bokeh.models import ColumnDataSource, CustomJS, Span
+from bokeh.models import ColumnDataSource, CustomJS, Line, Scatter, Segment, Span
 
 from wedgebrake.app.charts import look
 from wedgebrake.app.charts.history import History, velocities
@@ -67,15 +67,21 @@ class Phase:
 
     def _draw(self, cursor: ColumnDataSource) -> None:
         drawn = self.figure
-        drawn.line("angle", "velocity", source=self._ghost, line_color=look.GHOST)
-        drawn.segment(
-            "x0", "y", "x1", "y", source=self._sticks, line_color="colour", line_width=5,
-            line_alpha=0.55,
+        drawn.add_glyph(self._ghost, Line(x="angle", y="velocity", line_color=look.GHOST))
+        drawn.add_glyph(
+            self._sticks,
+            Segment(
+                x0="x0", y0="y", x1="x1", y1="y", line_color="colour", line_width=5,
+                line_alpha=0.55,
+            ),
         )  # fmt: skip
         # A rest is a point unless the shaft turns; a line of no length would not be drawn.
-        drawn.scatter("x1", "y", source=self._sticks, size=6, color="colour", line_color=None)
-        self._line = drawn.line("angle", "velocity", source=self._orbit, line_color=look.MOTION)
-        drawn.scatter("x", "y", source=cursor, size=8, fill_color=style.ORANGE, line_color=look.INK)
+        drawn.add_glyph(
+            self._sticks, Scatter(x="x1", y="y", size=6, fill_color="colour", line_color=None)
+        )
+        self._line = Line(x="angle", y="velocity", line_color=look.MOTION)
+        drawn.add_glyph(self._orbit, self._line)
+        drawn.add_glyph(cursor, look.point())
 
     def show(self, moment: Moment) -> None:
         """Show a motion."""
@@ -88,7 +94,7 @@ class Phase:
         # On the page the orbit is cut to what the history shows.
         self._orbit.data = {"angle": angle[places], "velocity": velocity[places]}
         # Thinner for more turns, so that they stay apart.
-        self._line.glyph.line_width = round(min(1.4, 1.4 * (1300 / angle.size) ** 0.3), 2)
+        self._line.line_width = round(min(1.4, 1.4 * (1300 / angle.size) ** 0.3), 2)
         sticks = look.rests(moment)
         sides = [int(side) for side in sticks[:, 2]]
         ends = np.interp(sticks[:, :2], moment.time, moment.angle)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bokeh.models import ColumnDataSource
+from bokeh.models import ColumnDataSource, Scatter
 
 from wedgebrake.app.charts import look
 from wedgebrake.app.moment import Moment
@@ -25,9 +25,8 @@ class Section:
             ColumnDataSource({"angle": [], "velocity": []}) for _ in range(2)
         )
         for source, colour in ((self._ghost, look.GHOST), (self._points, look.MOTION)):
-            self.figure.scatter(
-                "angle", "velocity", source=source, size=4, fill_color=colour, line_color=None
-            )
+            dots = Scatter(x="angle", y="velocity", size=4, fill_color=colour, line_color=None)
+            self.figure.add_glyph(source, dots)
 
     def show(self, moment: Moment) -> None:
         """Show the section of a motion."""

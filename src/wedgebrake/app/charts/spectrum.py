@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from bokeh.models import ColumnDataSource, HoverTool, Label, Node, Range1d, Span
+from bokeh.models import ColumnDataSource, HoverTool, Label, Line, Node, Range1d, Span
 from bokeh.plotting import figure
 
 from wedgebrake.app.charts import look
@@ -33,9 +33,10 @@ class Spectrum:
             _Mark(self.figure, "f\u2091", style.FORCING, [5, 2], 3),
             _Mark(self.figure, "f\u2099", style.NATURAL, [2, 2], 16),
         )
-        self.figure.line("frequency", "amplitude", source=self._ghost, line_color=look.GHOST)
-        line = self.figure.line(
-            "frequency", "amplitude", source=self._lines, line_color=look.MOTION, line_width=1.2
+        places = {"x": "frequency", "y": "amplitude"}
+        self.figure.add_glyph(self._ghost, Line(**places, line_color=look.GHOST))
+        line = self.figure.add_glyph(
+            self._lines, Line(**places, line_color=look.MOTION, line_width=1.2)
         )
         self.figure.add_tools(
             HoverTool(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,6 +14,7 @@ from panel.viewable import Child
 from wedgebrake.app.desk import PLATES, Desk, axes
 from wedgebrake.app.parts.events import OnEvent, passing
 from wedgebrake.app.parts.packing import packed
+from wedgebrake.app.parts.sheets import sheets
 from wedgebrake.app.plates import basins, diagram, regimes, stability
 from wedgebrake.app.plates.axis import Axis
 from wedgebrake.errors import InputError
@@ -30,7 +31,7 @@ _TABS = {
 _ROLES = ("across", "up")
 
 
-_SHEETS = [(_HERE / name).as_posix() for name in ("theme.css", "atlas.css")]
+_SHEETS = sheets("theme.css", "atlas.css")
 
 
 class AtlasHead(JSComponent):
@@ -55,7 +56,6 @@ class Atlas(JSComponent):
     """Tabs with the pictures; only the open one is seen.
 
     on_event : called with {type: "edit", changes}, of plate, axis, across, up, quantity, spans
-    figures  : Bokeh figures by the name of their plate
 
     What changes often is in the head and the foot: Panel looks through all models below a part
     whenever one of its own parameters is set, which takes long where these are figures.
@@ -72,16 +72,19 @@ class Atlas(JSComponent):
     _esm = _HERE / "atlas.js"
     _stylesheets: ClassVar[list[str]] = _SHEETS
 
-    def __init__(self, on_event: OnEvent, figures: Mapping[str, Any], **params: Any) -> None:
+    def __init__(self, on_event: OnEvent, **params: Any) -> None:
         self._head = AtlasHead(sizing_mode="stretch_width", margin=0)
         self._foot = AtlasFoot(sizing_mode="stretch_width", margin=0)
-        panes = {
-            name: pn.pane.Bokeh(figures[name], sizing_mode="stretch_both", margin=0)
-            for name in PLATES
-        }
+        self._frames = {name: pn.Column(sizing_mode="stretch_both", margin=0) for name in PLATES}
         standing = {"sizing_mode": "stretch_both", "css_classes": ["atlas-whole"]}
-        super().__init__(head=self._head, foot=self._foot, **{**standing, **panes, **params})
+        parts = {"head": self._head, "foot": self._foot, **self._frames}
+        super().__init__(**{**standing, **parts, **params})
         self._head.on_msg(passing(on_event, ("edit",)))
+
+    def hang(self, name: str, figure: Any) -> None:
+        """Hang the Bokeh figure of a plate into its frame, which was empty."""
+        pane = pn.pane.Bokeh(figure, sizing_mode="stretch_both", margin=0)
+        self._frames[name].append(pane)
 
     def show(self, desk: Desk) -> None:
         """Show which picture is open and what it goes over."""
@@ -111,10 +114,10 @@ class Atlas(JSComponent):
 def _note(desk: Desk) -> str:
     """How the open picture is computed."""
     notes = {
-        "diagram": f"Each value starts anew and is run for {desk.periods} periods; the last"
-        f" {desk.recorded} are shown.",
-        "regimes": f"Each cell starts anew and is run for {desk.periods} periods; the last"
-        f" {desk.recorded} are judged.",
+        "diagram": "Each value starts anew and is run until its motion has settled, or for so many"
+        f" periods that it stays undecided; {desk.recorded} more are shown.",
+        "regimes": "Each cell starts anew and is run until its motion has settled, or for so many"
+        " periods that it stays undecided.",
         "stability": "Small vibration about sliding, with the kinetic friction coefficient.",
         "basins": "Each start is run until its motion has settled, or for so many periods that it"
         " stays undecided.",

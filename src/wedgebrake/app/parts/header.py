@@ -12,6 +12,7 @@ from panel.custom import JSComponent
 from wedgebrake.app.desk import Desk
 from wedgebrake.app.limits import FINE_MAP, FINE_POINTS, MOST_PERIODS, MOST_UPLOAD
 from wedgebrake.app.parts.events import OnEvent, passing
+from wedgebrake.app.parts.sheets import sheets
 from wedgebrake.model.brakes import ConventionalBrake
 from wedgebrake.model.friction import CoulombFriction, SmoothedFriction
 
@@ -47,9 +48,7 @@ class Header(JSComponent):
     state = param.Dict(default={}, doc="presets, limits, friction, ghost, busy, notice")
 
     _esm = _HERE / "header.js"
-    _stylesheets: ClassVar[list[str]] = [
-        (_HERE / name).as_posix() for name in ("theme.css", "header.css")
-    ]
+    _stylesheets: ClassVar[list[str]] = sheets("theme.css", "header.css")
 
     def __init__(self, on_event: OnEvent, presets: list[dict[str, str]], **params: Any) -> None:
         super().__init__(**{"sizing_mode": "stretch_width", "height": 48, **params})

@@ -12,6 +12,7 @@ from wedgebrake.app.desk import Desk
 from wedgebrake.app.fields import sections
 from wedgebrake.app.parts.events import OnEvent, passing
 from wedgebrake.app.parts.packing import packed
+from wedgebrake.app.parts.sheets import sheets
 
 _HERE = Path(__file__).parent
 
@@ -26,9 +27,7 @@ class Machine(JSComponent):
     state = param.String(default="{}", doc="sections, refusal, seq, as JSON")
 
     _esm = _HERE / "machine.js"
-    _stylesheets: ClassVar[list[str]] = [
-        (_HERE / name).as_posix() for name in ("theme.css", "machine.css")
-    ]
+    _stylesheets: ClassVar[list[str]] = sheets("theme.css", "machine.css")
 
     def __init__(self, on_event: OnEvent, **params: Any) -> None:
         super().__init__(**{"sizing_mode": "stretch_width", **params})

@@ -8,6 +8,8 @@ from typing import ClassVar
 from panel.custom import JSComponent
 from panel.viewable import Child
 
+from wedgebrake.app.parts.sheets import sheets
+
 _HERE = Path(__file__).parent
 
 
@@ -25,7 +27,7 @@ class Page(JSComponent):
     atlas = Child()
 
     _esm = _HERE / "page.js"
-    _stylesheets: ClassVar[list[str]] = [str(_HERE / name) for name in ("theme.css", "page.css")]
+    _stylesheets: ClassVar[list[str]] = sheets("theme.css", "page.css")
 
     def seen(self, **numbers: int) -> None:
         """Say which change of the desk the motion, or the picture, now shows."""

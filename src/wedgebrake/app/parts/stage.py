@@ -10,6 +10,7 @@ from panel.custom import JSComponent
 
 from wedgebrake.app.desk import Desk
 from wedgebrake.app.moment import Moment
+from wedgebrake.app.parts.sheets import sheets
 
 _HERE = Path(__file__).parent
 
@@ -24,7 +25,7 @@ class Stage(JSComponent):
     state = param.Dict(default={})
 
     _esm = _HERE / "stage.js"
-    _stylesheets: ClassVar[list[str]] = [str(_HERE / "stage.css")]
+    _stylesheets: ClassVar[list[str]] = sheets("stage.css")
 
     def show(self, desk: Desk, moment: Moment) -> None:
         """Show a machine in motion."""

@@ -8,6 +8,8 @@ from typing import Any, ClassVar
 import param
 from panel.custom import JSComponent
 
+from wedgebrake.app.parts.sheets import sheets
+
 _HERE = Path(__file__).parent
 
 
@@ -17,9 +19,7 @@ class VerdictStrip(JSComponent):
     state = param.Dict(default={}, doc="verdict, pending")
 
     _esm = _HERE / "verdict_strip.js"
-    _stylesheets: ClassVar[list[str]] = [
-        (_HERE / name).as_posix() for name in ("theme.css", "verdict_strip.css")
-    ]
+    _stylesheets: ClassVar[list[str]] = sheets("theme.css", "verdict_strip.css")
 
     def __init__(self, **params: Any) -> None:
         super().__init__(**{"sizing_mode": "stretch_width", **params})

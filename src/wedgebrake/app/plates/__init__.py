@@ -15,11 +15,12 @@ from __future__ import annotations
 from typing import Any
 
 
-def all_plates() -> list[Any]:
-    """One of each plate, for one page."""
+def new_plate(name: str) -> Any:
+    """A plate, by its name, for one page."""
     from wedgebrake.app.plates.basins_figure import BasinsPlate
     from wedgebrake.app.plates.diagram_figure import DiagramPlate
     from wedgebrake.app.plates.regimes_figure import RegimesPlate
     from wedgebrake.app.plates.stability_figure import StabilityPlate
 
-    return [DiagramPlate(), RegimesPlate(), StabilityPlate(), BasinsPlate()]
+    kinds: list[Any] = [DiagramPlate, RegimesPlate, StabilityPlate, BasinsPlate]
+    return next(kind() for kind in kinds if kind.name == name)

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.app.desk import Desk
+from wedgebrake.app.judging import judging
 from wedgebrake.app.plates import cells, chips
 from wedgebrake.app.plates.attractors import Attractors
 from wedgebrake.app.plates.axis import Axis
 from wedgebrake.app.plates.filling import STEP, Filling
-from wedgebrake.app.plates.machine import method, settings, slow, without
+from wedgebrake.app.plates.machine import settings, slow, without
 from wedgebrake.measures.classes import MotionClass, motion_word
 from wedgebrake.plots import looks
 from wedgebrake.plots.style import percent
@@ -21,10 +22,6 @@ from wedgebrake.plots.style import percent
 FloatArray = NDArray[np.float64]
 
 PARAMETERS = ("initial_angle", "initial_velocity")
-# Every run is given time to settle, but no longer than this [periods]. A fixed transient takes
-# longer where motions settle soon, and leaves half of them undecided where they are chaotic;
-# smoothed friction settles late, and the steps of ode14x are dear.
-_WAIT = {"exact": 500, "smooth": 1000, "ode14x": 250}
 # Steps are so much shorter as it takes to tell attractors apart; of a slow solver longer.
 _SHARE, _SLOW = 0.7, 2.5
 # Looks of what has no attractor, by the numbers of ``wb.basins`` from -1 down.
@@ -66,20 +63,13 @@ class Basins:
         return f"{self.known} of {self.whole} starts" if self.known < self.whole else ""
 
 
-def wait(desk: Desk) -> int:
-    """How long a run is given to settle at most [periods].
-
-    Raises ``InputError`` for a method that does not fit the friction law.
-    """
-    return _WAIT[method(desk)]
-
-
 def key(desk: Desk) -> Hashable:
     """All that the basins depend on; not the present start."""
     run = {name: value for name, value in settings(desk).items() if name != "initial"}
     return (
         *(Axis.of(desk, name) for name in PARAMETERS),
         without(desk.system, []),
+        tuple(judging(desk).items()),
         tuple(run.items()),
     )
 
@@ -95,7 +85,7 @@ def work(desk: Desk) -> Iterator[Basins]:
     high, wide = levels[-1]
     filling = Filling(
         desk.system, {y.name: y.values(high), x.name: x.values(wide)}, levels,
-        transient="auto", limit=wait(desk), **settings(desk),
+        **judging(desk), **settings(desk),
     )  # fmt: skip
     attractors = Attractors(filling.plan.attributes())
     numbers = np.zeros(filling.known.shape, dtype=np.int64)

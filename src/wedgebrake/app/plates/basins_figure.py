@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterator
 
 import numpy as np
-from bokeh.models import ColumnDataSource
+from bokeh.models import ColumnDataSource, Scatter
 
 from wedgebrake.app.charts import look
 from wedgebrake.app.desk import Desk
@@ -29,10 +29,10 @@ class BasinsPlate:
         self._orbits = ColumnDataSource({"x": [], "y": [], "size": [], "colour": []})
         # Ringed in white: an attractor lies in its own basin, of the same colour.
         for width, line in ((4.0, "#FFFFFF"), (1.0, look.INK)):
-            self.figure.scatter(
-                "x", "y", source=self._orbits, size="size", fill_color="colour",
-                line_color=line, line_width=width,
-            )  # fmt: skip
+            dots = Scatter(
+                x="x", y="y", size="size", fill_color="colour", line_color=line, line_width=width
+            )
+            self.figure.add_glyph(self._orbits, dots)
 
     def key(self, desk: Desk) -> Hashable:
         """All that the picture depends on, but the present start."""

@@ -12,9 +12,13 @@ from bokeh.models import (
     FixedTicker,
     GlyphRenderer,
     HoverTool,
+    Image,
     Label,
     LinearColorMapper,
+    MultiLine,
+    Quad,
     Range1d,
+    Scatter,
     Span,
 )
 
@@ -27,6 +31,8 @@ HATCHING = {
     "hatch_pattern": "/", "hatch_color": chips.HATCH, "hatch_alpha": 0.4, "hatch_scale": 9.0,
     "hatch_weight": 0.6,
 }  # fmt: skip
+BOX = {one: one for one in ("image", "x", "y", "dw", "dh")}
+"""The columns of an image."""
 _TIP = f'<div style="font:12px {look.FONT};color:{look.INK}">@said</div>'
 _TICKS_X, _TICKS_Y = 11, 6
 # A label at the cursor turns to the other side beyond this share of the picture.
@@ -149,26 +155,19 @@ class Map:
             fill_color=None, line_color=None, level="underlay", visible=False, **HATCHING
         )
         drawn.add_layout(self._behind)
-        self._image = ColumnDataSource({"image": [], "x": [], "y": [], "dw": [], "dh": []})
-        drawn.image(
-            "image", "x", "y", "dw", "dh", source=self._image, level="glyph",
-            color_mapper=palette([chips.rgba(one) for one in table]),
-        )  # fmt: skip
+        self._image = ColumnDataSource({one: [] for one in BOX})
+        colours = palette([chips.rgba(one) for one in table])
+        drawn.add_glyph(self._image, Image(**BOX, color_mapper=colours))
         self._rows = ColumnDataSource(
             {name: [] for name in ("left", "right", "bottom", "top", "said")}
         )
-        self.canvas.hover(
-            drawn.quad(
-                "left", "right", "top", "bottom", source=self._rows, fill_alpha=0.0, line_alpha=0.0
-            ),
-            "mouse",
-        )
+        self.canvas.hover(drawn.add_glyph(self._rows, unseen()), "mouse")
         self._lines = ColumnDataSource({"xs": [], "ys": []})
-        drawn.multi_line("xs", "ys", source=self._lines, line_color="#FFFFFF", line_width=3.2)
-        drawn.multi_line(
-            "xs", "ys", source=self._lines, line_color=look.INK, line_width=1.4,
-            line_dash=[6, 3],
-        )  # fmt: skip
+        for looks in (
+            {"line_color": "#FFFFFF", "line_width": 3.2},
+            {"line_color": look.INK, "line_width": 1.4, "line_dash": [6, 3]},
+        ):
+            drawn.add_glyph(self._lines, MultiLine(xs="xs", ys="ys", **looks))
         self.cross = Cross(self.canvas)
 
     def show(
@@ -201,10 +200,10 @@ class Cross:
         self._cursors = Cursor(canvas, 0), Cursor(canvas, 1)
         self._source = ColumnDataSource({"x": [], "y": []})
         for size, colour, width in ((11, "#FFFFFF", 4.5), (11, look.INK, 2.0)):
-            canvas.figure.scatter(
-                "x", "y", source=self._source, size=size, fill_color=None, line_color=colour,
-                line_width=width, level="overlay",
-            )  # fmt: skip
+            ring = Scatter(
+                x="x", y="y", size=size, fill_color=None, line_color=colour, line_width=width
+            )
+            canvas.figure.add_glyph(self._source, ring, level="overlay")
 
     def mark(self, x: Axis, y: Axis, values: tuple[Any, Any]) -> None:
         """Mark a value of each axis."""
@@ -214,6 +213,13 @@ class Cross:
         ]
         known = None not in places
         look.put(self._source, x=[places[0]] if known else [], y=[places[1]] if known else [])
+
+
+def unseen() -> Quad:
+    """Boxes that are not seen, but felt by the pointer."""
+    return Quad(
+        left="left", right="right", top="top", bottom="bottom", fill_alpha=0.0, line_alpha=0.0
+    )
 
 
 def palette(colours: Sequence[str]) -> LinearColorMapper:

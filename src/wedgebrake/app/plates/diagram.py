@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.app.desk import Desk, axes
+from wedgebrake.app.judging import judging
 from wedgebrake.app.limits import COARSE_POINTS, FINE_POINTS
 from wedgebrake.app.plates import chips
 from wedgebrake.app.plates.axis import Axis
@@ -89,8 +90,7 @@ def key(desk: Desk) -> Hashable:
     return (
         Axis.of(desk, name),
         without(desk.system, [name]),
-        desk.transient,
-        desk.periods,
+        tuple(judging(desk).items()),
         tuple(settings(desk).items()),
     )
 
@@ -106,7 +106,7 @@ def work(desk: Desk) -> Iterator[Diagram]:
     (cells,) = levels[-1]
     filling = Filling(
         following(desk.system), {axis.name: axis.values(cells)}, levels,
-        periods=desk.periods, transient=desk.transient, **settings(desk),
+        **judging(desk), **settings(desk),
     )  # fmt: skip
     for _ in filling.steps(_DRAFT, 2.0 * STEP if some else STEP):
         yield _picture(axis, filling)

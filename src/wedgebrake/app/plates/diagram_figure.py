@@ -6,14 +6,14 @@ from collections.abc import Hashable, Iterator
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource
+from bokeh.models import ColumnDataSource, Image, Quad, Scatter, Segment
 from bokeh.transform import transform
 
 from wedgebrake.app.charts import look
 from wedgebrake.app.desk import Desk
 from wedgebrake.app.plates import chips, diagram
 from wedgebrake.app.plates.axis import Axis, number, picked
-from wedgebrake.app.plates.canvas import HATCHING, Canvas, Cursor, palette, put_image
+from wedgebrake.app.plates.canvas import BOX, HATCHING, Canvas, Cursor, palette, put_image, unseen
 from wedgebrake.app.plates.diagram import Diagram
 from wedgebrake.plots.looks import MOTION_LOOKS
 
@@ -39,35 +39,20 @@ class DiagramPlate:
             ColumnDataSource({name: [] for name in names})
             for names in (boxes, (*boxes, "said"), ("x", "y", "code"), ("x",))
         )
-        image = ("image", "x", "y", "dw", "dh", "right")
-        self._strip = ColumnDataSource({name: [] for name in image})
+        self._strip = ColumnDataSource({name: [] for name in (*BOX, "right")})
         share = {"y_range_name": "share"}
-        drawn.quad(
-            *("left", "right", "top", "bottom"), source=self._gaps, fill_color="#F3F4F6",
-            line_color=None, **HATCHING, **share,
-        )  # fmt: skip
-        self._dots = drawn.scatter(
-            "x", "y", source=self._points, marker="square", line_color=None,
+        self._dots = Scatter(
+            x="x", y="y", marker="square", line_color=None, size=_LARGE,
             fill_color=transform("code", palette([chips.ink(one) for one in MOTION_LOOKS])),
-            size=_LARGE,
-        ).glyph  # fmt: skip
-        drawn.quad(
-            *("x", "right", "dh", "y"), source=self._strip, fill_color="#FFFFFF",
-            line_color=None, **HATCHING, **share,
         )  # fmt: skip
-        drawn.image(
-            "image", "x", "y", "dw", "dh", source=self._strip, level="glyph",
-            color_mapper=palette([chips.rgba(one) for one in MOTION_LOOKS]), **share,
-        )  # fmt: skip
-        drawn.segment(
-            "x", 0.0, "x", 1.0, source=self._limits, line_color=look.INK, line_dash=[6, 3],
-            line_width=1.0, **share,
-        )  # fmt: skip
-        probes = drawn.quad(
-            *("left", "right", "top", "bottom"), source=self._probes, fill_alpha=0.0,
-            line_alpha=0.0, **share,
-        )  # fmt: skip
-        self._canvas.hover(probes, "vline")
+        colours = palette([chips.rgba(one) for one in MOTION_LOOKS])
+        limit = {"line_color": look.INK, "line_dash": [6, 3]}
+        drawn.add_glyph(self._gaps, _hatched(boxes, "#F3F4F6"), **share)
+        drawn.add_glyph(self._points, self._dots)
+        drawn.add_glyph(self._strip, _hatched(("x", "right", "y", "dh"), "#FFFFFF"), **share)
+        drawn.add_glyph(self._strip, Image(**BOX, color_mapper=colours), **share)
+        drawn.add_glyph(self._limits, Segment(x0="x", y0=0.0, x1="x", y1=1.0, **limit), **share)
+        self._canvas.hover(drawn.add_glyph(self._probes, unseen(), **share), "vline")
         self._cursor = Cursor(self._canvas, 0, labelled=True)
 
     def key(self, desk: Desk) -> Hashable:
@@ -140,6 +125,12 @@ class DiagramPlate:
             code=picture.code.astype(np.uint8),
         )  # fmt: skip
         self._dots.size = _LARGE if picture.known < _MANY else _SMALL
+
+
+def _hatched(columns: tuple[str, ...], colour: str) -> Quad:
+    """Hatched boxes; their left, right, bottom and top are columns."""
+    places = dict(zip(("left", "right", "bottom", "top"), columns, strict=True))
+    return Quad(**places, fill_color=colour, line_color=None, **HATCHING)
 
 
 def _boxes(source: ColumnDataSource, left: Any, right: Any, **more: Any) -> None:

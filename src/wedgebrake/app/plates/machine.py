@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from wedgebrake.app.desk import Desk
+from wedgebrake.app.judging import method
 from wedgebrake.app.limits import MOST_EVENTS, MOST_STEPS
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.solve import choose_method
 
 # One of many points may take so much less than the one run that is looked at.
 _SHARE = 4
@@ -41,16 +41,8 @@ def without(system: BrakedDriveline, names: Sequence[str]) -> str:
     return json.dumps(tables)
 
 
-def method(desk: Desk) -> str:
-    """The solver of a run: "exact", "smooth" or "ode14x".
-
-    Raises ``InputError`` for one that does not fit the friction law.
-    """
-    return choose_method(desk.system, desk.study.run.method)
-
-
 def slow(desk: Desk) -> bool:
-    """Whether the solver is one with small steps. Raises ``InputError`` as ``method``."""
+    """Whether the solver is one with small steps. Raises ``InputError`` as ``judging``."""
     return method(desk) != "exact"
 
 

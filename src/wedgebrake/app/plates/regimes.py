@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wedgebrake.app.desk import Desk, axes
+from wedgebrake.app.judging import judging
 from wedgebrake.app.plates import cells, chips
 from wedgebrake.app.plates.axis import Axis
 from wedgebrake.app.plates.filling import STEP, Filling
@@ -59,8 +60,7 @@ def key(desk: Desk) -> Hashable:
     return (
         *(Axis.of(desk, name) for name in names),
         without(desk.system, names),
-        desk.transient,
-        desk.periods,
+        tuple(judging(desk).items()),
         tuple(settings(desk).items()),
     )
 
@@ -77,7 +77,7 @@ def work(desk: Desk) -> Iterator[Regimes]:
     high, wide = levels[-1]
     filling = Filling(
         following(desk.system), {y.name: y.values(high), x.name: x.values(wide)}, levels,
-        periods=desk.periods, transient=desk.transient, keep_points=False, **settings(desk),
+        **judging(desk), keep_points=False, **settings(desk),
     )  # fmt: skip
     step = STEP * (_SLOW if some else 1.0)
     limit: list[cells.Line] = []

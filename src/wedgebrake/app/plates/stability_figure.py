@@ -6,16 +6,15 @@ from collections.abc import Hashable, Iterator
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import ColumnDataSource, HoverTool
+from bokeh.models import ColumnDataSource, HoverTool, Image, MultiLine, Text
 
 from wedgebrake.app.charts import look
 from wedgebrake.app.desk import Desk
 from wedgebrake.app.plates import chips, stability
 from wedgebrake.app.plates.axis import Axis, picked
-from wedgebrake.app.plates.canvas import Canvas, Cross, palette, put_image
+from wedgebrake.app.plates.canvas import BOX, Canvas, Cross, palette, put_image
 from wedgebrake.app.plates.stability import StabilityMap
 
-_IMAGE = ("image", "x", "y", "dw", "dh")
 _LINE = "#8A94A0"
 
 
@@ -28,23 +27,24 @@ class StabilityPlate:
         self._canvas = Canvas()
         self.figure = drawn = self._canvas.figure
         self._canvas.without_grid()
-        self._regions, self._margins = (ColumnDataSource({one: [] for one in _IMAGE}) for _ in "ab")
-        drawn.image(
-            *_IMAGE, source=self._regions, level="glyph", color_mapper=palette(stability.COLOURS)
-        )
+        self._regions, self._margins = (ColumnDataSource({one: [] for one in BOX}) for _ in "ab")
+        drawn.add_glyph(self._regions, Image(**BOX, color_mapper=palette(stability.COLOURS)))
         # Not seen, but felt by the pointer.
-        felt = drawn.image(*_IMAGE, source=self._margins, level="glyph", alpha=0.0)
+        felt = drawn.add_glyph(self._margins, Image(**BOX, global_alpha=0.0))
         self._hover = HoverTool(renderers=[felt], point_policy="follow_mouse", show_arrow=False)
         drawn.add_tools(self._hover)
         self._limit, self._levels = (ColumnDataSource({"xs": [], "ys": []}) for _ in "ab")
-        drawn.multi_line("xs", "ys", source=self._levels, line_color=_LINE, line_width=0.8)
-        drawn.multi_line("xs", "ys", source=self._limit, line_color=look.INK, line_width=1.6)
+        drawn.add_glyph(self._levels, MultiLine(xs="xs", ys="ys", line_color=_LINE, line_width=0.8))
+        drawn.add_glyph(
+            self._limit, MultiLine(xs="xs", ys="ys", line_color=look.INK, line_width=1.6)
+        )
         self._texts = ColumnDataSource({"x": [], "y": [], "text": []})
-        drawn.text(
-            "x", "y", "text", source=self._texts, text_font=value(look.FONT), text_font_size="10px",
+        words = Text(
+            x="x", y="y", text="text", text_font=value(look.FONT), text_font_size="10px",
             text_color=look.MUTED, text_align="center", text_baseline="middle",
             background_fill_color="#FFFFFF", background_fill_alpha=0.75, padding=1,
         )  # fmt: skip
+        drawn.add_glyph(self._texts, words)
         self._cross = Cross(self._canvas)
 
     def key(self, desk: Desk) -> Hashable:

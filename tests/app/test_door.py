@@ -1,0 +1,259 @@
+"""What the explorer answers, and whom."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import http.client
+import json
+import re
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import panel as pn
+import pytest
+import wire
+from command import Server
+from tornado.httpclient import HTTPError, HTTPRequest
+from tornado.websocket import websocket_connect
+
+import wedgebrake.app.server as serving
+
+KEY = base64.b64encode(b"sixteen bytes ok").decode()
+UPGRADE = {
+    "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key": KEY,
+    "Sec-WebSocket-Version": "13",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def url():
+    """A server that nothing else talks to; it lives until the end and complains of nothing."""
+    server = Server()
+    yield server.url
+    assert server.process.poll() is None, server.said
+    assert server.stop() == 0, server.said
+    assert "Traceback" not in server.said, server.said
+
+
+def ask(url, path, method="GET", *, leave=(), **headers):
+    """The answer to a request, as (status, headers, text); its path and host as they are given."""
+    place = urlsplit(url).netloc
+    connection = http.client.HTTPConnection(place, timeout=60)
+    try:
+        connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+        for name, value in {"Host": place, **headers}.items():
+            if name not in leave:
+                connection.putheader(name.replace("_", "-"), value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        text = "" if answer.status == 101 else answer.read().decode(errors="replace")
+        return answer.status, answer.headers, text
+    finally:
+        connection.close()
+
+
+# Every route that Panel and Bokeh register for the page, with paths below it; the ones that the
+# page needs are answered with 200, all others with 404.
+SCRIPT, STYLE = "/static/js/bokeh.min.js", "/static/extensions/panel/css/loading.css"
+ANSWERED = {
+    "/favicon.ico": ["/favicon.ico"],
+    "/?": ["/"],
+    "/static/(?!extensions/)(.*)": [SCRIPT],
+    "/static/extensions/(.*)": [STYLE],
+    "/static/(.*)": [],
+}
+CLOSED = [
+    "/metadata", "/autoload.js", "/autoload.js?bokeh-autoload-element=1", "//", "/index.html",
+    "/components/unittest.__main__/x/y/z", "/components/this/x/y/z", "/components/",
+    "/components/panel.widgets/Button/_stylesheets/x.css", "/components/..%2f..", "/components/..",
+    "/%63omponents/this/x/y/z", "/static/../components/this/x/y/z", "/static", "/static/",
+    "/static/js/", "/static/js/../../../__init__.py", "/static/js/..%2f..%2f..%2f__init__.py",
+    "/static/js/%2e%2e/%2e%2e/__init__.py", "/static/js/bokeh.json", "/static/extensions/",
+    "/static/extensions/other/x.js", "/static/extensions/panel/..%2f..%2fconfig.py",
+    "/static/extensions/panel/.hidden/x.js", "/static/js/bokeh.min.js%00", "/rest/session_info",
+    "/liveness", "/admin", "/login", "http://127.0.0.1/components/this/x/y/z", "*",
+]  # fmt: skip
+
+
+def registered():
+    """The patterns of all routes that a server of the page has, as Tornado keeps them."""
+
+    async def listed():
+        server, _ = serving.started(lambda: pn.pane.Markdown("nothing"))
+        rules = server._tornado.wildcard_router.rules
+        server.stop()
+        return [rule.matcher.regex.pattern.rstrip("$") for rule in rules]
+
+    return asyncio.run(listed())
+
+
+def test_of_the_routes_that_there_are_those_the_page_needs_are_served(url):
+    routes = registered()
+    assert {"/ws", "/?", "/components/(.*)", "/autoload.js"} <= set(routes)
+    for route in routes:
+        if route == "/ws":
+            continue
+        paths = ANSWERED.get(route, [re.sub(r"\(.*\)", "this/x/y/z", route)])
+        expected = 200 if route in ANSWERED else 404
+        assert {path: ask(url, path)[0] for path in paths} == dict.fromkeys(paths, expected)
+
+
+@pytest.mark.parametrize("path", CLOSED)
+@pytest.mark.parametrize("method", ["GET", "HEAD", "POST", "OPTIONS"])
+def test_all_else_is_not_found(url, path, method):
+    status, headers, _ = ask(url, path, method, Origin=url.rstrip("/"))
+    assert status == 404
+    assert not any(name.startswith("Access-Control") for name in headers)
+
+
+def test_what_the_page_loads_is_served(visit):
+    seen = []
+    visit(prepare=lambda page: page.on(
+        "response", lambda got: seen.append((urlsplit(got.url), got.status))
+    ))  # fmt: skip
+    loaded = {place.path: status for place, status in seen if place.scheme == "http"}
+    assert {"/", SCRIPT} <= set(loaded)
+    assert set(loaded.values()) == {200}
+    assert not any(path.startswith("/components") for path in loaded)
+
+
+# Names by which somebody else could have this address called, and what is no name.
+STRANGERS = [
+    "evil.example.org", "evil.example.org:{port}", "127.0.0.1.evil.example.org:{port}",
+    "127.0.0.1", "127.0.0.1:1", "localhost", "[::1]:{port}", "[::1]", "[::1", "::1:{port}",
+    "0.0.0.0:{port}", "127.0.0.1:{port}, evil.example.org", "127.0.0.1:{port}:80",
+    "x@127.0.0.1:{port}", "127.0.0.1:{port}/", "", ":{port}", "*", "*:{port}", "\xff:{port}",
+]  # fmt: skip
+PATHS = ["/", "/ws", "/favicon.ico", "/autoload.js?bokeh-autoload-element=1", SCRIPT, STYLE]
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+@pytest.mark.parametrize("path", PATHS)
+def test_a_strange_name_opens_nothing(url, name, path):
+    name = name.format(port=urlsplit(url).port)
+    more = UPGRADE if path == "/ws" else {}
+    for given in ({"Host": name}, {"Host": name, "Origin": f"http://{name}"}):
+        status, headers, text = ask(url, path, **{**more, **given})
+        assert status in (400, 403), given  # a header that is none is refused by Tornado
+        assert "token" not in text
+        assert not any(one.startswith("Access-Control") for one in headers)
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_a_page_of_somebody_else_gets_nothing(url, path):
+    more = UPGRADE if path == "/ws" else {}
+    for origin in ("http://evil.example.org", "null", "file://", "", url.replace("http", "ftp")):
+        assert ask(url, path, **more, Origin=origin)[0] == 403, origin
+    assert ask(url, path, **more, Host="localhost:" + url.rsplit(":")[-1].strip("/"))[0] != 403
+
+
+def token_of(url):
+    return re.search(r'"token":"([^"]+)"', ask(url, "/")[2])[1]
+
+
+def claims(token):
+    """What a token of a session says, without its signature."""
+    return json.loads(base64.urlsafe_b64decode(token.split(".")[0] + "=="))
+
+
+def forged(token, **changes):
+    text = json.dumps({**claims(token), **changes}).encode()
+    body = base64.urlsafe_b64encode(text).decode().rstrip("=")
+    return [body, ".".join([body, *token.split(".")[1:]])]
+
+
+async def connected(url, token, **headers):
+    """Whether a websocket with a token is given a session."""
+    try:
+        socket = await websocket_connect(
+            HTTPRequest(url.replace("http", "ws") + "ws", headers=headers),
+            subprotocols=["bokeh", token],
+        )
+    except HTTPError:
+        return False
+    opened = await asyncio.wait_for(socket.read_message(), 60) is not None
+    socket.close()
+    while opened and await socket.read_message() is not None:
+        pass
+    return opened
+
+
+@wire.together
+async def test_a_name_in_a_token_counts_for_nothing(url):
+    """The host is that of the handshake, whatever the token claims."""
+    token = token_of(url)
+    port = urlsplit(url).port
+    evil = f"evil.example.org:{port}"
+    assert not await connected(url, token, Host=evil, Origin=f"http://{evil}")
+    assert not await connected(url, token, Origin=f"http://{evil}")
+    assert not await connected(url, token, Host=evil)
+    assert await connected(url, token)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_session_is_one_that_the_server_has_given(own):
+    """A token is signed; nobody makes a session, or takes another one's, without it."""
+    token = token_of(own.url)
+    later = {"session_expiry": claims(token)["session_expiry"] + 1000}
+    for wrong in [*forged(token, session_id="mine"), *forged(token, **later), token[:-1] + "x"]:
+        assert not wire.run(connected(own.url, wrong))
+    assert ask(own.url, "/?bokeh-session-id=mine")[0] == 403
+    assert wire.run(connected(own.url, token))
+
+
+@pytest.fixture
+def own():
+    """A server of its own, which may complain."""
+    running = Server()
+    yield running
+    assert running.process.poll() is None, running.said
+    assert running.stop() == 0, running.said
+
+
+@pytest.mark.parametrize("frame", ["[]", "", "x", "5", "null", "[" * 10_000, b"\x00\xff", "{}" * 3])
+@wire.together
+async def test_a_frame_that_is_no_message_ends_the_connection(url, frame):
+    """And the server has no word of it: it says nothing that looks like a failure of its own."""
+    client = await wire.Client(url).open()
+
+    async def send():
+        for part in (frame, "{}", "{}"):
+            await client.raw(part)
+        await client.until("motion", 10**9)
+
+    with pytest.raises(ConnectionError):
+        await send()
+    await client.leave()
+
+
+@pytest.mark.parametrize(
+    ("address", "names"),
+    [
+        ("127.0.0.1", {"127.0.0.1": 200, "localhost": 200, "[::1]": 403, "127.0.0.2": 403}),
+        ("::1", {"[::1]": 200, "localhost": 200, "[::2]": 403, "127.0.0.2": 403}),
+    ],
+)
+def test_its_names_are_those_of_what_it_listens_to(address, names):
+    try:
+        server = Server("--address", address)
+    except AssertionError as error:
+        if ":" in address and "cannot be listened on" in str(error):
+            pytest.skip("no IPv6 on this machine")
+        raise
+    port = urlsplit(server.url).port
+    try:
+        for name, status in names.items():
+            assert ask(server.url, "/favicon.ico", Host=f"{name}:{port}")[0] == status, name
+    finally:
+        assert server.stop() == 0
+
+
+def test_the_styles_stand_in_the_page():
+    """As text, so that no route has to serve them."""
+    folder = Path(serving.__file__).parent / "parts"
+    from wedgebrake.app.parts.page import Page
+
+    assert Page._stylesheets == [
+        (folder / name).read_text(encoding="utf-8") for name in ("theme.css", "page.css")
+    ]
