@@ -1,8 +1,9 @@
 """The explorer: how soon the page follows a slider, and how many pages one server bears.
 
 Measured in the real Chromium, from the release of a slider to the second frame painted after
-the new motion, or the new diagram, has arrived; and with twenty sessions over websockets for a
-minute, each of which moves a slider every two seconds.
+the new motion, or the new diagram, has arrived; in processor time of the server, from the request
+for a page to its document; and with twenty sessions over websockets for a minute, each of which
+moves a slider every two seconds.
 
     python benchmarks/explorer.py [--seconds 60] [--rounds 3]
 """
@@ -28,6 +29,8 @@ _FLAGS = [
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
 _RELEASES, _SESSIONS, _BETWEEN = 40, 20, 2.0
+# Pages opened, and seconds before each, in which nothing is computed any more.
+_PAGES, _IDLE = 10, 5.0
 
 # Release a slider at a share of its way; the time [ms] until what follows has been painted.
 _MEASURE = """
@@ -101,6 +104,23 @@ def in_browser(url):
     return results
 
 
+async def opening(url, process):
+    """Processor time of the server [ms] for each of some pages, one after the other."""
+    server, times = psutil.Process(process.pid), []
+
+    def spent():
+        passed = server.cpu_times()
+        return 1e3 * (passed.user + passed.system)
+
+    for _ in range(_PAGES):
+        await asyncio.sleep(_IDLE)
+        begin = spent()
+        client = await wire.Client(url).open()
+        times.append(spent() - begin)
+        await client.leave()
+    return times
+
+
 async def one_session(url, seconds, number, times, errors):
     await asyncio.sleep(number * _BETWEEN / _SESSIONS)
     try:
@@ -156,6 +176,7 @@ def main():
     try:
         for name, values in in_browser(url).items():
             show(name, values)
+        show("opening a page, processor time", asyncio.run(opening(url, process)))
         for round_ in range(1, given.rounds + 1):
             times, errors, memory = asyncio.run(many_sessions(url, seconds, process))
             show(f"{_SESSIONS} sessions, {seconds:g} s, round {round_}", [1e3 * t for t in times])

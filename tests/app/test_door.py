@@ -191,24 +191,20 @@ async def test_a_name_in_a_token_counts_for_nothing(url):
     assert await connected(url, token)
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_a_session_is_one_that_the_server_has_given(own):
+def test_a_session_is_one_that_the_server_has_given(url):
     """A token is signed; nobody makes a session, or takes another one's, without it."""
-    token = token_of(own.url)
+    token = token_of(url)
     later = {"session_expiry": claims(token)["session_expiry"] + 1000}
-    for wrong in [*forged(token, session_id="mine"), *forged(token, **later), token[:-1] + "x"]:
-        assert not wire.run(connected(own.url, wrong))
-    assert ask(own.url, "/?bokeh-session-id=mine")[0] == 403
-    assert wire.run(connected(own.url, token))
-
-
-@pytest.fixture
-def own():
-    """A server of its own, which may complain."""
-    running = Server()
-    yield running
-    assert running.process.poll() is None, running.said
-    assert running.stop() == 0, running.said
+    for wrong in [
+        *forged(token, session_id="mine"),
+        *forged(token, **later),
+        token[:-1] + "x",
+        "x",
+        "!",
+    ]:
+        assert not wire.run(connected(url, wrong))
+    assert ask(url, "/?bokeh-session-id=mine")[0] == 403
+    assert wire.run(connected(url, token))
 
 
 @pytest.mark.parametrize("frame", ["[]", "", "x", "5", "null", "[" * 10_000, b"\x00\xff", "{}" * 3])

@@ -13,6 +13,7 @@ from urllib.error import HTTPError
 
 import pytest
 import wire
+from bokeh.model import Model
 from command import Server
 from wire import PATIENCE as _PATIENCE
 from wire import together
@@ -428,6 +429,39 @@ async def test_pages_that_are_left_are_forgotten(counted):
                 break
             await asyncio.sleep(0.25)
         assert len(alive) <= 3
+
+
+def models():
+    """How many models of Bokeh live in this process."""
+    gc.collect()
+    return sum(isinstance(one, Model) for one in gc.get_objects())
+
+
+@together
+async def test_what_pages_held_is_given_back(counted):
+    """Round after round: sessions, documents and models do not become more."""
+    async with counted() as (url, alive, server):
+        before = models()
+        async with clients(url):
+            each = models() - before
+        for _ in range(3):
+            async with clients(url, 5) as opened:
+                for one in opened:
+                    for plate in ("regimes", "basins", "diagram", "stability"):
+                        changes = mapped(type="edit", changes=mapped(plate=plate), seq=1, done=True)
+                        await one.say(changes, "AtlasHead")
+                    await one.say(mapped(type="export", format="csv"), "Header")
+                    await answers(one)
+            while server.get_sessions("/"):
+                await asyncio.sleep(0.1)
+        for _ in range(40):
+            held = models() - before
+            if len(alive) <= 3 and held <= 3 * 2.5 * each:
+                break
+            await asyncio.sleep(0.25)
+        # Those in the hands of Panel and of each thread, with all four plates.
+        assert len(alive) <= 3
+        assert held <= 3 * 2.5 * each
 
 
 @together

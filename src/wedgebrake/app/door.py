@@ -117,6 +117,13 @@ class _Socket(WSHandler):
         """The door has looked at it."""
         return True
 
+    def open(self, *args: str, **names: str) -> None:
+        """Begin; without a token of this server, or with one that is none, the connection ends."""
+        try:
+            super().open(*args, **names)
+        except Exception as error:  # whatever a client sends is no failure of the server
+            self._protocol_error(f"no token: {type(error).__name__}")
+
     async def _receive(self, fragment: str | bytes) -> Any:
         """A message when it is whole; what is none ends the connection."""
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import gc
 import logging
 import secrets
 import signal
@@ -13,6 +14,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import panel as pn
+from bokeh.settings import settings
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
@@ -51,6 +53,8 @@ def serve(
     Raises ``InputError`` for an address or port that cannot be listened on.
     """
     pn.extension()
+    # Looks through all models of each page, for what the tests have seen already.
+    settings.perform_document_validation = False
     turns = Turns()
     server, url = started(
         lambda: Explorer(desk, turns), address=address, port=port, origins=origins
@@ -58,6 +62,9 @@ def serve(
     loop = IOLoop.current()
     loop.add_callback(ready, url)
     _warm(turns, desk)
+    # What is there now stays; each collection of garbage would look through all of it again.
+    gc.collect()
+    gc.freeze()
     try:
         with _stopped_by_signals(loop):
             loop.start()
