@@ -845,6 +845,44 @@ def test_python_says_the_same(case):
     assert str(caught.value).startswith(message)
 
 
+SUBNORMAL = (5e-324, -5e-324, 1e-320, 1e-308, 1e-60)
+TINY = {
+    "driveline": ("inertia", "damping", "stiffness", "drive_speed"),
+    "brake": ("radius", "angle"),
+    "friction": ("kinetic", "static"),
+    "actuation": ("initial_force", "slope"),
+    "excitation": ("amplitude",),
+}
+
+
+@pytest.mark.parametrize(("part", "name"), [(part, name) for part in TINY for name in TINY[part]])
+def test_numbers_whose_powers_vanish_are_refused(part, name):
+    """They would end in a division by zero somewhere, or in a solver that makes no headway."""
+    system = wb.paper.system()
+    signed = name in ("drive_speed", "slope")
+    for value in SUBNORMAL:
+        if value < 0.0 and not signed:
+            continue
+        with pytest.raises(wb.InputError, match=f"{part}.{name} = {value!r}: must be") as caught:
+            system.replace(**{name: value})
+        assert "1e-50" in str(caught.value)
+    # The least that is allowed is one that can be computed with.
+    both = {"kinetic": 1e-50, "static": 1e-50}
+    least = system.replace(**both if part == "friction" else {name: 1e-50})
+    wb.stability(least)
+    response = wb.simulate(least, periods=2, max_events=5_000, times=[])
+    assert response.attrs["status"] in {"completed", "diverged", "event_limit"} | {
+        "no_forward_solution"
+    }
+
+
+@pytest.mark.parametrize("command", ["stability", "simulate"])
+@pytest.mark.parametrize("change", ["inertia=5e-324", "drive_speed=5e-324", "amplitude=1e-308"])
+def test_tiny_numbers_from_the_command_line(command, change, run, tmp_path):
+    (tmp_path / "ok.toml").write_text(PLAIN)
+    check(run(command, "ok.toml", "--set", change), change.split("=")[0], "1e-50")
+
+
 def test_numpy_numbers_and_arrays_are_numbers_and_lists():
     line = wb.Driveline(inertia=np.float32(1.5), damping=np.array(0.5), stiffness=np.int64(10))
     assert (line.inertia, line.damping, line.stiffness) == (1.5, 0.5, 10.0)

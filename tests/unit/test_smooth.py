@@ -373,3 +373,75 @@ def test_a_law_that_jumps_at_rest_is_refused():
             wb.CustomFriction(law=law, width=0.01)
     for width in (1e-3, 1e-2, 1e-1):  # a stated width need not be the exact one
         wb.CustomFriction(law=lambda v: 0.3 * math.tanh(100.0 * v), width=width)
+
+
+@pytest.mark.parametrize("share", [1.0, -1.0])
+def test_a_law_that_misses_0_at_rest_by_rounding(share):
+    """A jump of 8.9e-16 at rest, as the tail of a bump leaves it, is no friction at rest."""
+
+    def law(speed):
+        return 0.3 * math.tanh(100.0 * speed) + math.copysign(8.9e-16, speed)
+
+    held, clean = (
+        paper(amplitude=0.0, friction=wb.CustomFriction(law=one, width=0.01, kinetic=0.3))
+        for one in (law, same_as_smoothed)
+    )
+    for initial in (REST, (share * 1e-3, 0.0)):
+        found, expected = (
+            wb.simulate(system, periods=5, initial=initial, max_steps=2000)
+            for system in (held, clean)
+        )
+        assert found.attrs["status"] == "completed"
+        np.testing.assert_allclose(found.angle, expected.angle, rtol=1e-6, atol=1e-15)
+
+
+@pytest.mark.parametrize("start", [1e-20, 1e-100, 1e-280, 1e-310])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_motion_far_below_the_tolerance_is_no_more_work(start, sign):
+    """Next to rest the steep layer is a damper, whatever the size of the motion."""
+    system = paper(amplitude=0.0)
+    large, small = (
+        wb.simulate(system, periods=3, initial=(sign * size, 0.0), max_steps=20_000)
+        for size in (1e-9, start)
+    )
+    assert small.attrs["status"] == "completed"
+    if start >= 1e-100:
+        assert small.attrs["work"] <= 2 * large.attrs["work"]
+        np.testing.assert_allclose(small.angle / start, large.angle / 1e-9, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("speed", "width"), [(0.5, 1e-3), (0.4, 2e-3)])
+def test_a_narrow_place_that_is_named_is_not_stepped_over(speed, width):
+    """A bump of the friction far from rest, a tenth of the steep layer's width and less."""
+
+    def law(v):
+        x = (abs(v) - speed) / width
+        bump = 0.03 * math.exp(-min(x * x, 500.0))
+        return math.copysign((0.3 + bump) * math.tanh(abs(v) / 0.01), v)
+
+    friction = wb.CustomFriction(law=law, width=0.01, kinetic=0.3, narrow=[(speed, width)])
+    system = paper(friction=friction, slope=0.0)
+    initial, end = (0.0, 3.0), 0.04
+    found = wb.simulate(system, end, initial=initial, times=[], rtol=1e-11)
+
+    def rate(t, state):
+        drive = system.excitation.amplitude * math.sin(angular_frequency(system) * t)
+        force = system.actuation.initial_force * system.brake.radius
+        torque = force * gain(system.brake, law(system.brake.radius * state[1]))
+        line = system.driveline
+        push = drive - line.damping * state[1] - line.stiffness * state[0] - torque
+        return [state[1], push / line.inertia]
+
+    # Steps too short to pass over anything.
+    longest = 0.3 * width / system.brake.radius / 500.0
+    expected = solve_ivp(
+        rate, (0.0, end), initial, method="DOP853", rtol=1e-12, atol=1e-14, max_step=longest
+    ).y[:, -1]
+    assert abs(found.attrs["final_angle"] - expected[0]) <= 1e-10
+    assert abs(found.attrs["final_velocity"] - expected[1]) <= 1e-8
+
+
+@pytest.mark.parametrize("place", [(0.0, 1e-3), (-0.5, 1e-3), (0.5, 1e-12), (0.5, 0.0), (1e7, 1.0)])
+def test_a_narrow_place_that_is_none_is_refused(place):
+    with pytest.raises(wb.InputError, match=r"friction.narrow\[0\]"):
+        wb.CustomFriction(law=same_as_smoothed, width=0.01, narrow=[place])
