@@ -1,6 +1,7 @@
 # make demo   set up everything, simulate the paper's brake and sweep its actuator's slope,
 #             leave pictures and verdicts
 # make test   set up everything, check the house rules, run the tests
+# make test-portable  the numerical tests again, as if on lesser processors
 # make app    the explorer: a page where sliders move the machine
 # make bench  speed and error of the package and its peers in one table, then each part's own
 # make bench-docs  docs/benchmarks.md and docs/scale.md from what bench measured
@@ -15,7 +16,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT := out
 
-.PHONY: demo app test bench bench-docs lint slow coverage docs paper clean
+.PHONY: demo app test test-portable bench bench-docs lint slow coverage docs paper clean
 
 $(VENV)/.demo: pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer, or say make PYTHON=python3"; exit 2; }
@@ -51,6 +52,17 @@ lint: $(VENV)/.dev
 
 test: $(VENV)/.dev lint
 	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+# What is no numerics, and what is slow and compares with answers of other programs.
+NOT_PORTABLE := cli* *plot* paper* store* stud* bad* bench* cluster* compiling* sweep_kill*
+PORTABLE := tests/properties tests/literature tests/motion_truth tests/unit \
+	$(NOT_PORTABLE:%=--ignore-glob='tests/unit/test_%')
+
+# NumPy without its AVX-512 and AVX2 loops, kernels without fused multiply-add; then the first alone.
+test-portable: $(VENV)/.dev
+	NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4" NUMBA_CPU_NAME=generic \
+		$(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE)
+	NPY_DISABLE_CPU_FEATURES="X86_V4" $(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE)
 
 slow: $(VENV)/.bench
 	$(BIN)/python -m pytest -m slow

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tarfile
 import zipfile
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
+from typer.main import get_command
 
 import wedgebrake as wb
+from wedgebrake.cli.commands import app
 
 ROOT = Path(__file__).parents[2]
 PROGRAMS = "Scripts" if os.name == "nt" else "bin"
@@ -113,23 +117,41 @@ def interpreters() -> list[str]:
 
 
 class Place:
-    """A virtual environment outside the clone, with nothing but the wheel and an extra."""
+    """A virtual environment outside the clone, with nothing but the wheel and its extras.
 
-    def __init__(self, folder: Path, python: str, wheel: Path, extra: str = "") -> None:
+    lowest : with the lowest versions that the wheel allows, not the newest
+    """
+
+    def __init__(
+        self, folder: Path, python: str, wheel: Path, extras: str = "", *, lowest: bool = False
+    ) -> None:
         self.folder, self.programs = folder, folder / "venv" / PROGRAMS
         subprocess.run([python, "-m", "venv", folder / "venv"], check=True)
-        wanted = f"{wheel}[{extra}]" if extra else str(wheel)
-        self.call("python", "-m", "pip", "install", "--quiet", wanted, check=True)
+        wanted = f"{wheel}[{extras}]" if extras else str(wheel)
+        if not lowest:
+            self.call("python", "-m", "pip", "install", "--quiet", wanted, check=True)
+            return
+        pytest.importorskip("uv", reason="needs uv, of the extra dev")
+        # Of what has no wheel for this Python the lowest that has one.
+        how = ["--resolution", "lowest-direct", "--only-binary", ":all:", "--quiet"]
+        place = ["--python", str(self.programs / "python")]
+        subprocess.run(
+            [sys.executable, "-m", "uv", "pip", "install", *how, *place, wanted], check=True
+        )
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The variables of this process without those that show the clone."""
+        hidden = ("PYTHONPATH", "NUMBA_CACHE_DIR", "VIRTUAL_ENV")
+        shown = {name: value for name, value in os.environ.items() if name not in hidden}
+        return shown | {"NUMBA_CACHE_DIR": str(self.folder / "cache")}
 
     def call(self, program: str, *arguments: str, check: bool = False):
         """A program of the environment, run in its folder with nothing of the clone in sight."""
-        hidden = ("PYTHONPATH", "NUMBA_CACHE_DIR", "VIRTUAL_ENV")
-        environment = {name: value for name, value in os.environ.items() if name not in hidden}
-        environment["NUMBA_CACHE_DIR"] = str(self.folder / "cache")
         return subprocess.run(
             [self.programs / program, *arguments],
             cwd=self.folder,
-            env=environment,
+            env=self.environment,
             capture_output=True,
             text=True,
             check=check,
@@ -178,3 +200,58 @@ def test_an_extra_installs_alone(extra, built, tmp_path):
     if extra == "netcdf":
         place.call("wedgebrake", "simulate", "paper.toml", "--out", "run.nc", check=True)
         assert (tmp_path / "run.nc").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_every_command_runs_with_the_lowest_versions(built, tmp_path):
+    place = Place(
+        tmp_path, sys.executable, next(built.glob("*.whl")), ",".join(EXTRAS), lowest=True
+    )
+
+    def works(*arguments: str) -> str:
+        done = place.call("wedgebrake", *arguments)
+        assert done.returncode == 0, (arguments, done.stdout, done.stderr)
+        return done.stdout
+
+    for command in get_command(app).commands:
+        assert works(command, "--help").startswith(f"Usage: wedgebrake {command}")
+    refused = place.call("wedgebrake", "simulate", "--plto")
+    assert (refused.returncode, "--plot" in refused.stderr) == (2, True)
+    assert works("--version") == f"wedgebrake {wb.__version__}\n"
+    assert json.loads(works("schema"))
+    works("example", "paper", "--out", "paper.toml")
+    works("stability", "paper.toml")
+    works("simulate", "paper.toml", "--out", "run.nc", "--plot", "run.png")
+    sweep = ["sweep", "paper.toml", "--over", "eta=-60:12:8", "--store", "run.zarr"]
+    works(*sweep, "--plot", "eta.pdf")
+    works(*sweep, "--resume", "--out", "eta.nc")
+    works("continue", "paper.toml", "--over", "eta=-10:-18", "--points", "20", "--out", "o.nc")
+    works("paper", "fig2", "--out", "figures")
+    on_a_cluster = """
+import wedgebrake as wb
+from distributed import Client
+with Client(processes=False, dashboard_address=None) as client:
+    print(wb.sweep(wb.paper.system(), eta=[-24.0, 0.0], client=client).sizes["eta"])
+"""
+    assert place.call("python", "-c", on_a_cluster).stdout == "2\n"
+    report = json.loads(works("doctor", "--json"))
+    assert (report["advice"], {one["complete"] for one in report["extras"].values()}) == (
+        [],
+        {True},
+    )
+
+
+@pytest.mark.slow
+def test_the_explorer_runs_with_the_lowest_versions(built, tmp_path):
+    place = Place(tmp_path, sys.executable, next(built.glob("*.whl")), "app", lowest=True)
+    with subprocess.Popen(
+        [place.programs / "wedgebrake", "app", "--port", "0", "--no-browser"],
+        cwd=tmp_path, env=place.environment, stderr=subprocess.PIPE, text=True,
+    ) as served:  # fmt: skip
+        try:
+            [url] = re.findall(r"http://\S+", served.stderr.readline())
+            with urlopen(url) as page:  # noqa: S310 - our own page
+                assert "wedgebrake explorer" in page.read().decode()
+        finally:
+            served.terminate()
+        assert served.wait(60) == 0, served.stderr.read()

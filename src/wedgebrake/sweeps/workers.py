@@ -1,6 +1,7 @@
 """Who does the work of a sweep: the threads of this machine, or a Dask cluster.
 
-Both give the same chunks, bit for bit: a chunk depends on the plan alone.
+Both give the same chunks: a chunk depends on the plan alone. With one version they are the same bit
+for bit, on a cluster of other processors up to rounding.
 """
 
 from __future__ import annotations

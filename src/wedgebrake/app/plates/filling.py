@@ -1,6 +1,7 @@
 """A sweep whose points are computed some at a time, coarse ones first.
 
-Each point is what ``wb.sweep`` gives for it, bit for bit; only the order is another one.
+Each point is what ``wb.sweep`` gives for it, on the same machine bit for bit; only the order is
+another one.
 """
 
 from __future__ import annotations
