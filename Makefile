@@ -53,16 +53,18 @@ lint: $(VENV)/.dev
 test: $(VENV)/.dev lint
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
-# What is no numerics, and what is slow and compares with answers of other programs.
+# Without what is no numerics, and the comparisons with other programs, which take long.
 NOT_PORTABLE := cli* *plot* paper* store* stud* bad* bench* cluster* compiling* sweep_kill*
 PORTABLE := tests/properties tests/literature tests/motion_truth tests/unit \
 	$(NOT_PORTABLE:%=--ignore-glob='tests/unit/test_%')
 
-# NumPy without its AVX-512 and AVX2 loops, kernels without fused multiply-add; then the first alone.
+# NumPy without its AVX-512 and AVX2 loops, kernels without fused multiply-add. Then the first alone:
+# that leaves the kernels as they are, and with them what follows branches.
 test-portable: $(VENV)/.dev
 	NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4" NUMBA_CPU_NAME=generic \
 		$(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE)
-	NPY_DISABLE_CPU_FEATURES="X86_V4" $(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE)
+	NPY_DISABLE_CPU_FEATURES="X86_V4" $(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE) \
+		--ignore-glob='tests/unit/test_boundary*' --ignore-glob='tests/unit/test_branches*'
 
 slow: $(VENV)/.bench
 	$(BIN)/python -m pytest -m slow
