@@ -73,7 +73,7 @@ CASES: dict[str, tuple[wb.BrakedDriveline, tuple[float, float]]] = {
     "turning shaft": (_paper(drive_speed=3.0, static=0.33), REST),
     "turning backwards": (_paper(drive_speed=-3.0, static=0.33), (0.01, 3.0)),
     "turning and overdamped": (_paper(drive_speed=2.0, damping=300.0, slope=100.0), REST),
-    "turning, slow torque": (_paper(drive_speed=0.5, f=0.2, static=0.36), REST),
+    "turning, slow torque": (_paper(drive_speed=0.5, f=0.2, static=0.34), REST),
     "fast torque": (_paper(f=5.0, F0=0.01), REST),
     "wrong way round": (_paper(f=math.sqrt(2.0), F0=0.2, alpha=3.0), (-0.05, 7.5)),
 }
