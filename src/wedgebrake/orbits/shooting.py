@@ -113,6 +113,8 @@ def orbit_to_follow(
     found = orbit(system, order, initial=initial, method=method, rtol=rtol)
     if found.status not in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_SETTLED):
         return found
+    if not _isolated(system):
+        return found
     family = Family(system, method=found.method, rtol=found.rtol)
     run_for = protocol(_LOOKED, _SKIPPED, rtol=found.rtol)
     answer, record = judge(system, initial or (0.0, 0.0), found.method, run_for)
@@ -161,11 +163,16 @@ def _returns(record: FloatArray, order: int) -> list[int]:
     return [int(k) for k in np.argsort(apart)]
 
 
+def _isolated(system: BrakedDriveline) -> bool:
+    """Whether an orbit cannot be moved in time, for want of a torque, or in angle."""
+    return system.driveline.stiffness != 0.0 and system.excitation.amplitude != 0.0
+
+
 def _near(family: Family, order: int, guesses: list[FloatArray]) -> Orbit:
     """The first orbit of this order that one of the guesses leads to."""
     base = family.base
     status = OrbitStatus.NOT_CONVERGED
-    if base.driveline.stiffness == 0.0 or base.excitation.amplitude == 0.0:
+    if not _isolated(base):
         status = OrbitStatus.NOT_ISOLATED
     for equations, unknowns in _candidates(family, order, guesses):
         if equations.size > 2 * MOST_PIECES:
