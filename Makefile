@@ -58,12 +58,13 @@ NOT_PORTABLE := cli* *plot* paper* store* stud* bad* bench* cluster* compiling* 
 PORTABLE := tests/properties tests/literature tests/motion_truth tests/unit \
 	$(NOT_PORTABLE:%=--ignore-glob='tests/unit/test_%')
 
-# NumPy without its AVX-512 and AVX2 loops, kernels without fused multiply-add. Then the first alone:
-# that leaves the kernels as they are, and with them what follows branches.
+# NumPy without its AVX-512 and AVX2 loops, kernels without fused multiply-add. Then, where there is
+# AVX-512, without that alone: it leaves the kernels as they are, and with them what follows branches.
 test-portable: $(VENV)/.dev
 	NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4" NUMBA_CPU_NAME=generic \
 		$(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE)
-	NPY_DISABLE_CPU_FEATURES="X86_V4" $(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE) \
+	! grep -qs avx512f /proc/cpuinfo || NPY_DISABLE_CPU_FEATURES="X86_V4" \
+		$(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE) \
 		--ignore-glob='tests/unit/test_boundary*' --ignore-glob='tests/unit/test_branches*'
 
 slow: $(VENV)/.bench
