@@ -83,9 +83,9 @@ def _direction(desk: Desk, moment: Moment, one: DirectionStability) -> Tile:
     name, title = way.removesuffix("s"), f"Sliding {way}"
     turns = desk.system.driveline.drive_speed != 0.0
     if one.speed is None:
-        hint = f"The shaft turns the other way, so that the brake does not slide steadily {way}."
-        return _tile(name, title, "does not exist", "the shaft turns back", hint, "neutral")
-    where = f" at the speed of the shaft, {plain(one.speed)} rad/s" if turns else ""
+        hint = f"The shaft turns the other way, so that there is no steady sliding {way}."
+        return _tile(name, title, "does not exist", "opposite to the shaft", hint, "neutral")
+    where = f" at the shaft speed of {plain(one.speed)} rad/s" if turns else ""
     if one.locked:
         hint = f"The brake locks itself {way}{where}: steady sliding does not exist."
         detail = "the brake locks at Ω" if turns else "the brake locks"
@@ -247,7 +247,7 @@ def _evidence(moment: Moment) -> str:
         "quasi-periodic": "never quite repeats",
         "at rest": "the brake holds",
         "diverged": "grows without bound",
-        "self-locked": "slides no more",
+        "self-locked": "no longer slides",
     }
     if motion.kind in words:
         return words[motion.kind]
