@@ -134,6 +134,9 @@ def _slope_of_curve(
 ) -> float:
     """Smaller one-sided slope of the brake torque with a smooth friction law."""
     brake = system.brake
+    release, near = actuation.release_speed, lines.CORNER * at.speed
+    if at.speed - near > release:
+        return 0.0
     step = _STEP * at.speed
     gains = [
         abs(brake.amplification(friction.coefficient(at.direction * brake.radius * speed)))
@@ -145,9 +148,7 @@ def _slope_of_curve(
     # One-sided differences of second order, so that a corner is not averaged.
     left = (3.0 * here - 4.0 * before + twice_before) / (2.0 * step)
     right = (4.0 * after - 3.0 * here - twice_after) / (2.0 * step)
-    release, near = actuation.release_speed, lines.CORNER * at.speed
-    rates = [actuation.slope] if at.speed - near <= release else []
-    rates += [0.0] if at.speed + near >= release else []
+    rates = [actuation.slope, 0.0] if at.speed + near >= release else [actuation.slope]
     force = actuation.force(at.speed)
     return brake.radius * (min(rate * here for rate in rates) + force * min(left, right))
 
@@ -166,6 +167,8 @@ def lines_over_slope(system: BrakedDriveline, at: Sliding) -> list[DampingLine]:
         pass
     elif friction.constant:
         gain = abs(brake.amplification(at.direction * friction.reference))
+        if math.isinf(gain):
+            return []
         return [DampingLine(edges[0], edges[1], system.driveline.damping, brake.radius * gain)]
     elif actuation.release:
         nodes = (speed / brake.radius for speed, _ in friction.nodes())

@@ -91,21 +91,21 @@ def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict
     line = system.driveline
     eta, kinetic, loss = (values[name] for name in ("eta", "kinetic", "loss_factor"))
     forward, backward = _widths(system, values)
-    locked = ~(forward > 0.0)
-    widths = [np.where(locked, np.nan, forward), backward]
-    pressed = np.asarray(True)
+    damping = loss * math.sqrt(line.stiffness * line.inertia)
+    slope = eta * damping / (system.brake.radius * kinetic)
+    force = system.actuation.initial_force + slope * abs(line.drive_speed)
+    limit = (force == 0.0) & (slope >= 0.0) & (line.drive_speed == 0.0)  # pressed next to rest
+    pressed = (force > 0.0) | limit | (not system.actuation.release)
+    locked = ~(forward > 0.0) & pressed
+    widths = list(np.broadcast_arrays(np.where(locked, np.nan, forward), backward))
     if line.drive_speed != 0.0:
         widths = widths[:1] if line.drive_speed > 0.0 else widths[1:]
         locked = np.isnan(widths[0])
-        damping = loss * math.sqrt(line.stiffness * line.inertia)
-        slope = eta * damping / (system.brake.radius * kinetic)
-        force = system.actuation.initial_force + slope * abs(line.drive_speed)
-        pressed = (force > 0.0) | (not system.actuation.release)
     growth = [_growth(loss, np.where(pressed, eta, 0.0), width) for width in widths]
     margin = np.where(pressed, eta + np.fmin.reduce(widths), np.nan)
     return {
         "margin": margin,
-        "stable": np.where(pressed, margin > 0.0, ~locked) & (line.stiffness > 0.0),
+        "stable": np.where(pressed, margin > 0.0, True) & (line.stiffness > 0.0),
         "growth": np.fmax.reduce(growth),
         "locked": locked,
     }

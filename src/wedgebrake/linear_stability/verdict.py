@@ -41,6 +41,7 @@ class DirectionStability(Result):
                   steady sliding in this direction, and all values below are None
     locked      : the brake locks itself: there is no sliding at that speed, and all values
                   below except hopf_angle are None
+    released    : the actuation force is zero at that speed, and the damping that of the driveline
     damping     : c + d(R F_mu)/dv [N m s/rad]
     growth_rate : h = -damping/2J [1/s]  (eqs. 11, 26)
     eigenvalues : h +- sqrt(h^2 - w_n^2) [1/s]  (eqs. 12, 27)
@@ -67,6 +68,7 @@ class DirectionStability(Result):
     direction: int
     speed: float | None
     locked: bool
+    released: bool = False
     damping: float | None = None
     growth_rate: float | None = None
     eigenvalues: tuple[complex, complex] | None = None
@@ -219,7 +221,8 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
         points[f"{name}_slope"] = _nearest_slope(curve, wanted, slope)
         points[f"{name}_eta"] = _as_eta(system, points[f"{name}_slope"])
     margins = dict.fromkeys(("margin_slope", "margin_eta"))
-    if at.speed < system.actuation.release_speed:
+    released = at.speed >= system.actuation.release_speed
+    if not released:
         for name, present in (("slope", slope), ("eta", _as_eta(system, slope))):
             hopf = points[f"hopf_{name}"]
             if hopf is not None and present is not None:
@@ -228,6 +231,7 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
         direction=side,
         speed=at.speed,
         locked=False,
+        released=released,
         damping=damping,
         growth_rate=rate,
         eigenvalues=_eigenvalues(rate, natural),
@@ -288,9 +292,12 @@ def _verdict(system: BrakedDriveline, found: Stability) -> str:
     where = "" if drive == 0.0 else f" at the shaft speed of {drive:.6g} rad/s"
     words = []
     if found.self_locking == "kinetic":
+        slides = found.forward.damping is not None
         words.append(
-            "The brake locks itself forwards: no forward sliding exists, and no torque breaks it"
-            " loose forwards."
+            "The brake locks itself forwards wherever the actuator presses it."
+            if slides
+            else "The brake locks itself forwards: no forward sliding exists, and no torque breaks"
+            " it loose forwards."
         )
     elif found.self_locking == "static":
         words.append(
@@ -304,7 +311,7 @@ def _verdict(system: BrakedDriveline, found: Stability) -> str:
         if one.damping is None:
             continue
         how = "oscillating" if one.oscillates else "without oscillation"
-        margin = ""
+        margin = ", the actuator is released" if one.released else ""
         if one.margin_eta is not None:
             margin = f", margin {one.margin_eta:+.4g} in eta"
         elif one.margin_slope is not None:

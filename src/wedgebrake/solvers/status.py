@@ -45,7 +45,8 @@ _SENTENCES = {
     ),
     Status.NO_FORWARD_SOLUTION: (
         "The brake locked itself: it cannot continue to slide, or no torque can break it loose from"
-        " a turning shaft. Enlarge the wedge angle or lower the friction coefficient."
+        " a turning shaft. Lower the friction coefficients (the static one decides at rest) or the"
+        " amplification, for example with a larger wedge angle."
     ),
     Status.EVENT_LIMIT: (
         "More events, or ten times as many search steps, than max_events allows; the state is"

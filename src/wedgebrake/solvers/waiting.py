@@ -31,23 +31,26 @@ def interruptible(
     results: list[_Result] = []
     errors: list[BaseException] = []
 
+    # An interrupted Thread.join counts the thread as ended although it still runs.
+    ended = threading.Event()
+
     def run() -> None:
         try:
             results.append(work())
         except BaseException as error:
             errors.append(error)
+        finally:
+            ended.set()
 
-    thread = threading.Thread(target=run, daemon=True)
-    thread.start()
+    threading.Thread(target=run, daemon=True).start()
     try:
-        while thread.is_alive():
-            thread.join(0.1)  # without a timeout, Windows would not handle Ctrl-C
+        while not ended.wait(0.1):  # without a timeout, Windows would not handle Ctrl-C
             meanwhile()
         meanwhile()  # the work may have ended just after the last call
     except BaseException:
         if stop is not None:
             stop()
-            thread.join(_PATIENCE)
+            ended.wait(_PATIENCE)
         raise
     if errors:
         raise errors[0]
