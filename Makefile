@@ -1,7 +1,7 @@
 # make demo   set up everything, simulate the paper's brake and sweep its actuator's slope,
 #             leave pictures and verdicts
 # make test   set up everything, check the house rules, run the tests
-# make test-portable  the numerical tests again, as if on lesser processors
+# make test-portable  the numerical tests again, with the instruction sets of older processors
 # make app    the explorer: a page where sliders move the machine
 # make bench  speed and error of the package and its peers in one table, then each part's own
 # make bench-docs  docs/benchmarks.md and docs/scale.md from what bench measured
@@ -53,13 +53,14 @@ lint: $(VENV)/.dev
 test: $(VENV)/.dev lint
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
-# Without what is no numerics, and the comparisons with other programs, which take long.
+# Excluded: tests without numerics, and the comparisons with other programs, which are slow.
 NOT_PORTABLE := cli* *plot* paper* store* stud* bad* bench* cluster* compiling* sweep_kill*
 PORTABLE := tests/properties tests/literature tests/motion_truth tests/unit \
 	$(NOT_PORTABLE:%=--ignore-glob='tests/unit/test_%')
 
-# NumPy without its AVX-512 and AVX2 loops, kernels without fused multiply-add. Then, where there is
-# AVX-512, without that alone: it leaves the kernels as they are, and with them what follows branches.
+# First NumPy without its AVX-512 and AVX2 loops and kernels without fused multiply-add. Then, on
+# processors with AVX-512, NumPy without it only; the kernels are unchanged, so the tests that follow
+# branches are left out.
 test-portable: $(VENV)/.dev
 	NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4" NUMBA_CPU_NAME=generic \
 		$(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE)

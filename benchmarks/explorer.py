@@ -29,7 +29,7 @@ _FLAGS = [
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
 _RELEASES, _SESSIONS, _BETWEEN = 40, 20, 2.0
-# Pages opened, and seconds before each, in which nothing is computed any more.
+# Number of pages opened, and idle time before each [s].
 _PAGES, _IDLE = 10, 5.0
 
 # Release a slider at a share of its way; the time [ms] until what follows has been painted.

@@ -15,7 +15,7 @@ from importlib import import_module
 
 from wedgebrake._version import __version__
 
-# As in typing, which costs more than all the rest here.
+# As in the module typing, whose import takes longer than the rest of this file.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any

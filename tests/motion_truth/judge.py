@@ -121,9 +121,9 @@ def _share(section: Section, span: FloatArray) -> float:
 
 def _at_rest(section: Section, states: FloatArray) -> Verdict:
     if section.system.driveline.drive_speed != 0.0:
-        # Held by a turning shaft: at rest relative to the brake, and the spring winds up.
+        # Held by a turning shaft: at rest relative to the brake, and the spring winds up for ever.
         return Verdict(
-            AT_REST, 1, None, len(states) - 1, sticks=AT_REST, close_to=[SELF_LOCKED, DIVERGED],
+            SELF_LOCKED, 0, None, len(states) - 1, sticks=AT_REST, close_to=[DIVERGED],
             evidence={"held by a turning shaft, angle at the end": float(states[-1, 0])},
         )  # fmt: skip
     moving = np.flatnonzero(np.any(states != states[-1], axis=1))

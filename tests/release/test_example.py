@@ -55,7 +55,7 @@ def test_leaves_alone_what_is_there(run, tmp_path):
     (tmp_path / "mine.toml").write_text("earlier work")
     status, output, message = run("example", "paper", "--out", "mine.toml")
     assert (status, output) == (2, "")
-    assert message == "error: --out mine.toml: is there already. Choose another name.\n"
+    assert message == "error: --out mine.toml: already exists. Choose another name.\n"
     assert (tmp_path / "mine.toml").read_text() == "earlier work"
 
 

@@ -179,7 +179,7 @@ class TestInterrupt:
     @pytest.mark.parametrize("delay", [0.01, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5])
     def test_at_any_time(self, delay):
         """No traceback comes from ``main``; before it is called, Python itself is starting."""
-        process = start("simulate", PAPER, "--set", "periods=1000000")
+        process = start("sweep", PAPER, "--over", "eta=-60:12:1000000")
         time.sleep(delay)
         process.send_signal(signal.SIGINT)
         text, message = process.communicate(timeout=120)

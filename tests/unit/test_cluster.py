@@ -79,7 +79,9 @@ def fragile():
         )
         for name, options in programs.items()
     ]  # fmt: skip
-    client = distributed.Client(scheduler_file=str(folder / "scheduler.json"), timeout=60)
+    client = distributed.Client(
+        scheduler_file=str(folder / "scheduler.json"), timeout=60, set_as_default=False
+    )
     try:
         client.wait_for_workers(1, timeout=60)
         yield running[0], client

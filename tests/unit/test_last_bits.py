@@ -1,4 +1,4 @@
-"""Answers that hang on no last bit: systems that differ by rounding, and must not in the verdict.
+"""Systems that differ only by rounding must have the same verdict.
 
 What another processor or another library rounds otherwise is here a change of the system itself.
 """

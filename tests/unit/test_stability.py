@@ -377,4 +377,35 @@ def test_the_release_is_said_with_its_speed_where_a_vibration_grows():
     turning = wb.stability(wb.paper.system().replace(drive_speed=10.0))
     assert turning.damping == 0.1
     assert turning.margin_slope is None
-    assert "release" not in turning.verdict
+    assert turning.forward.released
+
+
+@pytest.mark.parametrize(
+    "friction", [wb.CoulombFriction(kinetic=0.36), wb.SmoothedFriction(kinetic=0.36)]
+)
+@pytest.mark.parametrize("drive_speed", [7.6, 40.0])
+def test_a_released_brake_locks_nothing(friction, drive_speed):
+    """Beyond the release speed no force presses the wedge, whatever its angle."""
+    system = wb.paper.system().replace(friction=friction, drive_speed=drive_speed, slope=-40.0)
+    found = wb.stability(system)
+    assert found.self_locking == "kinetic"
+    assert found.forward.released
+    assert not found.forward.locked
+    assert found.damping == 0.1
+    assert found.stable
+    assert found.forward.hopf_slope is None
+    chart = wb.stability_map(system, eta=[system.groups.eta]).isel(eta=0)
+    assert bool(chart.stable)
+    assert not bool(chart.locked)
+    assert float(chart.growth) == pytest.approx(-0.05 / 100.0)
+    free = system.replace(amplitude=0.0)
+    assert wb.simulate(free, periods=3).attrs["status"] == "completed"
+
+
+def test_a_brake_without_force_is_released_next_to_rest():
+    system = wb.paper.system().replace(initial_force=0.0, slope=-4.0)
+    found = wb.stability(system)
+    assert found.forward.released
+    assert found.damping == 0.1
+    chart = wb.stability_map(system, eta=[system.groups.eta]).isel(eta=0)
+    assert bool(chart.stable) == found.stable

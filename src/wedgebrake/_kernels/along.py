@@ -11,11 +11,12 @@ from .torque import LAWS, SHAPES, brake_torque
 
 @compiled
 def velocities(table, pieces, w2, f, omega, start, theta, w, tau, out):
-    """Velocities [rad/s] at the times ``tau`` after states in linear pieces, into ``out``.
+    """Store the velocities [rad/s] at the times ``tau`` after given states in ``out``.
 
-    table    : (pieces, flow.COLUMNS) constants of the pieces, of which each state is in one
-    pieces   : (n,), negative at rest; start, theta, w: (n,) times in the period and states
-    tau, out : (n, m)
+    table    : (pieces, flow.COLUMNS) constants of the linear pieces
+    pieces   : (n,) piece of each state, negative at rest
+    start, theta, w: (n,) time within the period, angle and velocity of each state
+    tau, out : (n, m) times after each state [s] and velocities
     """
     for i in range(pieces.size):
         if pieces[i] < 0:

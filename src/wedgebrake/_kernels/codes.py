@@ -1,7 +1,7 @@
 """Numbers that the kernels return for words: how a run ended, and what a row of a log is."""
 
-# Outcome of a run. NO_SLIDING: a self-locking brake cannot slide on, or rests on a turning
-# shaft for ever. LOG_FULL: no room for another row.
+# Outcome of a run. NO_SLIDING: a self-locking brake cannot continue to slide, or sticks
+# permanently on a turning shaft. LOG_FULL: no room for another row.
 COMPLETED, DIVERGED, NO_SLIDING, EVENT_LIMIT, STEP_LIMIT, LOG_FULL = range(6)
 
 # Kinds of row. The last two: the speed enters or leaves the stick band of a smooth law.

@@ -90,9 +90,9 @@ def acceleration(plant, laws, numbers, drive, theta, w):
 
 @compiled
 def room(poles, w):
-    """How far from ``w`` the nearest pole of the law lies, at least.
+    """Distance from ``w`` to the nearest pole of the law, in the sum norm.
 
-    poles : (n, 2) over theta', where each lies and how far off the real axis
+    poles : (n, 2) real part of each pole in theta' and distance from the real axis
     """
     least = math.inf
     for i in range(poles.shape[0]):

@@ -61,10 +61,10 @@ def _start(bounds, table, w2, f, theta, w, sine):
 
 @compiled
 def _winds_for_ever(amplitude, stiffness, damping, lower, upper, theta, w_rest):
-    """Whether a rest on a turning shaft never ends: the torque moves away from a finite limit.
+    """Return True if a stick on a turning shaft never ends.
 
-    The spring's torque -k theta goes towards a limit that the self-locking brake does not have,
-    and has left the other one behind by more than the amplitude of the drive.
+    The spring torque -k theta moves towards the infinite limit of a self-locking brake, and is
+    beyond the finite limit by more than the amplitude of the excitation.
     """
     rate = -stiffness * w_rest
     pull = -damping * w_rest - stiffness * theta
@@ -110,7 +110,7 @@ def run(
     t, last_time     time inside the period, in [0, 2 pi/omega]
     log              (rows, LOG_COLUMNS); no rows: nothing is logged
     poincare         (n, 2) receives (theta, w) at the start of each later period
-    stop             None, or (1,): set to True by another thread, ends the run as a limit does
+    stop             None, or (1,): ends the run as a limit does when another thread sets it to True
 
     Returns (outcome, period, t, theta, w, events, rows, evaluations). Runs on when called
     again with what it returned, also where the log is full: its last row is then written
@@ -172,8 +172,8 @@ def run(
             if events >= max_events:
                 return EVENT_LIMIT, period, t, theta, w, events, rows, evaluations
 
-        # Numba leaves out a branch whose argument is None.
-        if stop is not None:  # noqa: SIM102 - one condition alone is left out by Numba
+        # Numba removes a branch whose argument is None.
+        if stop is not None:  # noqa: SIM102 - Numba removes it only if this is the sole condition
             if stop[0]:
                 return EVENT_LIMIT, period, t, theta, w, events, rows, evaluations
         final = period >= last_period

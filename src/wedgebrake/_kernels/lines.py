@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Law = Callable[[float, Sequence[float]], float]
 
-# Share of a speed within which it lies on a corner.
+# Relative distance from a corner within which a speed is at the corner.
 CORNER = 1e-9
 
 
@@ -68,7 +68,7 @@ def half(
 
 
 def pieces_about(bounds: FloatArray, at: float, near: float) -> tuple[int, int]:
-    """First and last of the pieces between ascending ``bounds`` that meet ``at``, give or take."""
+    """First and last piece between ascending ``bounds`` that contain ``at``, within ``near``."""
     first, last = 0, 0
     for bound in bounds:
         first += bound < at - near

@@ -10,7 +10,7 @@ from .compiling import compiled
 
 # A motion has settled when all that is left to come is smaller than this share of its size.
 SETTLED = 1e-6
-# Returns below this share of the state, or of the motion's size, are rounding.
+# Return distances below this share of the state, or of the motion's size, are rounding.
 ROUNDING = 1e-11
 # Longest period looked for, in periods of the torque, and the fewest returns of it to be seen.
 LONGEST = 512
@@ -53,9 +53,9 @@ def farthest(points, weight):
 
 @compiled
 def rounding_of(points, weight, size):
-    """What may be rounding in a distance [rad/s].
+    """Rounding error of a distance between points [rad/s].
 
-    A state near the origin is a sum of parts as large as the motion: it rounds as they do.
+    A state near the origin is a sum of terms as large as the motion, with their rounding errors.
     """
     return ROUNDING * max(farthest(points, weight), size)
 
@@ -87,25 +87,25 @@ def _merging(points, n, last, weight, size):
 
 @compiled
 def _stays(points, n, now, weight, size):
-    """Whether returns after n periods, ``now`` apart, lead to what is settled."""
+    """Return True if the motion, which returns after n periods to within ``now``, has settled."""
     last, look = points.shape[0] - 1, max(n, _RETURNS)
-    # A geometric series of what is still to come.
+    # The remaining drift as a geometric series.
     before = _farthest_return(points, n, last - 2 * look, last - look, weight)
     if now < before:
         shrink = (now / before) ** (n / look)
         if now * shrink / (1.0 - shrink) <= SETTLED * size:
             return True
-    # Or no drift at all in half of a long window.
+    # Or no drift over half of a long window.
     far = n * (last // (2 * n))
     return far > _LONG and _farthest_return(points, far, last - n, last, weight) <= SETTLED * size
 
 
 @compiled
 def _fewest(points, n, last, weight, room):
-    """(m, distance): what repeats after n periods does so after m already, within a room.
+    """Smallest divisor m of n after which the motion returns to within ``room``: (m, distance).
 
-    About a focus the returns after one orbit shrink unevenly, and those after several may be
-    the first that are seen to settle.
+    Near a focus the distances after one orbit shrink unevenly, so that those after several
+    orbits may be the first to meet the criterion.
     """
     look = max(n, _RETURNS)
     for m in range(1, n):

@@ -169,7 +169,7 @@ def _run(
     log        (rows, LOG_COLUMNS), times elapsed
     wanted     (m,) ascending; seen (m, SEEN_COLUMNS) receives the state there
     work       (4, 2) scratch
-    stop       (1,) set to True by another thread, ends the run as the limit of steps does
+    stop       (1,) ends the run as the limit of steps does when another thread sets it to True
 
     Returns (outcome, elapsed time, theta, w, steps, rows, seen count).
     """

@@ -193,9 +193,10 @@ def _stick_class(tally, resting):
 
 @compiled
 def _sliding_damping(problem):
-    """Damping of steady sliding as ``linear_stability`` defines it; inf where none exists.
+    """Damping of steady sliding as defined in ``linear_stability``; inf if there is none.
 
-    At the speed of a turning shaft (w = 0); next to rest the smaller of both directions.
+    Evaluated at the speed of a turning shaft (w = 0); otherwise near rest, the smaller value of
+    both directions.
     """
     inertia, bounds, table, zero, w_rest = (
         problem[0], problem[5], problem[7], problem[8], problem[11],

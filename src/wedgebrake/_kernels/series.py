@@ -43,9 +43,9 @@ OUTPUTS = ACCELS + ORDER
 # The last terms may have this share of the tolerance: what is left out adds up over the steps,
 # and a hundredth costs a third more of them.
 _SHARE = 0.01
-# Largest product of a step and the decay rate of small deviations: 16 terms of exp(-z) are wrong by
-# a tenth at 6, and beyond of the wrong sign. The last terms alone do not say so of a motion that is
-# far below the tolerance, as next to rest: it seemed to turn round at every step.
+# Largest product of a step and the decay rate of small deviations: the sum of 16 terms of exp(-z)
+# has an error of a tenth at 6, and the wrong sign beyond. The last terms do not show this error for
+# a motion far below the tolerance, as near rest: its velocity would change sign at every step.
 _FADES = 6.0
 # A start on a kink is no crossing, nor is what rounding makes of this share of a step.
 _ON_KINK = 1e-6
@@ -59,7 +59,7 @@ def expand(maths, get):
     x = get(_KAPPA) * v
     e = maths.exp(-2.0 * abs(x))
     over = 1.0 / (1.0 + e)
-    # 1 - e loses its digits near 0, where the first terms of the series bound tanh on both sides.
+    # 1 - e cancels near 0, where the first terms of the series bound tanh from both sides.
     size = abs(x)
     square = size * size
     low = size * (1.0 - square * (1.0 / 3.0))

@@ -184,7 +184,7 @@ def _numeric_step(
     _, c, a_extra, c_extra, _, _ = tableau
     attempts = 0
     walled = not math.isfinite(a)
-    # Further, and the error estimate could miss a steep part altogether.
+    # In a longer step the error estimate could miss a steep part.
     furthest = _SHARE * room(poles, w)
     if abs(a) * h > furthest:
         h = furthest / abs(a)
@@ -356,7 +356,7 @@ def _run(
                  laws     (m, its shape, g, its shape), compiled
                  numbers  (radius, initial force, slope, release)
                  tableau  (weights, c, A_extra, c_extra, D, Bernstein matrix)
-                 poles    (n, 2) of the law, as ``dop853.room`` takes them
+                 poles    (n, 2) of the law, as defined in ``dop853.room``
     series     None, or the law's numbers for steps by series; one of both is None
     edges      (n-1,) cuts of the velocity axis [rad/s], ascending
     kinks      (n, 2) the nearest kinks below and above each stretch
@@ -366,7 +366,7 @@ def _run(
     want_*     (m,) wanted times, ascending; seen (m, 2) receives (theta, w)
     work       (SCRATCH_ROWS, dop853.SUMS), scratch
     trail      (n, TRAIL_COLUMNS) receives every step that moved; no rows: not wanted
-    stop       None, or (1,): set to True by another thread, ends the run as a limit of steps does
+    stop       None, or (1,): ends the run as the limit of steps does when another thread sets it
 
     Returns (outcome, period, t, theta, w, steps, rows, seen count, trail rows).
     """
@@ -420,7 +420,7 @@ def _run(
             hit, t, _, _, theta, w, a, spent = slip(
                 row, w2, f, omega, low, high, t, t_end, sin0, cos0, theta, w, a, max_steps - steps
             )
-            # A step without length counts: where only such follow, the run must end too.
+            # Steps without length count too, so that a run of only such steps ends.
             steps += max(spent, 1)
             if hit == OUT_OF_PATIENCE:
                 return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
@@ -480,7 +480,7 @@ def _run(
             rows = _write(log, rows, kind, period, when, theta, w, side)
 
         given_up = steps > max_steps
-        # Numba leaves out a branch whose argument is None.
+        # Numba removes a branch whose argument is None.
         if stop is not None:
             given_up = given_up or stop[0]
         if given_up:

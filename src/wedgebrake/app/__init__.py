@@ -18,7 +18,7 @@ presets     machines by name
 calls       the run and the open picture as calls of public functions
 filing      studies put on the desk, and what lies there made a study again
 moment      the motion of a desk, as arrays and a verdict's numbers
-judging     from which periods the class of a motion is taken
+judging     periods over which motions are classified
 verdict     the verdict in words
 export      pictures, data, study and program as files
 snippet     the program that computes what is on the screen

@@ -109,7 +109,7 @@ class Desk:
 
     @property
     def limits(self) -> dict[str, int]:
-        """Most events and steps of a run: the study's own, within those of the explorer."""
+        """Largest numbers of events and steps: those of the study, within those of the explorer."""
         run = self.study.run
         return {
             "max_events": min(run.max_events, MOST_EVENTS),

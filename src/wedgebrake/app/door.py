@@ -1,7 +1,7 @@
-"""The door of the server: which requests it answers. All others end here, before any handler.
+"""Filter of the server's requests, applied before any handler of Panel or Bokeh.
 
-Panel and Bokeh register more routes than the page needs, one of which imports any module that
-its address names, and take the host of a session from what the client's own token claims.
+Panel and Bokeh register more routes than the page needs, one of which imports any module named in
+the address, and take the host of a session from the token that the client sends.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from tornado.routing import Matcher, PathMatches, Rule
 from tornado.web import ErrorHandler, RequestHandler
 
 SERVED = ("/", "/ws", "/favicon.ico")
-"""Paths that are answered, beside scripts and styles of Bokeh and Panel."""
-# Below these two folders lie files of the packages alone, in folders without a dot before them.
+"""Paths that are served, in addition to the scripts and styles of Bokeh and Panel."""
+# These two folders contain only files of the packages. Hidden folders are excluded.
 _SCRIPTS = re.compile(r"/static/(js|extensions/panel)(/[\w@^-][\w@^.-]*)+\.(js|css)")
 _STRANGER = (
-    "This explorer is not known by the name in your browser's address line. Whoever started it can"
-    " admit the name: wedgebrake app --allow HOST:PORT."
+    "The host name in the address of this page is not allowed. Start the explorer with this name:"
+    " wedgebrake app --allow HOST:PORT."
 )
 _WEB_PORT = "80"
 
 
 class Names:
-    """The names, with their ports, by which a server may be called.
+    """Host names, with ports, under which the server answers.
 
-    admitted : "host", of port 80, or "host:port"; parts of a host and the port may be "*", and
-               "*" alone is any host at any port
+    admitted : "host" (port 80) or "host:port"; labels of a host and the port may be "*", and "*"
+               alone matches any host and port
     """
 
     def __init__(self, admitted: Iterable[str]) -> None:
         self._admitted = [_split(one) for one in admitted]
 
     def admit(self, name: str) -> bool:
-        """Whether a name is one of them."""
+        """Return True if a name is allowed."""
         try:
             host, port = _split(name)
         except ValueError:
@@ -50,7 +50,7 @@ class Names:
         )
 
     def knows(self, request: HTTPServerRequest) -> bool:
-        """Whether a request comes by one of them, and from a page that was served by one."""
+        """Return True if the host of a request, and its origin if present, are allowed."""
         hosts = request.headers.get_list("Host")
         origins = request.headers.get_list("Origin")
         return len(hosts) == 1 and all(
@@ -59,19 +59,19 @@ class Names:
 
 
 def own_names(address: str, port: int) -> list[str]:
-    """The names of a server that listens to an address, as browsers on its machine say them."""
+    """Host names of a server on an address, as used by browsers on the same machine."""
     found = socket.getaddrinfo(
         address or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
     )
     bound = {"localhost", "127.0.0.1", *(str(place[0]) for *_, place in found)}
     if "::" in bound:
         bound.add("::1")
-    bound -= {"0.0.0.0", "::"}  # noqa: S104 - what nobody is called by
+    bound -= {"0.0.0.0", "::"}  # noqa: S104 - not names of a host
     return [f"[{one}]:{port}" if ":" in one else f"{one}:{port}" for one in sorted(bound)]
 
 
 def guard(application: Any, names: Names) -> None:
-    """Let the Bokeh application answer what it needs to, for those who call it by its names."""
+    """Restrict a Bokeh application to the paths that the page needs, under allowed host names."""
     kept = {
         "application_context": application.applications["/"],
         "bokeh_websocket_path": "/ws",
@@ -87,12 +87,12 @@ def guard(application: Any, names: Names) -> None:
 
 
 def served(path: str) -> bool:
-    """Whether a path, as it stands in the address, is one that the page needs."""
+    """Return True if the page needs a path, given as in the address."""
     return path in SERVED or _SCRIPTS.fullmatch(unquote(path)) is not None
 
 
 class _Where(Matcher):
-    """The requests for which something holds."""
+    """Requests that satisfy a predicate."""
 
     def __init__(self, holds: Callable[[HTTPServerRequest], bool]) -> None:
         self._holds = holds
@@ -102,7 +102,7 @@ class _Where(Matcher):
 
 
 class _Refusal(RequestHandler):
-    """The answer to those who call the server by another name."""
+    """Response to requests under other host names."""
 
     def prepare(self) -> None:
         self.set_status(403)
@@ -111,30 +111,37 @@ class _Refusal(RequestHandler):
 
 
 class _Socket(WSHandler):
-    """The websocket of a page."""
+    """WebSocket of a page."""
 
     def check_origin(self, origin: str) -> bool:  # noqa: ARG002
-        """The door has looked at it."""
+        """Accept any origin: it has been checked before."""
         return True
 
     def open(self, *args: str, **names: str) -> None:
-        """Begin; without a token of this server, or with one that is none, the connection ends."""
+        """Open the connection; close it if the token is missing or invalid."""
         try:
             super().open(*args, **names)
-        except Exception as error:  # whatever a client sends is no failure of the server
-            self._protocol_error(f"no token: {type(error).__name__}")
+        except Exception as error:  # no client may cause an error of the server
+            self._protocol_error(f"no valid token: {type(error).__name__}")
+
+    def on_close(self) -> None:
+        """Forget the connection, which may have been closed before it had a session."""
+        try:
+            super().on_close()
+        except AssertionError:
+            self.application.client_lost(self.connection)
 
     async def _receive(self, fragment: str | bytes) -> Any:
-        """A message when it is whole; what is none ends the connection."""
+        """Return a complete message; close the connection if it is invalid."""
         try:
             return await super()._receive(fragment)
-        except Exception as error:  # whatever a client sends is no failure of the server
-            self._protocol_error(f"no message: {type(error).__name__}")
+        except Exception as error:  # no client may cause an error of the server
+            self._protocol_error(f"no valid message: {type(error).__name__}")
             return None
 
 
 def _split(name: str) -> tuple[str, str]:
-    """Host and port of "host:port", in lower case. Raises ``ValueError`` for what is neither."""
+    """Host and port of "host:port", in lower case. Raises ``ValueError`` for other text."""
     found = re.fullmatch(r"(\[[0-9a-f:.]+\]|[\w.*-]+)(?::(\d{1,5}|\*))?", name.lower())
     if found is None:
         raise ValueError(name)
@@ -142,7 +149,7 @@ def _split(name: str) -> tuple[str, str]:
 
 
 def _place(origin: str) -> str:
-    """Host and port of an origin; empty for one without, such as null."""
+    """Host and port of an origin; empty if it has none, as for "null"."""
     try:
         found = urlsplit(origin)
     except ValueError:

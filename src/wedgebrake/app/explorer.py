@@ -288,7 +288,7 @@ class Explorer(pn.viewable.Viewer):
             self._page.seen(picture=number)
 
     def _plate(self, name: str) -> Any:
-        """A plate, made when it is first opened: each costs as much as all charts of the motion."""
+        """Return a plate, created on first use: each costs as much as all charts of a motion."""
         if name not in self._plates:
             plate = self._plates[name] = new_plate(name)
             plate.figure.on_event(Tap, self._tapped)
@@ -324,9 +324,9 @@ def _moments(desk: Desk) -> Iterator[Moment]:
 
 def _exported(desk: Desk, kind: str, lane: Lane) -> Iterator[File]:
     def heed(_: Any) -> None:
-        """A sweep ends here when nobody waits for it any more."""
+        """Cancel a sweep whose result is no longer needed."""
         if not lane.busy:
-            raise InputError("This file is not wanted any more.")
+            raise InputError("export: cancelled. Save the file again.")
 
     yield export(desk, kind, heed)
 

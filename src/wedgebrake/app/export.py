@@ -57,7 +57,7 @@ Progress = Callable[[Any], None]
 
 
 def _unheard(_: Any) -> None:
-    """Nobody asks."""
+    """Ignore the progress."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class File:
 def export(desk: Desk, kind: str, progress: Progress = _unheard) -> File:
     """What lies on the desk as a file of a kind; ``FORMATS`` names them.
 
-    progress : called while a picture is computed, as ``wb.sweep`` does; what it raises ends that
+    progress : called while a picture is computed, as by ``wb.sweep``; its exceptions end the export
 
     Raises ``InputError`` for another kind, and where this machine or this installation has no
     such file.

@@ -17,9 +17,9 @@ COARSE_POINTS, FINE_POINTS = 150, 600
 COARSE_MAP, FINE_MAP = (24, 16), (96, 64)
 """Cells of a map of regimes or basins, at once and when all is still."""
 LONGEST_TURN = 300
-"""Seconds of one computation; after them the page says that it was given up."""
+"""Time limit of one computation [s]; the page reports that it was exceeded."""
 LONGEST_EXPORT = 1800
-"""Seconds of one export."""
+"""Time limit of one export [s]."""
 MOST_UPLOAD = 200_000
 """Bytes of a study file: of a hostile one, read within a fraction of a second."""
 MOST_FILES = 4

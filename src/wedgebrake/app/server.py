@@ -53,7 +53,7 @@ def serve(
     Raises ``InputError`` for an address or port that cannot be listened on.
     """
     pn.extension()
-    # Looks through all models of each page, for what the tests have seen already.
+    # The validation searches all models of each page for errors that the tests would have found.
     settings.perform_document_validation = False
     turns = Turns()
     server, url = started(
@@ -62,7 +62,7 @@ def serve(
     loop = IOLoop.current()
     loop.add_callback(ready, url)
     _warm(turns, desk)
-    # What is there now stays; each collection of garbage would look through all of it again.
+    # The objects that exist now are permanent; the garbage collector need not scan them again.
     gc.collect()
     gc.freeze()
     try:

@@ -4,8 +4,8 @@ Work is an iterator; each of its steps is one turn and gives a result to show. B
 others have theirs, and work that nobody wants any more ends. Kernels do not hold Python's lock,
 so that a few threads keep all processors busy and the event loop answers meanwhile.
 
-A thread within a kernel cannot be stopped. One whose turn is long is therefore not waited for:
-another thread takes its place, and whoever wanted the work is told when it takes too long.
+A thread within a kernel cannot be stopped. If a turn takes long, another thread is therefore
+started in addition, and a turn that exceeds the time limit is reported as an error to its page.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ Post = Callable[[Callable[[], None]], None]
 """Hands a function to the thread that owns a page: its event loop."""
 
 _LOG = logging.getLogger("wedgebrake.app")
-# Threads whose turns are long, of so many another one takes the place.
+# Largest number of threads with long turns that are replaced by additional threads.
 _MOST_AWAY = 16
-# Seconds after which a turn is long, of what a page shows and of a file.
+# Time after which a turn is long, of a display and of an export [s].
 _PATIENCE, _PATIENCE_FOR_FILES = 2.0, 60.0
 
 
@@ -61,11 +61,11 @@ class _Place:
 
 @dataclass(eq=False)
 class _Turn:
-    """A turn that goes on.
+    """A turn in progress.
 
-    since : when it began [s]
-    away  : whether another thread has taken the place of the one that works at it
-    over  : whether it has been given up
+    since : start time [s]
+    away  : True if an additional thread has replaced the one that computes it
+    over  : True if it has exceeded the time limit
     """
 
     task: _Task
@@ -77,9 +77,9 @@ class _Turn:
 class Turns:
     """Threads that take turns at the work of many lanes.
 
-    threads  : how many; None: one for each processor
-    patience : seconds after which a thread in one turn is not waited for
-    limit    : seconds after which a turn is given up
+    threads  : number of threads; None: one for each processor
+    patience : time in one turn after which a thread is replaced by another [s]
+    limit    : time limit of a turn [s]
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class Turns:
             self._changed.notify()
 
     def _next(self) -> _Turn | None:
-        """A turn of the task that is next; None when all is over."""
+        """Turn of the next task in the queue; None when closed."""
         with self._changed:
             while not self._closed:
                 now = time.monotonic()
@@ -174,7 +174,7 @@ class Turns:
             task.pause = 0.0
 
     def _returned(self, turn: _Turn) -> bool:
-        """Whether the thread of a turn that is over is still needed."""
+        """Remove a finished turn; return True if its thread is still needed."""
         with self._changed:
             self._turns.discard(turn)
             if not turn.away:
@@ -185,7 +185,7 @@ class Turns:
             return True
 
     def _watch(self) -> None:
-        """Have others take the place of threads that are away, and give up what takes too long."""
+        """Replace threads whose turns are long, and report turns that exceed the time limit."""
         while True:
             with self._begun:
                 if self._closed:
@@ -198,7 +198,7 @@ class Turns:
                     self._begun.wait(self._rest(now))
             for turn in lost:
                 turn.over = True
-                words = f"This took longer than {self._limit:g} s and was given up."
+                words = f"The computation exceeded the time limit of {self._limit:g} s."
                 turn.task.lane.end(turn.task, partial(turn.task.fail, words))
 
     def _replace(self, now: float) -> None:
@@ -211,7 +211,7 @@ class Turns:
                 self._start_thread()
 
     def _rest(self, now: float) -> float | None:
-        """Seconds until there is something to do; None: until the next turn begins."""
+        """Time until the next check [s]; None: when the next turn begins."""
         times = [turn.since + self._patience for turn in self._turns if not turn.away]
         times += [turn.since + self._limit for turn in self._turns if not turn.over]
         later = [one for one in times if one > now]

@@ -83,9 +83,9 @@ def _direction(desk: Desk, moment: Moment, one: DirectionStability) -> Tile:
     name, title = way.removesuffix("s"), f"Sliding {way}"
     turns = desk.system.driveline.drive_speed != 0.0
     if one.speed is None:
-        hint = f"The shaft turns the other way, so that the brake does not slide steadily {way}."
-        return _tile(name, title, "does not exist", "the shaft turns back", hint, "neutral")
-    where = f" at the speed of the shaft, {plain(one.speed)} rad/s" if turns else ""
+        hint = f"The shaft turns the other way, so that there is no steady sliding {way}."
+        return _tile(name, title, "does not exist", "opposite to the shaft", hint, "neutral")
+    where = f" at the shaft speed of {plain(one.speed)} rad/s" if turns else ""
     if one.locked:
         hint = f"The brake locks itself {way}{where}: steady sliding does not exist."
         detail = "the brake locks at Ω" if turns else "the brake locks"
@@ -106,7 +106,9 @@ def _direction(desk: Desk, moment: Moment, one: DirectionStability) -> Tile:
         f"Small vibration about steady sliding {way}{where} {does}, {how}: its damping is"
         f" {plain(damping)} N m s/rad."
     )
-    if one.hopf_slope is not None:
+    if one.released:
+        hint += " The actuator is released at this speed, so that only the driveline damps."
+    elif one.hopf_slope is not None:
         eta = "" if one.hopf_eta is None else f", η = {plain(one.hopf_eta)}"
         hint += (
             f" Its damping vanishes where the slope of the actuation force is"
@@ -247,7 +249,7 @@ def _evidence(moment: Moment) -> str:
         "quasi-periodic": "never quite repeats",
         "at rest": "the brake holds",
         "diverged": "grows without bound",
-        "self-locked": "slides no more",
+        "self-locked": "no longer slides",
     }
     if motion.kind in words:
         return words[motion.kind]
@@ -354,11 +356,10 @@ def _said_of_locking(moment: Moment) -> str:
 def _said_of_stability(desk: Desk, moment: Moment) -> str:
     both = (moment.stability.forward, moment.stability.backward)
     if desk.system.driveline.drive_speed != 0.0:
-        if moment.stability.self_locking == "kinetic":
-            return ""
         one = next(one for one in both if one.speed is not None)
         if one.locked:
-            return "At the shaft's speed the brake locks itself."
+            known = moment.stability.self_locking == "kinetic"
+            return "" if known else "At the shaft's speed the brake locks itself."
         return f"Sliding at the shaft's speed is linearly {_state(one)}."
     states = {_WAYS[one.direction]: _state(one) for one in both if not one.locked}
     for state in ("unstable", "neutral"):

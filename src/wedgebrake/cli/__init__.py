@@ -19,7 +19,7 @@ doctor, doctor_packages, doctor_kernels
             what is installed and compiled, and what is wrong
 output      what can be written where, checked before the work and written at once
 waiting     a word on compilation, and an ear for Ctrl-C
-streams     standard output and error: there, and harmless to a terminal
+streams     standard output and error: always open, control characters escaped
 """
 
 from wedgebrake.cli.main import main

@@ -34,8 +34,8 @@ def example(name: str) -> str:
 def written(name: str, path: Path) -> Path:
     """Write an example to a new file; returns its full path.
 
-    Raises ``InputError`` for a name that is none, and for a file that is there or cannot be;
-    ``OutputError`` where it cannot be written, and then leaves none.
+    Raises ``InputError`` for an unknown name and if the file exists or cannot exist, and
+    ``OutputError`` if it cannot be written; no incomplete file remains.
     """
     text = example(name)
     check_target("--out", path, (".toml",))

@@ -5,7 +5,7 @@ Exit status: 0 done, 2 the input is wrong, 1 anything else.
 
 from __future__ import annotations
 
-# Light, and so is what imports this: Ctrl-C is heard from ``main`` on.
+# This module imports little, so that ``main`` handles Ctrl-C from the start.
 import errno
 import gc
 import os
@@ -22,12 +22,12 @@ def main() -> None:
 
         with standard_streams():
             _listening()
-    except KeyboardInterrupt:  # before it is heard as below
+    except KeyboardInterrupt:  # before the handler below is installed
         _interrupted()
 
 
 def _listening() -> None:
-    """Run the command line; Ctrl-C ends it with a word."""
+    """Run the command line; Ctrl-C ends it with a message."""
     from wedgebrake.cli.waiting import Interrupted, hearing_interrupts
 
     try:
@@ -38,9 +38,9 @@ def _listening() -> None:
 
 
 def _interrupted(*notes: str) -> None:
-    """End at once: a computation may go on in its thread, and Python must not end under it.
+    """Exit immediately, without the shutdown of Python: a thread may still be computing.
 
-    notes : lines on what is kept
+    notes : lines about results that are kept
     """
     _say("\n".join(["interrupted", *notes]))
     os._exit(1)
@@ -84,20 +84,19 @@ def _run() -> None:
 
 
 def _stop_at(error: OSError) -> None:
-    """End where the system refuses something, mostly to write on standard output."""
+    """Exit after an error of the operating system, usually on writing to standard output."""
     if error.errno == errno.ENOENT and not _has_folder():
         _stop(
             "error: the working directory no longer exists. Change into one that exists, for"
             " example with cd.",
             2,
         )
-    # Standard output must not be tried again at exit.
+    # Prevent a second attempt to flush standard output at exit.
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    if error.errno == errno.EPIPE:  # the reader has gone, as in `| head`: nothing is left to say
+    if error.errno == errno.EPIPE:  # the reader has closed the pipe, as in `| head`: no message
         _stop("", 1)
     _stop(
-        "error: standard output is closed: nothing can be printed on it. Open it, or send it to"
-        " /dev/null."
+        "error: standard output is closed. Open it, or redirect it to /dev/null."
         if error.errno == errno.EBADF
         else f"error: {error}",
         1,
@@ -105,9 +104,9 @@ def _stop_at(error: OSError) -> None:
 
 
 def _has_folder() -> bool:
-    """Whether there is a working directory."""
+    """Return True if the working directory exists."""
     try:
-        os.getcwd()  # noqa: PTH109 - not for its path
+        os.getcwd()  # noqa: PTH109 - only to see whether it exists
     except FileNotFoundError:
         return False
     return True

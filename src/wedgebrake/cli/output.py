@@ -80,19 +80,19 @@ def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
 
 
 def write_new(content: bytes, path: Path) -> None:
-    """Write a file that is not there yet, whole or not at all.
+    """Write a new file; after an error no incomplete file remains.
 
-    Raises ``InputError`` where it is there, ``OutputError`` where it cannot be written.
+    Raises ``InputError`` if it exists, ``OutputError`` if it cannot be written.
     """
     if os.path.lexists(path):
-        raise InputError(f"--out {path}: is there already. Choose another name.")
+        raise InputError(f"--out {path}: already exists. Choose another name.")
     with _as_option(path):
         write(path, content)
 
 
 @contextmanager
 def _as_option(path: Path) -> Iterator[None]:
-    """Inside, an error of a path names it as the option ``--out``."""
+    """Name the option ``--out`` instead of the path in errors raised inside the context."""
     try:
         yield
     except OutputError as error:

@@ -86,6 +86,10 @@ def _direction_lines(name: str, one: DirectionStability) -> list[str]:
     roots = ", ".join(f"{value.real:.6g}{value.imag:+.6g}i" for value in one.eigenvalues)
     lines = [f"Sliding {name}{at}:"]
     lines.append(f"  damping      {one.damping:.6g} N m s/rad: small vibration {one.state}")
+    if one.released:
+        lines.append(
+            "  actuator     released at this speed; slopes given below are those of a pressed brake"
+        )
     lines.append(f"  eigenvalues  {roots} 1/s")
     for label, stem in (
         ("Hopf", "hopf"),

@@ -1,4 +1,4 @@
-"""Standard streams that are there, and that move no terminal's cursor."""
+"""Standard streams that are always open and that escape control characters."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-# What a terminal obeys: control characters but the ends of lines and tabs, and the marks that
-# turn the direction of writing. Names of files may hold them.
+# Characters that control a terminal: control characters other than newline and tab, and marks of
+# the writing direction. File names may contain them.
 _OBEYED = {*range(0x20), *range(0x7F, 0xA0), *range(0x202A, 0x202F), *range(0x2066, 0x206A)}
 _ESCAPES = {code: ascii(chr(code))[1:-1] for code in _OBEYED - set(map(ord, "\n\t"))}
 
 
 class _Shown:
-    """A stream that writes as escapes what a terminal would obey."""
+    """Wrapper of a stream that escapes the characters that control a terminal."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
 
     def __getattr__(self, name: str) -> Any:
-        if name == "buffer":  # by which Click goes round ``write`` where all is ASCII
+        if name == "buffer":  # Click would use it to bypass ``write`` for ASCII text
             raise AttributeError(name)
         return getattr(self._stream, name)
 
     @property
     def rich_proxied_file(self) -> Any:
-        """For Rich, which draws bars with control characters of its own."""
+        """Unwrapped stream for Rich, which draws progress bars with control characters."""
         return self._stream
 
     def write(self, text: str) -> int:
@@ -37,11 +37,11 @@ class _Shown:
 
 @contextmanager
 def standard_streams() -> Iterator[None]:
-    """Inside, standard output and error can be written to, whatever is written.
+    """Replace standard output and error by streams that accept any text.
 
-    Characters that the terminal's encoding lacks, or that it would obey, become escapes. Where
-    standard output was closed (``>&-``), writing fails; and no file that is opened later takes
-    its place.
+    Characters that are missing in the terminal's encoding, or that control the terminal, are
+    written as escape sequences. If standard output is closed (``>&-``), writing fails, and files
+    that are opened later do not receive its file descriptor.
     """
     _take_places()
     before = sys.stdout, sys.stderr
@@ -60,9 +60,9 @@ def standard_streams() -> Iterator[None]:
 
 
 def _take_places() -> None:
-    """Open the null device where a standard stream is closed; as output, so that writing fails."""
+    """Open the null device for each closed standard stream; output read-only: writing fails."""
     for number, flags in ((0, os.O_RDONLY), (1, os.O_RDONLY), (2, os.O_WRONLY)):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, flags)  # takes the lowest number that is free
+            os.open(os.devnull, flags)  # receives the lowest free file descriptor

@@ -74,6 +74,7 @@ def sweep_report(study: Study, outcome: Outcome, files: dict[str, Path | None]) 
         "stick_slip": _counts(codes, lambda point: point["stick_slip"]),
         "linear_stability": {
             "stable_share": _stable_share(dataset),
+            "locked_share": float(np.isposinf(dataset["sliding_damping"].to_numpy()).mean()),
             "limits": list(_limits(study.system, dataset, *alone)) if alone else None,
         },
         "intervals": _intervals(dataset, alone[1], codes) if alone else None,
@@ -164,10 +165,11 @@ def _attractors(dataset: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _stable_share(dataset: xr.Dataset) -> float:
-    """The share of the points at which sliding decays; nan where none slides."""
+    """Share of the points at which steady sliding exists and decays; nan without points."""
     damping = dataset["sliding_damping"].to_numpy()
-    known = np.isfinite(damping)
-    return float(np.mean(damping[known] > 0.0)) if known.any() else math.nan
+    known = ~np.isnan(damping)
+    stable = np.isfinite(damping[known]) & (damping[known] > 0.0)
+    return float(np.mean(stable)) if known.any() else math.nan
 
 
 def _limits(

@@ -108,14 +108,19 @@ def _linear(report: dict[str, Any]) -> list[str]:
     share, limits = (report["linear_stability"][name] for name in ("stable_share", "limits"))
     if math.isnan(share):
         return []
-    if share in (0.0, 1.0):
-        return [f"Linear stability: sliding is {'' if share else 'un'}stable at every point"]
-    if limits is None:
-        return [f"Linear stability: sliding is stable at {_share(share)} of the points"]
-    (name,) = report["axes"]
-    places = (f"{name} = {one['value']:.6g} (stable {one['stable']} it)" for one in limits)
-    what = "limit" if len(limits) == 1 else "limits"
-    return [f"Linear stability: sliding has its {what} at {', '.join(places)}"]
+    locked = report["linear_stability"]["locked_share"]
+    if locked == 1.0:
+        return ["Linear stability: the brake locks itself at every point, no steady sliding exists"]
+    also = f"; the brake locks itself at {_share(locked)} of the points" if locked else ""
+    if not locked and share in (0.0, 1.0):
+        what = f"is {'' if share else 'un'}stable at every point"
+    elif limits:
+        (name,) = report["axes"]
+        places = (f"{name} = {one['value']:.6g} (stable {one['stable']} it)" for one in limits)
+        what = f"has its limit{'s' if len(limits) > 1 else ''} at {', '.join(places)}"
+    else:
+        what = f"is stable at {_share(share)} of the points"
+    return [f"Linear stability: sliding {what}{also}"]
 
 
 def _intervals(report: dict[str, Any]) -> list[str]:

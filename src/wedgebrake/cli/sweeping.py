@@ -187,7 +187,7 @@ def _what_is_kept(storing: Storing, last: Progress | None) -> str:
 def _in_options(text: str, storing: Storing) -> str:
     """A message about the arguments of a store, about the options of the command line."""
     if storing.path is not None:
-        # Absolute, but where there is no working directory any more.
+        # The path is absolute unless the working directory no longer exists.
         names = [str(storing.path)]
         with suppress(FileNotFoundError):
             names.append(str(storing.path.absolute()))

@@ -1,4 +1,4 @@
-"""While the user waits: a word on compilation, and Ctrl-C as an exception of our own."""
+"""Messages on compilation, and Ctrl-C as an exception of its own."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def hearing_interrupts() -> Iterator[None]:
         yield
         return
     signal.signal(signal.SIGINT, _interrupt)
-    # As the process ends, Ctrl-C ends it and needs no words.
+    # During the shutdown of the process Ctrl-C ends it without a message.
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_DFL)
     try:
         yield
@@ -36,8 +36,8 @@ def hearing_interrupts() -> Iterator[None]:
 def _interrupt(_: int, frame: FrameType | None) -> NoReturn:
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
-            # Amid an import an exception may get lost, or become another one; and nothing has
-            # been begun that must be brought to an end.
+            # During an import an exception may be suppressed or replaced. Nothing has been
+            # started that would have to be finished.
             os.write(2, b"interrupted\n")
             os._exit(1)
         frame = frame.f_back

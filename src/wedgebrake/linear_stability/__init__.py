@@ -1,8 +1,8 @@
 """Linear stability of steady sliding (section 3 of the paper).
 
-damping : the damping of small vibration about sliding, the one definition of it
-verdict : ``stability``, its eigenvalues, bifurcation points, margins and words
-maps    : ``stability_map``, the same over a grid of groups
+damping : definition of steady sliding and of its damping
+verdict : ``stability``: eigenvalues, bifurcation points, margins and the verdict in words
+maps    : ``stability_map``: stability over a grid of groups
 """
 
 from wedgebrake.linear_stability.damping import damping_at, sliding_damping

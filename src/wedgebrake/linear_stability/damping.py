@@ -1,12 +1,12 @@
-"""The damping of small vibration about steady sliding: stated here and nowhere else.
+"""Damping of small vibration about steady sliding: the definition that the package uses.
 
-A machine slides steadily at the speed of its shaft where that turns, and next to rest, in
-either direction, where it does not; with smooth friction next to rest means just outside the
-steep part of the law. The damping about sliding at the velocity v is
+On a turning shaft the machine slides steadily at the speed of the shaft, otherwise near rest in
+both directions. With smooth friction, near rest means at the end of the steep part of the law.
+The damping about sliding at the velocity v is
 
     d = c + d(R F_mu)/dv,
 
-with the slope of the friction law and the release of the actuation.
+which includes the slope of the friction law and the release of the actuator.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFrictio
 from wedgebrake.model.part import is_finite, is_number, shown
 from wedgebrake.model.system import BrakedDriveline
 
-# Share of a speed over which the slope of a smooth law is taken by differences.
+# Relative step of the finite differences for the slope of a smooth law.
 _STEP = 1e-5
-# The steep part of a smooth law has ended where it differs from its asymptote by rounding.
+# Relative difference from the asymptote at which the steep part of a smooth law ends: rounding.
 _FLAT = 2.0**-56
 
 
 class Sliding(NamedTuple):
-    """Steady sliding: direction (+1 or -1) and speed, 0 for the limit next to rest [rad/s]."""
+    """Steady sliding: direction (+1 or -1) and speed, 0 for the limit near rest [rad/s]."""
 
     direction: int
     speed: float
 
 
 class DampingLine(NamedTuple):
-    """Damping over the slope of the actuation: ``at_zero + gradient slope`` in (low, high)."""
+    """Damping as a function of the actuation slope: ``at_zero + gradient slope`` in (low, high)."""
 
     low: float
     high: float
@@ -51,12 +51,12 @@ class DampingLine(NamedTuple):
 def damping_at(system: BrakedDriveline, speed: float) -> float:
     """Damping of small vibration about sliding at one velocity: c + d(R F_mu)/dv [N m s/rad].
 
-    Where the torque has a corner, the smaller damping of both sides.
+    At a corner of the torque, the smaller of the two one-sided values.
 
     speed : sliding velocity of the driveline [rad/s], signed, not 0
 
-    Infinite where the brake locks itself. Raises ``InputError`` for a speed that is 0 or no
-    number.
+    Returns inf if the brake locks itself at that speed. Raises ``InputError`` if the speed is 0
+    or not a finite number.
     """
     if not is_number(speed) or not is_finite(speed) or speed == 0.0:
         raise InputError(
@@ -68,18 +68,18 @@ def damping_at(system: BrakedDriveline, speed: float) -> float:
 
 
 def sliding_damping(system: BrakedDriveline) -> float:
-    """The smallest damping of steady sliding [N m s/rad], ``stability(system).damping``."""
+    """Smallest damping of steady sliding [N m s/rad], equal to ``stability(system).damping``."""
     both = (damping_of(system, at) for at in (steady(system, 1), steady(system, -1)) if at)
     return min(both, default=math.inf)
 
 
 def damping_of(system: BrakedDriveline, at: Sliding) -> float:
-    """Damping about one steady sliding [N m s/rad]; inf where the brake locks itself."""
+    """Damping about one case of steady sliding [N m s/rad]; inf if the brake locks itself."""
     return system.driveline.damping + _torque_slope(system, system.actuation, at)
 
 
 def steady(system: BrakedDriveline, direction: int) -> Sliding | None:
-    """The steady sliding in one direction; None where the shaft turns the other way."""
+    """Steady sliding in one direction; None if the shaft turns in the opposite direction."""
     drive = system.driveline.drive_speed
     if drive != 0.0:
         return Sliding(direction, abs(drive)) if drive * direction > 0.0 else None
@@ -90,13 +90,13 @@ def steady(system: BrakedDriveline, direction: int) -> Sliding | None:
 
 
 def is_constant(friction: Friction, speed: float) -> bool:
-    """Whether friction is constant about a sliding speed [m/s], or next to rest for speed 0."""
+    """Return True if friction is constant about a sliding speed [m/s] (0: near rest)."""
     steep = friction.layer(_FLAT) if isinstance(friction, SmoothFriction) else 0.0
     return friction.constant and (speed == 0.0 or speed > 0.999 * steep)
 
 
 def _torque_slope(system: BrakedDriveline, actuation: Actuation, at: Sliding) -> float:
-    """d(R F_mu)/dv with that actuation [N m s/rad]; inf where the brake locks itself."""
+    """d(R F_mu)/dv for an actuation [N m s/rad]; inf if the brake locks itself."""
     if isinstance(system.friction, SetValuedFriction):
         return _slope_of_lines(system, system.friction, actuation, at)
     assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - the only other family
@@ -106,10 +106,10 @@ def _torque_slope(system: BrakedDriveline, actuation: Actuation, at: Sliding) ->
 def _slope_of_lines(
     system: BrakedDriveline, friction: SetValuedFriction, actuation: Actuation, at: Sliding
 ) -> float:
-    """The smaller slope of the linear pieces of the brake torque that meet at a speed."""
+    """Smallest slope of the linear pieces of the brake torque that contain a speed."""
     brake, nodes = system.brake, friction.nodes()
     near = lines.CORNER * at.speed
-    # The nodes on both sides of the speed are all that its pieces depend on.
+    # The pieces depend only on the nodes on both sides of the speed.
     first = _nodes_up_to(nodes, (at.speed - near) * brake.radius) - 1
     last = _nodes_up_to(nodes, (at.speed + near) * brake.radius) + 1
     about = np.array(nodes[max(first, 0) : last])
@@ -125,15 +125,18 @@ def _slope_of_lines(
 
 
 def _nodes_up_to(nodes: tuple[tuple[float, float], ...], speed: float) -> int:
-    """How many nodes of a friction law lie at or below a speed [m/s]."""
+    """Number of nodes of a friction law at or below a speed [m/s]."""
     return bisect_right(nodes, speed, key=itemgetter(0))
 
 
 def _slope_of_curve(
     system: BrakedDriveline, friction: SmoothFriction, actuation: Actuation, at: Sliding
 ) -> float:
-    """The smaller one-sided slope of the brake torque of a smooth friction law."""
+    """Smaller one-sided slope of the brake torque with a smooth friction law."""
     brake = system.brake
+    release, near = actuation.release_speed, lines.CORNER * at.speed
+    if at.speed - near > release:
+        return 0.0
     step = _STEP * at.speed
     gains = [
         abs(brake.amplification(friction.coefficient(at.direction * brake.radius * speed)))
@@ -142,21 +145,19 @@ def _slope_of_curve(
     if not all(math.isfinite(one) for one in gains):
         return math.inf
     twice_before, before, here, after, twice_after = gains
-    # Second order from either side, so that a corner is not averaged away.
+    # One-sided differences of second order, so that a corner is not averaged.
     left = (3.0 * here - 4.0 * before + twice_before) / (2.0 * step)
     right = (4.0 * after - 3.0 * here - twice_after) / (2.0 * step)
-    release, near = actuation.release_speed, lines.CORNER * at.speed
-    rates = [actuation.slope] if at.speed - near <= release else []
-    rates += [0.0] if at.speed + near >= release else []
+    rates = [actuation.slope, 0.0] if at.speed + near >= release else [actuation.slope]
     force = actuation.force(at.speed)
     return brake.radius * (min(rate * here for rate in rates) + force * min(left, right))
 
 
 def lines_over_slope(system: BrakedDriveline, at: Sliding) -> list[DampingLine]:
-    """The damping over the slope of the actuation, while it presses the brake.
+    """Damping as a function of the actuation slope, while the brake is pressed.
 
-    Linear between the slopes at which the release comes to the sliding speed and to the end of
-    the friction law's piece there.
+    It is piecewise linear; the pieces end at the slopes for which the release speed equals the
+    sliding speed or the end of the linear piece of the friction law there.
     """
     actuation, brake, friction = system.actuation, system.brake, system.friction
     edges = [-math.inf, math.inf]
@@ -166,6 +167,8 @@ def lines_over_slope(system: BrakedDriveline, at: Sliding) -> list[DampingLine]:
         pass
     elif friction.constant:
         gain = abs(brake.amplification(at.direction * friction.reference))
+        if math.isinf(gain):
+            return []
         return [DampingLine(edges[0], edges[1], system.driveline.damping, brake.radius * gain)]
     elif actuation.release:
         nodes = (speed / brake.radius for speed, _ in friction.nodes())

@@ -25,23 +25,23 @@ AXES = ("eta", "alpha", "kinetic", "loss_factor")
 
 
 def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
-    """Linear stability over a grid of groups, as ``stability`` gives it for each point.
+    """Linear stability over a grid of groups, as ``stability`` for each point.
 
-    system : what is changed
+    system : the machine whose groups are varied
     axes   : one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an array of
-             values; the dimensions of the result come in this order. All other groups are
-             those of the system, its drive speed and initial actuation force too.
+             values; the dimensions of the result are in this order. All other groups, the drive
+             speed and the initial actuation force are those of the system.
 
-    Returns a dataset with, over those dimensions: ``margin`` (the smaller one in eta [1]; nan
-    where the brake is released at the speed of the shaft), ``stable``, ``growth`` (largest
-    real part over the natural frequency [1]) and ``locked``: no forward sliding exists, and the
-    backward direction alone is judged; of a turning shaft, no sliding at its speed.
+    Returns a dataset with these variables over those dimensions: ``margin`` (smallest margin in
+    eta [1]; nan if the brake is released at the speed of the shaft), ``stable``, ``growth``
+    (largest real part divided by the natural frequency [1]) and ``locked`` (no forward sliding
+    exists, and only backward sliding is judged; on a turning shaft, no sliding at its speed).
 
-    With constant friction the whole grid is computed at once; otherwise point by point, some
-    thousand points a second.
+    With constant friction the whole grid is computed at once, otherwise point by point at about
+    a thousand points per second.
 
-    Raises ``InputError`` for what is no ``BrakedDriveline``, unknown axes, empty or
-    non-finite values.
+    Raises ``InputError`` if the system is not a ``BrakedDriveline``, for unknown axes, and for
+    empty or non-finite values.
     """
     import xarray as xr
 
@@ -63,7 +63,7 @@ def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
 
 
 def _grid(system: BrakedDriveline, axes: dict[str, ArrayLike]) -> dict[str, FloatArray]:
-    """The values of a map's groups, to be broadcast: its axes, and single ones of the system."""
+    """Values of the groups, to be broadcast: arrays for the axes, scalars of the system."""
     if not axes:
         raise InputError(f"axes: none given. Give at least one of {', '.join(AXES)}.")
     values: dict[str, FloatArray] = {}
@@ -87,32 +87,32 @@ def _grid(system: BrakedDriveline, axes: dict[str, ArrayLike]) -> dict[str, Floa
 
 
 def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """The variables of a map with constant friction, whose damping is c (1 + eta/D)."""
+    """Variables of a map with constant friction, whose damping is c (1 + eta/D)."""
     line = system.driveline
     eta, kinetic, loss = (values[name] for name in ("eta", "kinetic", "loss_factor"))
     forward, backward = _widths(system, values)
-    locked = ~(forward > 0.0)
-    widths = [np.where(locked, np.nan, forward), backward]
-    pressed = np.asarray(True)
+    damping = loss * math.sqrt(line.stiffness * line.inertia)
+    slope = eta * damping / (system.brake.radius * kinetic)
+    force = system.actuation.initial_force + slope * abs(line.drive_speed)
+    limit = (force == 0.0) & (slope >= 0.0) & (line.drive_speed == 0.0)  # pressed next to rest
+    pressed = (force > 0.0) | limit | (not system.actuation.release)
+    locked = ~(forward > 0.0) & pressed
+    widths = list(np.broadcast_arrays(np.where(locked, np.nan, forward), backward))
     if line.drive_speed != 0.0:
         widths = widths[:1] if line.drive_speed > 0.0 else widths[1:]
         locked = np.isnan(widths[0])
-        damping = loss * math.sqrt(line.stiffness * line.inertia)
-        slope = eta * damping / (system.brake.radius * kinetic)
-        force = system.actuation.initial_force + slope * abs(line.drive_speed)
-        pressed = (force > 0.0) | (not system.actuation.release)
     growth = [_growth(loss, np.where(pressed, eta, 0.0), width) for width in widths]
     margin = np.where(pressed, eta + np.fmin.reduce(widths), np.nan)
     return {
         "margin": margin,
-        "stable": np.where(pressed, margin > 0.0, ~locked) & (line.stiffness > 0.0),
+        "stable": np.where(pressed, margin > 0.0, True) & (line.stiffness > 0.0),
         "growth": np.fmax.reduce(growth),
         "locked": locked,
     }
 
 
 def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """The variables of a map, point by point."""
+    """Variables of a map, point by point."""
     grid = np.broadcast_arrays(*values.values())
     found = {name: np.full(grid[0].shape, np.nan) for name in ("margin", "growth")}
     found |= {name: np.zeros(grid[0].shape, dtype=bool) for name in ("stable", "locked")}
@@ -151,7 +151,7 @@ def _axis(name: str, given: ArrayLike) -> FloatArray:
 
 
 def _widths(system: BrakedDriveline, values: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
-    """D of both directions; not above zero where the brake locks itself."""
+    """D of both directions; zero or negative if the brake locks itself."""
     kinetic = values["kinetic"]
     if isinstance(system.brake, WedgeBrake):
         tangent = values["alpha"] * kinetic if "alpha" in values else math.tan(system.brake.angle)

@@ -1,11 +1,11 @@
-"""The linear verdict: eigenvalues and bifurcation points of steady sliding, in numbers and words.
+"""Linear verdict: eigenvalues and bifurcation points of steady sliding, in numbers and words.
 
-Where friction is constant and the brake is pressed, the damping of sliding is, of the paper,
+With constant friction and a pressed brake the damping of sliding is that of the paper,
 
     d = c + R delta |g(+-mu_k)| = c (1 + eta/D),   D = mu_k/|g(+-mu_k)|,
 
-so that D = tan(alpha_w) -+ mu_k for the wedge and D = 1 for the conventional brake. Friction at
-rest dissipates, so the nonlinear verdict is another one.
+with D = tan(alpha_w) -+ mu_k for the wedge and D = 1 for the conventional brake. Friction at
+rest dissipates, so that the nonlinear behaviour may differ from the linear verdict.
 """
 
 from __future__ import annotations
@@ -35,19 +35,20 @@ class DirectionStability(Result):
     """Linear stability of steady sliding in one direction.
 
     direction   : +1 forwards, -1 backwards
-    speed       : sliding speed that the rest is about [rad/s]: of a turning shaft its own, with
-                  smooth friction the end of its steep part, otherwise 0, the limit next to
-                  rest; None where the shaft turns the other way, so that steady sliding in this
-                  direction does not exist and all that follows is None
-    locked      : the brake locks itself: sliding at that speed does not exist and all that
-                  follows but hopf_angle is None
+    speed       : sliding speed to which the values refer [rad/s]: that of a turning shaft;
+                  otherwise with smooth friction the end of its steep part, else 0 for the limit
+                  near rest. None if the shaft turns in the opposite direction: there is no
+                  steady sliding in this direction, and all values below are None
+    locked      : the brake locks itself: there is no sliding at that speed, and all values
+                  below except hopf_angle are None
+    released    : the actuation force is zero at that speed, and the damping that of the driveline
     damping     : c + d(R F_mu)/dv [N m s/rad]
     growth_rate : h = -damping/2J [1/s]  (eqs. 11, 26)
     eigenvalues : h +- sqrt(h^2 - w_n^2) [1/s]  (eqs. 12, 27)
     stable      : both real parts negative
     oscillates  : the eigenvalues are complex
-    hopf_slope  : slope of the actuation force at which the damping vanishes [N s/rad]; the
-                  nearest to the present one where there are several
+    hopf_slope  : slope of the actuation force at which the damping vanishes [N s/rad]; if
+                  there are several, the nearest to the present slope
     node_focus_stable_slope, node_focus_unstable_slope
                 : slopes at which oscillation ends, where the damping is +-2 sqrt(kJ)
     hopf_eta, node_focus_stable_eta, node_focus_unstable_eta
@@ -55,18 +56,19 @@ class DirectionStability(Result):
                   (eqs. 13, 28, 29)
     margin_slope: distance of the slope from hopf_slope, positive where stable [N s/rad]
     margin_eta  : the same in eta
-    hopf_angle  : of a wedge with constant friction: angle at which the damping vanishes, stable
-                  above it, with all else (the slope, and so eta) as it is: tan = +-mu_k - eta
-                  [rad]; None where the damping vanishes at no angle that slides
+    hopf_angle  : of a wedge with constant friction: angle at which the damping vanishes for the
+                  present slope and eta, tan = +-mu_k - eta [rad]; sliding is stable above it.
+                  None if the damping does not vanish at any angle that permits sliding
 
-    The points in eta are None where eta is not defined (c = 0); a point is None where no slope
-    gives it, as for a brake without friction; the margins are None where the brake is released
-    at that speed.
+    The points in eta are None if eta is not defined (c = 0). A point is None if it exists for no
+    slope, as for a brake without friction. The margins are None if the brake is released at that
+    speed.
     """
 
     direction: int
     speed: float | None
     locked: bool
+    released: bool = False
     damping: float | None = None
     growth_rate: float | None = None
     eigenvalues: tuple[complex, complex] | None = None
@@ -84,7 +86,7 @@ class DirectionStability(Result):
 
     @property
     def state(self) -> str:
-        """The course of small vibration: "decays", "grows", "does not decay"; "" if no sliding."""
+        """Course of small vibration: "decays", "grows", "does not decay"; "" without sliding."""
         if self.damping is None:
             return ""
         if self.damping < 0.0:
@@ -101,7 +103,7 @@ class DirectionStability(Result):
     def _headline(self) -> str:
         way = "forwards" if self.direction > 0 else "backwards"
         if self.speed is None:
-            return f"Sliding {way}: the shaft turns the other way."
+            return f"Sliding {way}: does not exist; the shaft turns the other way."
         if self.locked:
             return f"Sliding {way}: the brake locks itself."
         return f"Sliding {way}: small vibration {self.state}."
@@ -112,18 +114,19 @@ class Stability(Result):
     """The linear verdict on steady sliding.
 
     forward, backward
-                  : the two directions; of a turning shaft only its own exists
-    stable        : steady sliding exists, and decays in every direction in which it does
-    damping       : the smallest of the directions that exist [N m s/rad]; inf if none does
-    margin_eta    : the smaller margin of the two directions, in eta; None if not defined
+                  : the two directions; on a turning shaft sliding exists only in its direction
+    stable        : steady sliding exists, and small vibration decays in each direction in which
+                    it exists
+    damping       : smallest damping of those directions [N m s/rad]; inf if there is none
+    margin_eta    : smallest margin of those directions in eta; None if not defined
     margin_slope  : the same in slope of the actuation force [N s/rad]
     self_locking  : "none", "static" (a brake at rest cannot break loose forwards, but slides
                     forwards at speeds at which friction is lower) or "kinetic" (no forward
                     sliding exists)
-    verdict       : all that in words
+    verdict       : the above in words
     kinetic_locking_angle, static_locking_angle
-                  : of a wedge: the angles up to which its self-locking is "kinetic" and at
-                    least "static", atan(mu_k) and atan(mu_s) [rad]; None for other brakes
+                  : of a wedge: largest angles at which self_locking is "kinetic" and at least
+                    "static", atan(mu_k) and atan(mu_s) [rad]; None for other brakes
     """
 
     forward: DirectionStability
@@ -156,10 +159,12 @@ class Stability(Result):
 def stability(system: BrakedDriveline) -> Stability:
     """Linear stability of steady sliding (eqs. 8 to 13, 23 to 29).
 
-    Sliding at the shaft's own speed where the shaft turns, and next to rest in both directions
-    where it does not, with the slope of the friction law and the release at that speed.
+    On a turning shaft sliding is judged at the speed of the shaft, otherwise near rest in both
+    directions, with the slope of the friction law and the release at that speed.
 
-    Raises ``InputError`` for what is no ``BrakedDriveline``.
+    system : the machine
+
+    Raises ``InputError`` if the system is not a ``BrakedDriveline``.
     """
     check_system(system)
     forward, backward = (_direction(system, side) for side in (1, -1))
@@ -184,7 +189,7 @@ def stability(system: BrakedDriveline) -> Stability:
 
 
 def _nearest_slope(curve: list[DampingLine], damping: float, slope: float) -> float | None:
-    """The slope of the actuation that gives a damping, the nearest to the present one."""
+    """Actuation slope nearest to the present one that gives a damping; None if there is none."""
     found = [
         at
         for line in curve
@@ -216,7 +221,8 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
         points[f"{name}_slope"] = _nearest_slope(curve, wanted, slope)
         points[f"{name}_eta"] = _as_eta(system, points[f"{name}_slope"])
     margins = dict.fromkeys(("margin_slope", "margin_eta"))
-    if at.speed < system.actuation.release_speed:
+    released = at.speed >= system.actuation.release_speed
+    if not released:
         for name, present in (("slope", slope), ("eta", _as_eta(system, slope))):
             hopf = points[f"hopf_{name}"]
             if hopf is not None and present is not None:
@@ -225,6 +231,7 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
         direction=side,
         speed=at.speed,
         locked=False,
+        released=released,
         damping=damping,
         growth_rate=rate,
         eigenvalues=_eigenvalues(rate, natural),
@@ -237,7 +244,7 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
 
 
 def _hopf_angle(system: BrakedDriveline, at: Sliding) -> float | None:
-    """Wedge angle at which eta = -D = -(tan(angle) - side mu_k), among those that slide [rad]."""
+    """Wedge angle at which eta = -D = -(tan(angle) - side mu_k), if sliding exists there [rad]."""
     eta = _as_eta(system, system.actuation.slope)
     constant = is_constant(system.friction, at.speed * system.brake.radius)
     pressed = at.speed < system.actuation.release_speed
@@ -253,7 +260,7 @@ def _eigenvalues(rate: float, natural: float) -> tuple[complex, complex]:
     root = cmath.sqrt(rate * rate - natural * natural)
     if root.imag != 0.0 or rate == 0.0:
         return rate + root, rate - root
-    # Real roots: their product is w_n^2, which spares the smaller one the cancellation.
+    # The smaller real root follows from the product w_n^2, without cancellation.
     large = rate + math.copysign(root.real, rate)
     small = natural * natural / large
     return complex(max(large, small)), complex(min(large, small))
@@ -273,21 +280,24 @@ def _self_locking(system: BrakedDriveline) -> str:
 
 
 def _locking_coefficients(system: BrakedDriveline) -> tuple[float, float]:
-    """Friction coefficients that decide on locking while it slides, and at rest."""
+    """Friction coefficients that decide on self-locking during sliding and at rest."""
     kinetic = system.friction.reference
-    # With a table the brake may slide at the speeds where friction is least.
+    # With tabulated friction the brake may slide at the speeds of least friction.
     least = min(getattr(system.friction, "coefficients", (kinetic,)))
     return least, max(kinetic, float(getattr(system.friction, "static", kinetic)))
 
 
 def _verdict(system: BrakedDriveline, found: Stability) -> str:
     drive = system.driveline.drive_speed
-    where = "" if drive == 0.0 else f" at the shaft's speed, {drive:.6g} rad/s"
+    where = "" if drive == 0.0 else f" at the shaft speed of {drive:.6g} rad/s"
     words = []
     if found.self_locking == "kinetic":
+        slides = found.forward.damping is not None
         words.append(
-            "The brake locks itself forwards: no forward sliding exists, and no torque breaks it"
-            " loose forwards."
+            "The brake locks itself forwards wherever the actuator presses it."
+            if slides
+            else "The brake locks itself forwards: no forward sliding exists, and no torque breaks"
+            " it loose forwards."
         )
     elif found.self_locking == "static":
         words.append(
@@ -297,11 +307,11 @@ def _verdict(system: BrakedDriveline, found: Stability) -> str:
         )
     for name, one in (("forwards", found.forward), ("backwards", found.backward)):
         if one.locked and drive != 0.0:
-            words.append(f"Sliding {name}{where}, does not exist: the brake locks itself.")
+            words.append(f"Sliding {name}{where} does not exist: the brake locks itself.")
         if one.damping is None:
             continue
         how = "oscillating" if one.oscillates else "without oscillation"
-        margin = ""
+        margin = ", the actuator is released" if one.released else ""
         if one.margin_eta is not None:
             margin = f", margin {one.margin_eta:+.4g} in eta"
         elif one.margin_slope is not None:
@@ -312,8 +322,8 @@ def _verdict(system: BrakedDriveline, found: Stability) -> str:
         release = system.actuation.release_speed
         if not found.stable and math.isfinite(release):
             words.append(
-                "Growing vibration is limited at the latest when the actuator releases, at a"
-                f" sliding speed of {release:.6g} rad/s. Simulate the system to see the motion."
+                "Growing vibration is limited at the latest by the release of the actuator, at a"
+                f" sliding speed of {release:.6g} rad/s. Simulate the system to find the motion."
             )
     return " ".join(words)
 

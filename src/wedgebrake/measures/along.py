@@ -22,13 +22,13 @@ FloatArray = NDArray[np.float64]
 class Along:
     """The motion along arcs, each (n,); functions of it take shares x of the arcs, (m,) or (n, m).
 
-    local : time of the beginnings since a whole period of the torque began [s], as the solvers
-            count it: the phase keeps its digits in long runs
+    local : start times of the arcs within a period of the torque [s], as used by the solvers:
+            the phase keeps its digits in long runs
     stuck : whether the brake sticks
     rest  : whether it rests; under a smooth law it sticks, but creeps
     first, last : accelerations at both ends, on their side of a jump [rad/s^2]
-    closed : the closed form, of a response of "exact" whose law is known; else None, and the
-             velocity is interpolated
+    closed : closed form of the motion, for a response of "exact" with a known law; otherwise
+             None, and the velocity is interpolated
     """
 
     def __init__(self, response: xr.Dataset, given: Machine, along: Arcs) -> None:
@@ -57,11 +57,11 @@ class Along:
         return some
 
     def alike(self) -> list[NDArray[np.intp]]:
-        """The arcs in groups: one ``rule`` serves all of a group."""
+        """Groups of arcs that share a quadrature ``rule``."""
         return [np.arange(self.local.size)] if self.closed is None else self.closed.alike()
 
     def rule(self) -> tuple[FloatArray, FloatArray]:
-        """Nodes and weights (m,) of a quadrature over each of some alike arcs."""
+        """Nodes and weights (m,) of the quadrature over each arc of a group of ``alike``."""
         return (NODES, WEIGHTS) if self.closed is None else self.closed.rule()
 
     def drive(self, x: FloatArray) -> FloatArray:

@@ -59,7 +59,7 @@ class Arcs:
 
     @property
     def inner_velocity(self) -> FloatArray:
-        """A velocity [rad/s] between the least and the largest of an arc, however it moves."""
+        """A velocity [rad/s] between the smallest and largest of an arc, for any motion."""
         return 0.5 * self.rise / self.length + 0.25 * (self.before + self.after)
 
     def velocity(self, x: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The motion between the states of an exact response, as the solver had it: in closed form."""
+"""Closed form of the motion between the recorded states of an exact response."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from wedgebrake.measures.machine import Machine, piece_of
 
 FloatArray = NDArray[np.float64]
 
-# The six nodes integrate a product of two velocities to rounding over this share of a time
-# constant of either.
+# Interval, in time constants, over which six nodes integrate a product of two velocities exactly
+# to rounding.
 _STRETCH = 0.5
-# After so many time constants a part of the motion is below rounding.
+# Number of time constants after which a part of the motion is below rounding.
 _GONE = 40.0
 
 
 class Closed:
-    """Velocities along arcs that each lie in one linear piece of the torque or rest, (n,) arcs.
+    """Velocities along n arcs, each in one linear piece of the torque or at rest.
 
     pace   : (n,) lengths of the arcs in time constants of the faster of two real roots: negative
-             where that part of the motion decays, 0 where there is none
-    missed : (n,) how far the closed form from the beginning of an arc misses the velocity at its
-             end [rad/s]: rounding, unless the response is not of the machine that it describes
+             if that part of the motion decays, 0 if the roots are complex or the arc is at rest
+    missed : (n,) recorded velocity at the end of an arc minus that of the closed form [rad/s]:
+             rounding, unless the response does not belong to the machine that it describes
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Closed:
         from wedgebrake._kernels.flow import G2
         from wedgebrake.solvers.exact import problem
 
-        assert given.system is not None  # noqa: S101 - what has a closed form is known
+        assert given.system is not None  # noqa: S101 - a closed form needs a known system
         self.problem = problem(given.system)
         self.along, self.local = along, local
         self.piece = np.where(rest, REST, piece_of(given, along))
@@ -58,7 +58,7 @@ class Closed:
     def velocity(self, x: FloatArray) -> FloatArray:
         """Velocity [rad/s] at the shares ``x`` of each arc, (n, m); x is (m,) or (n, m).
 
-        It is that of both recorded states, so that it tells the recorded motion.
+        At both ends it equals the recorded velocity.
         """
         from wedgebrake._kernels.along import velocities
 
@@ -74,16 +74,16 @@ class Closed:
         return found + x * self.missed[:, None]
 
     def alike(self) -> list[NDArray[np.intp]]:
-        """The arcs in groups, each of paces that differ by a factor of two at most."""
+        """Groups of arcs whose paces differ by a factor of two at most."""
         size = np.maximum(np.abs(self.pace) / _STRETCH, 1.0)
         group = np.sign(self.pace) * np.ceil(np.log2(size))
         return [np.flatnonzero(group == one) for one in np.unique(group)]
 
     def rule(self) -> tuple[FloatArray, FloatArray]:
-        """Nodes and weights (m,) that integrate over each of some alike arcs, to rounding.
+        """Nodes and weights (m,) that integrate over each arc of a group, exact to rounding.
 
-        Gauss and Legendre's in stretches as short as the motion is fast. The part of a fast real
-        root is followed until it is over, with less care as less is left of it.
+        A composite Gauss-Legendre rule whose intervals match the time scales of the motion. For
+        a fast real root the intervals grow while its part decays, until it is below rounding.
         """
         w2 = self.problem.stiffness / self.problem.inertia
         slow = float(np.max(self.along.length)) * max(self.problem.omega, float(np.sqrt(w2)))

@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 # Recorded states must not lie further apart than these shares of the torque's period and of
 # the natural one.
 _FORCED, _FREE = 0.1, 0.25
-# So many states are integrated at a time.
+# Number of states that are integrated at a time.
 _BLOCK = 300_000
 # States closer than this share of a period are one.
 _SAME = 1e-12
@@ -52,13 +52,14 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         int T theta' dt, int drive_speed R F_mu dt, int c theta'^2 dt, int R F_mu v dt
 
     Every integral is one over the motion between the recorded states, and none is found from
-    the others: the residual tells how exact they are. Of "exact" responses the motion between
-    is known in closed form, whatever the sampling, and the residual is rounding: below 1e-12 of
-    what is turned over, more only where the rounding of the recorded times alone moves more
-    energy (a torque much slower than a vibration of little damping). A smooth law passes through
-    its steep layer between two samples: some 1e-6 with 200 samples in a period, 1e-3 with 20. A
-    law that the response does not hold (custom friction, a brake without a kind) is read off the
-    samples, at about the same price. "ode14x" adds its own error.
+    the others: the residual measures their error. For responses of "exact" the motion between
+    the states is known in closed form, whatever the sampling, and the residual is rounding: below
+    1e-12 of the energy turned over, more only if the rounding of the recorded times corresponds
+    to more energy (a torque much slower than a lightly damped vibration). A smooth law passes
+    through its steep layer between two samples: the residual is some 1e-6 with 200 samples in a
+    period, 1e-3 with 20. A law that the response does not contain (custom friction, a brake
+    without a kind) is reconstructed from the samples, with a similar residual. "ode14x" adds its
+    own error.
 
     Parameters
     ----------
@@ -109,13 +110,13 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
 def _integrals(
     response: xr.Dataset, given: Machine, along: _arcs.Arcs, times: FloatArray
 ) -> dict[str, FloatArray]:
-    """The integrals over each period, some arcs at a time to bound the memory."""
+    """Integrals over each period, computed in blocks of arcs to limit the memory."""
     motion = Along(response, given, along)
     number, count = np.searchsorted(times, along.middle) - 1, times.size - 1
     sums = {name: np.zeros(count) for name in _INTEGRALS}
     for group in motion.alike():
         rule = motion.rows(group).rule()
-        # Whole periods, so that nothing depends on how many there are at a time.
+        # Blocks of whole periods, so that the result does not depend on their size.
         several = max(1, _BLOCK * count // (group.size * rule[0].size))
         cuts = np.searchsorted(number[group], np.arange(several, count, several))
         for rows in filter(np.size, np.split(group, cuts)):
@@ -128,10 +129,10 @@ def _integrals(
 
 
 class _Some(NamedTuple):
-    """Some arcs of a motion, and its integrals over each of ``several`` periods.
+    """Some arcs of a motion, and the integrals over each of ``several`` periods.
 
     rule   : nodes and weights (m,) of the quadrature over an arc
-    period : (n,) that of each arc
+    period : (n,) index of the period of each arc
     """
 
     motion: Along

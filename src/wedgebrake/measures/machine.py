@@ -98,12 +98,12 @@ def law_along(response: xr.Dataset, given: Machine, along: Arcs) -> Law:
 
 
 def piece_of(given: Machine, along: Arcs) -> NDArray[np.intp]:
-    """The piece of the characteristic that each arc is in, of a known set-valued law."""
-    assert given.system is not None  # noqa: S101 - its callers ask for known systems alone
+    """Piece of the characteristic of each arc, for a known set-valued law."""
+    assert given.system is not None  # noqa: S101 - callers check that it is known
     law = given.system.characteristic
     inside = along.inner_velocity + given.driveline.drive_speed
     piece = law.piece(inside)
-    # Where a self-locking brake cannot slide, a direction is rounding.
+    # A sliding direction in which a self-locking brake cannot slide is a rounding error.
     forward = (inside > 0.0) == np.isfinite(law.offsets[piece])
     first = law.first_forward
     return np.where(forward, np.maximum(piece, first), np.minimum(piece, first - 1))

@@ -69,9 +69,10 @@ class Motion(Result):
     @property
     def verdict(self) -> str:
         """The class and its evidence in a sentence."""
-        text = f"{self.word}, {self.stick_class}" if self.settled else self.word
         if self.kind in ("diverged", "self-locked"):
-            return f"{text}."
+            return f"{self.word}."
+        alike = not self.settled or self.stick_class == self.word
+        text = self.word if alike else f"{self.word}, {self.stick_class}"
         if self.status != "completed":
             return f"{text}: the run was stopped ({self.status})."
         if self.order:

@@ -63,7 +63,7 @@ class Brake(Member):
         return math.isinf(self.amplification(m))
 
 
-# A gap between the arms below this share of them is rounding: tan(atan(mu)) is mu.
+# A relative difference of the arms below this value is rounding, as of tan(atan(mu)) from mu.
 _GAP = 2.0**-50
 
 

@@ -1,4 +1,4 @@
-"""Objects that show themselves: a short line in a terminal, a table in a notebook."""
+"""Display of results: one line in a terminal, a table in a notebook."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from wedgebrake.model.part import Part, is_number, labels, shown
 
-# SI units by the name of a result; names that are missing have none.
+# SI units by attribute name; names that are missing have no unit.
 _UNITS = {
     **dict.fromkeys(("angle", "angle_amplitude", "hopf_angle"), "rad"),
     **dict.fromkeys(("kinetic_locking_angle", "static_locking_angle"), "rad"),
@@ -25,19 +25,19 @@ _UNITS = {
     "damping": "N m s/rad",
     "friction_power": "W",
 }
-# Values of a list that are told one by one.
+# Longest list whose values are displayed individually.
 _FEW = 6
 
 
 class Tabular:
-    """Base of objects that notebooks show as a table."""
+    """Base class of objects that notebooks display as a table."""
 
     def _headline(self) -> str:
-        """One line above the table."""
+        """Line above the table."""
         return str(getattr(self, "verdict", type(self).__name__))
 
     def _rows(self) -> Iterable[tuple[str, Any, str]]:
-        """Name, value and unit of each row; of a dataclass: of its fields, if not empty."""
+        """Name, value and unit of each row; for a dataclass its fields that are not empty."""
         for one in dataclasses.fields(self):  # type: ignore[arg-type]
             value = getattr(self, one.name)
             if one.repr and one.name != "verdict" and _words(value):
@@ -48,14 +48,14 @@ class Tabular:
 
 
 class Result(Tabular):
-    """Base of results that say their verdict, not their fields; dataclasses with ``repr=False``."""
+    """Base class of results whose repr is the verdict; dataclasses with ``repr=False``."""
 
     def __repr__(self) -> str:
         return f"{self._headline()} ({type(self).__name__})"
 
 
 def part_rows(name: str, part: Part, fields: Iterable[str]) -> Iterator[tuple[str, Any, str]]:
-    """Rows of some fields of a part of the machine or of a study."""
+    """Table rows of the given fields of a part of the machine or of a study."""
     for one in fields:
         unit = str(labels(type(part).model_fields[one]).get("unit", ""))
         yield f"{name}.{one}", getattr(part, one), "" if unit in ("1", "-") else unit
@@ -72,14 +72,14 @@ def _table(of: Tabular) -> str:
 
 
 def _cell(value: Any) -> str:
-    """A value as HTML; what has a table of its own can be opened."""
+    """Value as HTML; an object with its own table becomes an expandable section."""
     if isinstance(value, Tabular):
         return f"<details><summary>{escape(value._headline())}</summary>{_table(value)}</details>"
     return escape(_words(value))
 
 
 def _words(value: Any) -> str:
-    """A value in few digits; nothing for what is empty."""
+    """Value as text with six digits; empty for None."""
     if value is None:
         return ""
     if isinstance(value, str):

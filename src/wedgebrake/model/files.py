@@ -13,9 +13,9 @@ from wedgebrake.errors import OutputError
 
 
 def write(target: Path, content: bytes) -> None:
-    """Write a file, complete or, after an error, as it was.
+    """Write a file atomically: after an error its previous state is unchanged.
 
-    Raises ``OutputError`` where nothing can be written.
+    Raises ``OutputError`` if the file cannot be written.
     """
     with whole(target) as file:
         file.write(content)
@@ -23,12 +23,12 @@ def write(target: Path, content: bytes) -> None:
 
 @contextlib.contextmanager
 def whole(target: Path) -> Iterator[IO[bytes]]:
-    """Open a file that takes the name ``target`` when the block ends without an error.
+    """Open a temporary file that is renamed to ``target`` when the block ends without an error.
 
-    Until then it lies beside ``target`` under another name; after an error, or Ctrl-C, it is
-    gone, and what had the name before is as it was.
+    The temporary file is in the folder of ``target``. After an error, or Ctrl-C, it is removed,
+    and an existing ``target`` is unchanged.
 
-    Raises ``OutputError`` where nothing can be written, also for an ``OSError`` of the block.
+    Raises ``OutputError`` if the file cannot be written, also for an ``OSError`` in the block.
     """
     beside = target.with_name(f".{target.name}.{secrets.token_hex(6)}.part")
     try:
@@ -39,7 +39,7 @@ def whole(target: Path) -> Iterator[IO[bytes]]:
         with file:
             yield file
             file.flush()
-            # A disk may say only now that it is full.
+            # A full disk may be reported only here.
             os.fsync(file.fileno())
         beside.replace(target)
     except BaseException as error:
@@ -53,6 +53,6 @@ def whole(target: Path) -> Iterator[IO[bytes]]:
 def _not_written(target: Path, error: OSError | ValueError) -> OutputError:
     reason = str(getattr(error, "strerror", None) or error).lower()
     return OutputError(
-        f"path = {str(target)!r}: cannot be written ({reason}). Make room, or choose"
-        " a folder that exists and that you may write to."
+        f"path = {str(target)!r}: cannot be written ({reason}). Free disk space, or"
+        " choose an existing folder with write permission."
     )

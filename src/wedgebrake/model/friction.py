@@ -83,7 +83,7 @@ class SmoothFriction(Friction):
 
     @property
     def narrow_places(self) -> tuple[tuple[float, float], ...]:
-        """(sliding speed, half width) of steep parts away from rest, in both directions [m/s]."""
+        """(sliding speed, half width) of narrow features away from rest [m/s]."""
         return ()
 
     @property
@@ -300,10 +300,10 @@ class SmoothedFriction(SmoothFriction):
 # A law that has this share of its friction at this share of its width jumps at rest, or is
 # steeper than stated: the solver would creep through the jump for ever, or not see the layer.
 _INSIDE, _JUMP = 1e-3, 0.5
-# A law is taken as straight within this share of its width: what it misses of 0 at rest, by
-# rounding or by the tail of a bump, would be a jump there that the solver steps to and fro over.
+# Share of its width within which a law is replaced by a straight line: a value at rest other than
+# 0, from rounding or the tail of a bump, would be a jump that the solver crosses again and again.
 _STRAIGHT = 1e-6
-# Narrow places: relative half width at least, and speed at most [m/s].
+# Narrow features: smallest half width relative to the speed, and largest speed [m/s].
 _SHARPEST, _FASTEST = 1e-9, 1e6
 
 
@@ -311,13 +311,13 @@ class CustomFriction(SmoothFriction):
     """A smooth law of your own: m(v_r), a function that Numba can compile.
 
     ``law`` takes the sliding speed v_r [m/s] and returns the signed friction coefficient;
-    it may have a kink at v_r = 0. Within 1e-6 of the width it is taken as straight through 0, so
-    that rounding is no friction at rest. ``width`` is the half width of its steep part about zero
-    speed [m/s]: the solver never steps across that layer unseen. Away from rest its steps grow
-    with the speed, to about a third of it, and the error control sees nothing that lies between
-    their stages: ``narrow`` names every place there where the law changes within less, as
-    (sliding speed, half width) [m/s] for both directions. A bump that is not named may be stepped
-    over, at any rtol.
+    it may have a kink at v_r = 0. Below 1e-6 of the width it is replaced by a straight line through
+    0, so that rounding causes no friction at rest. ``width`` is the half width of its steep part
+    about zero speed [m/s]: the solver never steps across that layer without resolving it. Away
+    from rest the steps grow with the speed, to about a third of it, and the error control does
+    not detect features between their stages: ``narrow`` declares each narrower feature as
+    (sliding speed, half width) [m/s], for both directions. An undeclared feature may be missed
+    at any rtol.
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
@@ -328,7 +328,7 @@ class CustomFriction(SmoothFriction):
     )
     kinetic: float = _kinetic(default=0.0)
     narrow: tuple[tuple[float, float], ...] = Field(
-        description="narrow places of the law away from rest: (sliding speed, half width) [m/s]",
+        description="narrow features of the law away from rest: (sliding speed, half width) [m/s]",
         json_schema_extra={"symbol": "-", "unit": "m/s", "example": [[0.5, 0.002]]},
         default=(), max_length=1000, strict=False,
     )  # fmt: skip
@@ -339,9 +339,9 @@ class CustomFriction(SmoothFriction):
             if not (0.0 < speed <= _FASTEST and _SHARPEST * speed <= width <= _FASTEST):
                 raise ValueError(
                     f"friction.narrow[{i}] = {(speed, width)!r}: must be a sliding speed above 0"
-                    f" and a half width of at least {_SHARPEST:g} of it, both at most"
-                    f" {_FASTEST:g} m/s."
-                    " Both directions are meant; the place at rest is described by width."
+                    f" and a half width of at least {_SHARPEST:g} times the speed, both at most"
+                    f" {_FASTEST:g} m/s. It applies to both directions; use width for the steep"
+                    " part at rest."
                 )
         return self
 
@@ -381,11 +381,11 @@ class CustomFriction(SmoothFriction):
 
     @property
     def narrow_places(self) -> tuple[tuple[float, float], ...]:
-        """Those stated [m/s]."""
+        """The declared ``narrow`` features [m/s]."""
         return self.narrow
 
     def shape(self) -> tuple[float, ...]:
-        """(speed [m/s] below which the law is straight, its slopes forwards, backwards [s/m])."""
+        """(largest speed of the straight line [m/s], its slopes forwards and backwards [s/m])."""
         near = _STRAIGHT * self.width
         return (near, self.coefficient(near) / near, -self.coefficient(-near) / near)
 

@@ -1,4 +1,4 @@
-"""Datasets as netCDF-4, to a file or into memory."""
+"""Datasets as netCDF-4, in a file or in memory."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 
 
 def write_netcdf(dataset: xr.Dataset, target: Path) -> None:
-    """Write a dataset as netCDF-4; the file is complete or, after an error, as it was.
+    """Write a dataset as netCDF-4, atomically: after an error an existing file is unchanged.
 
-    Raises ``OutputError`` where nothing can be written, a full disk for example.
+    Raises ``OutputError`` if the file cannot be written, for example on a full disk.
     """
     with whole(target) as file:
         _put(dataset, file)
 
 
 def netcdf(dataset: xr.Dataset) -> bytes:
-    """What stands in the netCDF-4 file of a dataset."""
+    """Content of the netCDF-4 file of a dataset."""
     content = io.BytesIO()
     _put(dataset, content)
     return content.getvalue()
@@ -42,10 +42,11 @@ def _put(dataset: xr.Dataset, file: IO[bytes]) -> None:
 
 
 class _Guarded:
-    """A file that HDF5 can always write, also on a full disk.
+    """File object whose write operations never fail for HDF5, even on a full disk.
 
-    Where a write fails, HDF5 cannot close its file, tries again as the process ends, and
-    crashes. So the first error, or Ctrl-C, is kept for ``check``, and what follows is dropped.
+    After a failed write HDF5 cannot close its file, tries again when the process exits, and
+    crashes. The first error, or Ctrl-C, is therefore stored for ``check``, and all later
+    operations are skipped.
     """
 
     def __init__(self, file: IO[bytes]) -> None:
@@ -54,7 +55,7 @@ class _Guarded:
         self._place = self._size = 0
 
     def check(self) -> None:
-        """Raise the first error, if there was one."""
+        """Raise the stored error, if any."""
         if self._error is not None:
             raise self._error
 
@@ -68,7 +69,7 @@ class _Guarded:
     def _there(self, work: Callable[[], object]) -> None:
         self._do(lambda: (self._file.seek(self._place), work()))
 
-    # The part of a binary file's interface that h5py uses.
+    # The part of the binary file interface that h5py uses.
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
         self._place = offset + (0, self._place, self._size)[whence]

@@ -22,10 +22,10 @@ from pydantic_core import ErrorDetails
 from wedgebrake.errors import InputError, nearest
 
 SMALLEST = 1e-50
-"""Least magnitude of a number of the machine that is not zero.
+"""Smallest magnitude of a nonzero parameter of the machine.
 
-With the largest that its parameters may be (1e15), the products of powers that the solvers form
-of them then stay within the range of doubles: the largest is (T_e k/J^2)^2.
+Together with the largest magnitude of a parameter (1e15), it keeps the products of powers that the
+solvers form within the range of doubles: the largest is (T_e k/J^2)^2.
 """
 
 _MOST_LINES = 8
@@ -74,26 +74,26 @@ class Part(BaseModel):
 
 
 class Member(Part):
-    """A part of the machine itself, whose numbers the solvers can compute with."""
+    """A part of the machine itself, with parameters in the range that the solvers can handle."""
 
     @field_validator("*")
     @classmethod
     def _not_vanishing(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse what is not zero, but so small that its powers and ratios would be."""
+        """Reject nonzero values whose powers and ratios would underflow or overflow."""
         for number in _flat(value):
             if isinstance(number, float) and 0.0 < abs(number) < SMALLEST:
                 field = cls.model_fields[str(info.field_name)]
                 positive = any(getattr(limit, "gt", None) == 0 for limit in field.metadata)
                 least = f"{'' if positive else '0 or '}at least {SMALLEST:g}"
                 raise ValueError(
-                    f"must be {least} in magnitude. Powers and ratios of smaller numbers leave the"
-                    " range of floating-point numbers."
+                    f"must be {least} in magnitude. Powers and ratios of smaller numbers are"
+                    " outside the range of floating-point numbers."
                 )
         return value
 
 
 def _flat(value: Any) -> Iterator[Any]:
-    """The entries of tuples of tuples."""
+    """Iterate over the entries of nested tuples."""
     if not isinstance(value, tuple):
         yield value
         return

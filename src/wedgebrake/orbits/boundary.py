@@ -45,8 +45,8 @@ _TESTS = {
 _FIRST, _SMALLEST, _GROW, _TURN = 0.1, 1e-5, 1.5, 0.95
 # A margin that vanishes all along a curve is no more than this below zero.
 _VANISHING = 1e-7
-# Orbits nearer than this share of their size are one where curves meet; nearer than the second
-# they are on the other curve, which the equations hold on as well.
+# Relative distances of orbits: below the first two curves meet; below the second the orbit is on
+# the other curve, where the equations hold as well.
 _MEETS, _COLLAPSED = 1e-4, 1e-8
 # Parameters (scaled) and orbits (as shares of their size) nearer than this are the same.
 _SAME = 1e-5
@@ -309,7 +309,7 @@ class _Boundary:
                 step *= 0.5
                 continue
             if why:
-                # Where the orbit is almost one of fewer periods that is the end.
+                # The curve ends where the orbit is almost one of fewer periods.
                 whole = self._prime(after, _COLLAPSED) == self.equations.order
                 at_end = whole and why == met(self._prime(after))
                 return [*found, after] if at_end else found, why
@@ -333,10 +333,10 @@ class _Boundary:
             return float(goal.direction[-2:] @ (there.y - goal.y)[-2:])
 
         if float(np.sum(self._gap(step.start) * self._gap(after))) < 0.0:
-            # The halves of the orbit have changed places: the curve has gone through an orbit of
-            # half the periods, and what comes is what was, half an orbit later. No root is looked
-            # for, since points between may be on the curve of that orbit: the step is shortened
-            # until its end is near enough.
+            # The halves of the orbit have changed places: the curve has passed through an orbit of
+            # half the periods and retraces its own points, half an orbit later. No root is located,
+            # because points between may be on the curve of that orbit; the step is shortened until
+            # its end is near enough.
             raise NotConvergedError
         if beyond_goal(step.start) < 0.0 <= beyond_goal(after):
             at = step.at(step.root(beyond_goal))

@@ -42,8 +42,8 @@ def branches(
         One SI parameter or group with its ends, for example ``eta=(12, -60)``. The first
         branch begins at the first end.
     order, initial, method, rtol
-        Of the orbit that it begins with, as for ``wb.orbit``. Where the motion is irregular
-        for as long as ``wb.orbit`` waits, that is a stable orbit which it comes near to.
+        Of the first orbit, as for ``wb.orbit``. If the motion is still irregular after the
+        longest transient of ``wb.orbit``, the first orbit is a stable one near that motion.
     switch : int
         How many times over branches that leave a branch are followed (at period doublings,
         symmetry breakings, branch points, and where the motion jumps): 0 none, 1 those that

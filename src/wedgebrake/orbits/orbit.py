@@ -175,7 +175,7 @@ class Orbit(Result):
 
 
 def word(order: int) -> str:
-    """An order in a word: "synchronous", "2T-periodic"."""
+    """Name of an order: "synchronous", "2T-periodic"."""
     return "synchronous" if order == 1 else f"{order}T-periodic"
 
 

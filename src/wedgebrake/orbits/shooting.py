@@ -30,8 +30,8 @@ _MOST_ORDER = 512
 _STEPS, _NEAR = 40, 1e-7
 # Guesses that are tried, the nearest returns first.
 _GUESSES = 16
-# Where a motion has not settled: the longest orbit that is looked for, guesses for each order, and
-# the periods of the run that they are taken from, with those left out at its begin.
+# Search for an orbit if the motion has not settled: highest order, initial guesses for each order,
+# and periods of the run from which they are taken, of which the first ones are skipped.
 _LONGEST, _SPREAD, _LOOKED, _SKIPPED = 8, 24, 1200, 200
 _FAILED = (NotConvergedError, NoOrbitError)
 
@@ -104,11 +104,11 @@ def orbit_to_follow(
     method: str | None = None,
     rtol: float = 1e-10,
 ) -> Orbit:
-    """An orbit for a branch to begin with: that of ``orbit``, or a stable one.
+    """First orbit of a branch: that of ``orbit``, or a stable one near an irregular motion.
 
-    A chaotic transient lasts as long as the last bits of the run decide. Where the motion is
-    still irregular after the longest wait, the stable orbit of the fewest periods is taken to
-    which near returns of the motion lead, if there is one.
+    The duration of a chaotic transient depends on the last bits of the run. If the motion is
+    still irregular after the longest transient, the result is the stable orbit of the fewest
+    periods to which Newton's method converges from near returns of the motion, if there is one.
     """
     found = orbit(system, order, initial=initial, method=method, rtol=rtol)
     if found.status not in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_SETTLED):
@@ -122,7 +122,7 @@ def orbit_to_follow(
         return found
     for fewest in range(1, _LONGEST + 1):
         returns = _returns(record, fewest)[: len(record) // 3]
-        # Evenly among them: the nearest are often of one passage, and lead to one orbit.
+        # Evenly spaced guesses: the nearest often belong to one passage and lead to the same orbit.
         for k in returns[:: max(1, len(returns) // _SPREAD)]:
             near = _near(family, fewest, [record[k]])
             if near.found and near.stable:
@@ -157,14 +157,14 @@ def _guesses(record: FloatArray, order: int) -> list[FloatArray]:
 
 
 def _returns(record: FloatArray, order: int) -> list[int]:
-    """Numbers of the points in a record, that which the motion returns nearest to first."""
+    """Indices of the points of a record, sorted by the distance of the motion's return."""
     size = np.ptp(record, axis=0) + 1e-300
     apart = np.linalg.norm((record[order:] - record[:-order]) / size, axis=1)
     return [int(k) for k in np.argsort(apart)]
 
 
 def _isolated(system: BrakedDriveline) -> bool:
-    """Whether an orbit cannot be moved in time, for want of a torque, or in angle."""
+    """Return True if orbits are isolated: no shift in time or angle gives another orbit."""
     return system.driveline.stiffness != 0.0 and system.excitation.amplitude != 0.0
 
 

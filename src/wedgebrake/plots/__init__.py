@@ -27,8 +27,8 @@ stability    linear stability over two groups, with lines of equal margin
 In and out:
 
 draw         ``plot(dataset)``: the picture that suits a dataset
-figure       the figure itself: shows itself in notebooks, ``savefig`` writes it to a file
-save         a width in pixels to a file, for the command line
+figure       class of the figures: display in notebooks, ``savefig``
+save         file with a given width in pixels, for the command line
 
 What pictures of sweeps share:
 

@@ -46,8 +46,8 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
     options : of the picture, see ``wedgebrake.plots``; for example ``quantity``,
               ``width`` [inch], ``beneath`` (of orbits), ``boundaries`` (of a map)
 
-    In a notebook the figure shows itself, as the last line of a cell or through ``display``.
-    To a file: ``figure.savefig(path)``, whose suffix (.png, .svg, .pdf) is the format.
+    A notebook displays the figure if it is the last expression of a cell, or with ``display``.
+    ``figure.savefig(path)`` writes it to a file in the format of the suffix (.png, .svg, .pdf).
 
     Raises ``InputError`` for anything else, an option that the picture does not have, and
     as the picture does.

@@ -1,4 +1,4 @@
-"""The figure that every picture is drawn on: it shows itself, and writes itself to files."""
+"""The class of all figures: display in notebooks and output to files."""
 
 from __future__ import annotations
 
@@ -14,34 +14,33 @@ from wedgebrake.model.files import write
 from wedgebrake.plots import style
 from wedgebrake.plots.save import METADATA, paint
 
-# In a notebook: pixels of an inch on the screen, and of the picture, sharp on fine screens too.
+# Pixels per inch in a notebook: displayed, and in the image, for high-resolution screens.
 _SCREEN, _SHOWN = 100, 200
 
 
 class Picture(Figure):
-    """A Matplotlib figure that notebooks show, with or without Matplotlib's own backend for them.
+    """A Matplotlib figure that notebooks display with or without Matplotlib's inline backend.
 
-    It keeps the style of wedgebrake's pictures whenever it is painted, whatever the settings of
-    Matplotlib are by then. pyplot knows nothing of it.
+    It is always drawn in the style of wedgebrake, regardless of the current Matplotlib settings.
+    It is not registered with pyplot.
     """
 
     def draw(self, renderer: Any) -> None:
-        """Paint it, in its style."""
+        """Draw the figure in the style of wedgebrake."""
         with mpl.rc_context(style.PAINTED):
             super().draw(renderer)
 
     def savefig(self, fname: Any, *, transparent: bool | None = None, **options: Any) -> None:
-        """Write it to a file, as Matplotlib's ``savefig`` does.
+        """Write the figure to a file, as Matplotlib's ``savefig`` does.
 
-        The text of a PDF is set in TrueType fonts, that of an SVG is text. No file says when it
-        was made, unless ``metadata`` does. The file is complete or, after an error, as it was
-        before.
+        PDF and EPS files embed TrueType fonts, and SVG files keep text as text. Files contain no
+        creation date unless ``metadata`` states one. After an error an existing file is unchanged.
 
-        fname       : path, or a file opened for writing in binary
-        transparent : whether the paper of figure and axes is
-        options     : ``dpi``, ``format`` and all others of Matplotlib's ``savefig``
+        fname       : path, or a file opened for writing in binary mode
+        transparent : make the background of figure and axes transparent
+        options     : ``dpi``, ``format`` and all other options of Matplotlib's ``savefig``
 
-        Raises ``OutputError`` where nothing can be written.
+        Raises ``OutputError`` if the file cannot be written.
         """
         options["transparent"] = transparent
         path = _path(fname, options)
@@ -49,8 +48,8 @@ class Picture(Figure):
         if METADATA.get(str(kind).lower()):
             given = options.get("metadata") or {}
             options["metadata"] = {**METADATA[str(kind).lower()], **given}
-        # The fonts of a PDF follow the settings while it is painted and again while it is closed. A
-        # book of pages (PdfPages) is closed later, by its owner.
+        # The fonts of a PDF depend on the settings while it is drawn and again while it is closed.
+        # A PdfPages object is closed later, by the caller.
         whole = path is not None or hasattr(fname, "write")
         with mpl.rc_context(style.WRITTEN if whole else style.PAINTED):
             if path is None:
@@ -61,15 +60,15 @@ class Picture(Figure):
         write(path, content.getvalue())
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
-        """Its pixels, and the width and height to show them at, for notebooks."""
+        """PNG image for notebooks, with the width and height of its display."""
         across, up = (round(_SCREEN * size) for size in self.get_size_inches())
         return paint(self, _SHOWN), {"width": across, "height": up}
 
 
 def _path(fname: Any, options: dict[str, Any]) -> Path | None:
-    """The file to be written or replaced as a whole, its format put into the options.
+    """Path of a regular file to be written; stores its format in the options.
 
-    None for what is no such file: an open one, a device, a pipe.
+    None for an open file, a device or a pipe.
     """
     if not isinstance(fname, str | os.PathLike):
         return None
@@ -77,7 +76,7 @@ def _path(fname: Any, options: dict[str, Any]) -> Path | None:
     if path.exists() and not path.is_file():
         return None
     kind = options.get("format") or Path(fname).suffix[1:]
-    if not kind:  # as Matplotlib does
+    if not kind:  # as in Matplotlib
         kind = mpl.rcParams["savefig.format"]
         path = path.with_name(f"{path.name.rstrip('.')}.{kind}")
     options["format"] = kind

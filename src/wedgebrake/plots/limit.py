@@ -47,8 +47,8 @@ def margins(damping: np.ndarray, judge: Callable[[int, int], Stability | None]) 
 
     Towards self-locking the damping grows without bound, and the smaller of both directions has a
     kink; the margin, which has its sign, is smooth. Where the brake locks itself both jump to
-    those of backward sliding, without a zero: nan there. The damping itself is taken where one of
-    the points has no margin, as where the brake is released at the speed of the shaft.
+    those of backward sliding, without a zero: nan there. The damping itself is used if one of the
+    points has no margin, for example if the brake is released at the speed of the shaft.
     """
     chosen = _widened(_beside_changes(damping)) & np.isfinite(damping)
     sliding, found = damping.copy(), np.full(damping.shape, np.nan)

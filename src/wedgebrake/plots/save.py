@@ -1,4 +1,4 @@
-"""A picture of a width in pixels, to a file: what the command line and the report write."""
+"""Files of figures with a given width in pixels, for the command line and the report."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wedgebrake.plots import style
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# By format. Nothing in a file may tell when it was made: the same figure gives the same bytes.
+# Metadata by format, without a creation date: the same figure gives the same bytes.
 METADATA: dict[str, dict[str, Any]] = {
     "png": {},
     "svg": {"Date": None},
@@ -71,7 +71,7 @@ def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
 
 
 def paint(figure: Figure, dpi: float) -> bytes:
-    """A figure as PNG: the bytes of ``savefig``, which draws twice, in half the time."""
+    """PNG of a figure: the bytes of ``savefig``, but drawn once instead of twice."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     content = io.BytesIO()

@@ -162,9 +162,9 @@ _RC: Any = {
     "hatch.linewidth": 0.45,
 }
 PAINTED: Any = MappingProxyType(_RC)
-"""Settings while a picture is painted."""
+"""Settings while a figure is drawn."""
 WRITTEN: Any = MappingProxyType({**_RC, "pdf.fonttype": 42, "ps.fonttype": 42})
-"""Settings while it is written to a file: fonts as TrueType."""
+"""Settings while a figure is written to a file: TrueType fonts."""
 
 
 @contextmanager

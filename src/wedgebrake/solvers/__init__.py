@@ -9,5 +9,5 @@ sticks       rest, for solvers whose velocity never rests
 trajectory   what a solver is asked and what it answers
 response     the answer as a labelled dataset
 status       how a simulation can end
-waiting      long work in a thread, which Ctrl-C ends
+waiting      long computations in a thread, interrupted by Ctrl-C
 """

@@ -187,7 +187,7 @@ def _detail(outcome: int, end: float, given: Problem, log: FloatArray, sticks: S
         if log[-1, kernel.LOG_PIECE] == kernel.REST:
             begin = sticks.start[-1]
             return (
-                f"It rests from t = {begin:.6g} s on, and the turning shaft winds up its spring"
+                f"It sticks from t = {begin:.6g} s on, while the turning shaft winds up the spring"
                 " without limit."
             )
         return f"No sliding solution from t = {end:.6g} s on."

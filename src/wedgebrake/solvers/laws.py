@@ -29,7 +29,7 @@ def compiled_law(function: Callable[..., float]) -> Any:
 
 @cache
 def _custom_law(function: Callable[[float], float]) -> Any:
-    """A user's m(v_r), straight next to rest; the shape is that of ``CustomFriction``."""
+    """A user's m(v_r), a straight line near rest, with the shape of ``CustomFriction``."""
     compiled = hasattr(function, "py_func")
     scalar = function if compiled else _compile(function, types.float64(types.float64))
 

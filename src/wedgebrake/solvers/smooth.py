@@ -36,7 +36,7 @@ _SATURATION = 1e-2
 # allowed to jump to and fro across the layer is none.
 _BAND_SHARE = 1e-2
 
-# Speeds at which a law is asked whether the brake locks.
+# Number of speeds at which the brake is checked for self-locking.
 _LOOKS = 200
 
 
@@ -134,9 +134,9 @@ def _series(system: BrakedDriveline, friction: SmoothFriction) -> tuple[float, .
 
 
 def _pair(system: BrakedDriveline) -> tuple[Laws, Numbers, tuple[FloatArray, ...], FloatArray]:
-    """What Runge-Kutta steps need, see the kernel."""
+    """Data of Runge-Kutta steps, see the kernel."""
     friction = system.friction
-    assert isinstance(friction, SmoothFriction)  # noqa: S101 - the front door has checked it
+    assert isinstance(friction, SmoothFriction)  # noqa: S101 - checked by ``simulate``
     places = [(0.0, friction.transition), *friction.narrow_places]
     both = {(side * speed, width) for speed, width in places for side in (-1.0, 1.0)}
     poles = np.array(sorted(both)) / system.brake.radius
@@ -248,8 +248,8 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
         status=Status.of(codes.NO_SLIDING if caught else outcome),
         final=(end, final[2], final[3]),
         detail=(
-            f"From t = {end:.6g} s on it cannot pass the speed at which the brake locks, and the"
-            " turning shaft winds up its spring without limit."
+            f"From t = {end:.6g} s on it cannot pass the speed at which the brake locks, while the"
+            " turning shaft winds up the spring without limit."
             if caught
             else ""
             if outcome == codes.COMPLETED
@@ -260,10 +260,10 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
 
 
 def winds_for_ever(system: BrakedDriveline, velocity: float) -> bool:
-    """Whether a start below the speed at which the brake locks keeps it from the shaft's speed.
+    """Return True if the brake locks at a speed between that of the start and that of the shaft.
 
-    Sliding cannot cross a speed at which the friction force is infinite, so that the spring of
-    the turning shaft is wound up without limit.
+    Sliding cannot pass a speed at which the friction force is infinite, so that the turning shaft
+    winds up the spring without limit.
     """
     line, brake = system.driveline, system.brake
     drive = line.drive_speed
@@ -274,10 +274,10 @@ def winds_for_ever(system: BrakedDriveline, velocity: float) -> bool:
         return False
 
     def locks(speed: float) -> bool:
-        assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - the front door's
+        assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - smooth
         return brake.locks(system.friction.coefficient(math.copysign(brake.radius * speed, drive)))
 
-    # Closer together in the steep part of the law, where friction rises.
+    # More closely spaced in the steep part of the law, where friction rises.
     steep = system.friction.transition / brake.radius  # type: ignore[attr-defined]
     speeds = np.concatenate((np.geomspace(1e-3, 1e2, _LOOKS) * steep, np.linspace(0, 1, _LOOKS)))
     speeds[_LOOKS:] *= abs(drive)

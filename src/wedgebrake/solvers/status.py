@@ -44,8 +44,9 @@ _SENTENCES = {
         " limits it. Let the brake release (actuation.release), or make the slope less negative."
     ),
     Status.NO_FORWARD_SOLUTION: (
-        "The brake locked itself: it cannot slide on, or no torque breaks it loose from a turning"
-        " shaft. Enlarge the wedge angle or lower the friction coefficient."
+        "The brake locked itself: it cannot continue to slide, or no torque can break it loose from"
+        " a turning shaft. Lower the friction coefficients (the static one decides at rest) or the"
+        " amplification, for example with a larger wedge angle."
     ),
     Status.EVENT_LIMIT: (
         "More events, or ten times as many search steps, than max_events allows; the state is"

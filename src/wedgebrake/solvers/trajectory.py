@@ -67,7 +67,7 @@ class Task:
     start, end : (period number, time inside the period [s])
     angle, velocity : state at the start [rad], [rad/s]
     times      : (n,) times at which the response is wanted [s], ascending
-    stop       : (1,) set to True by another thread, ends the run at its next step
+    stop       : (1,) ends the run at its next step when another thread sets it to True
     """
 
     clock: Clock

@@ -1,4 +1,4 @@
-"""Long work in a thread of its own, so that Ctrl-C is heard meanwhile, and ends it."""
+"""Long computations in a separate thread, so that Ctrl-C can interrupt them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TypeVar
 
 _Result = TypeVar("_Result")
 
-# How long an interrupted work may take to end [s]: it does so at its next step, unless it compiles.
+# Longest wait for interrupted work [s]: it ends at its next step, unless it is being compiled.
 _PATIENCE = 1.0
 
 
@@ -17,37 +17,40 @@ def interruptible(
     meanwhile: Callable[[], None] = lambda: None,
     stop: Callable[[], None] | None = None,
 ) -> _Result:
-    """The result of ``work``, done in a thread where Ctrl-C would not be heard.
+    """Return the result of ``work``, computed so that Ctrl-C can interrupt the wait.
 
-    Python hears signals in its main thread only, and not while a compiled loop runs there. In
-    another thread the work is done in place.
+    Python handles signals only in its main thread, and not while a compiled loop runs there. When
+    called in the main thread, ``work`` therefore runs in a new thread, otherwise in place.
 
-    meanwhile : called here about ten times a second, and once at the end
-    stop      : called here when the wait is broken off; makes ``work`` end soon. Without it the
-                work goes on to its end, in the background.
+    meanwhile : called about ten times a second in the main thread, and once at the end
+    stop      : called when the wait is interrupted, to make ``work`` end soon. Without it the
+                work continues to its end in the background.
     """
     if threading.current_thread() is not threading.main_thread():
         return work()
     results: list[_Result] = []
     errors: list[BaseException] = []
 
+    # An interrupted Thread.join counts the thread as ended although it still runs.
+    ended = threading.Event()
+
     def run() -> None:
         try:
             results.append(work())
         except BaseException as error:
             errors.append(error)
+        finally:
+            ended.set()
 
-    thread = threading.Thread(target=run, daemon=True)
-    thread.start()
+    threading.Thread(target=run, daemon=True).start()
     try:
-        while thread.is_alive():
-            thread.join(0.1)  # without a limit, Windows would not hear Ctrl-C
+        while not ended.wait(0.1):  # without a timeout, Windows would not handle Ctrl-C
             meanwhile()
-        meanwhile()  # the work may have ended just after the last time
+        meanwhile()  # the work may have ended just after the last call
     except BaseException:
         if stop is not None:
             stop()
-            thread.join(_PATIENCE)
+            ended.wait(_PATIENCE)
         raise
     if errors:
         raise errors[0]

@@ -75,7 +75,7 @@ VARIABLES: dict[str, Variable] = {
         ),
         Variable("peak_torque", "N m", "largest |R F_mu|"),
         Variable("friction_power", "W", "mean power turned into heat by the brake"),
-        Variable("sliding_damping", "N m s/rad", "damping of sliding, the smaller if both ways"),
+        Variable("sliding_damping", "N m s/rad", "smallest damping of steady sliding"),
         Variable("events", "1", "events of the whole run", "int64", 0),
         Variable("final_angle", "rad", "angle at the end"),
         Variable("final_velocity", "rad/s", "velocity at the end"),

@@ -110,7 +110,7 @@ def sweep(
     OutputError
         If the store cannot be written; what is in it stays valid.
     WedgebrakeError
-        If the Dask cluster is lost; what is in the store stays valid.
+        If the Dask cluster is lost. The store remains valid.
     """
     plan = make_plan(
         "sweep", system, parameters, periods=periods, transient=transient, limit=limit,
@@ -187,7 +187,7 @@ def execute(
     bar = Bar() if shows and not callable(progress) else None
     report = progress if callable(progress) else bar
 
-    work = _workers(plan, threads, client)  # before a store is created: they may be none
+    work = _workers(plan, threads, client)  # before a store is created: it may fail
     with bar or nullcontext():
         if store is None:
             return _in_memory(plan, work, report)
@@ -198,7 +198,7 @@ _Work = Callable[[Layout, list[ChunkIndex]], Iterator[tuple[ChunkIndex, Any]]]
 
 
 def _workers(plan: Plan, threads: int | None, client: Any) -> _Work:
-    """Who computes the chunks of a plan: a cluster, or threads of this machine."""
+    """Function that computes the chunks of a plan, on a cluster or in threads of this machine."""
     from wedgebrake.sweeps.workers import Cluster, by_threads, processors
 
     if client is not None:

@@ -215,8 +215,8 @@ def _as_path(path: str | os.PathLike[str]) -> Path:
         raise InputError(f"path = {path!r}: must be the name of a folder.") from None
     except FileNotFoundError:
         raise InputError(
-            f"path = {str(path)!r}: the working directory, which it starts from, no longer exists."
-            " Change into one that exists, or give the whole path."
+            f"path = {str(path)!r}: the working directory, to which it is relative, no longer"
+            " exists. Change to an existing directory, or give an absolute path."
         ) from None
     if "\0" in str(target):
         raise InputError(f"path = {path!r}: no name of a folder has a null character.")

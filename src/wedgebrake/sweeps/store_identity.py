@@ -60,7 +60,7 @@ def verify(target: Path, layout: Layout, record: dict[str, Any]) -> Layout:
 
 
 def _lengths(chunks: Any) -> dict[str, int]:
-    """The lengths of chunks in a store, which may be others than those asked for."""
+    """Chunk lengths of a store, which may differ from those of the call."""
     if not all(type(length) is int for length in chunks.values()):
         raise TypeError(f"chunks = {chunks!r}")
     return dict(chunks)
@@ -69,7 +69,7 @@ def _lengths(chunks: Any) -> dict[str, int]:
 def _check_arrays(target: Path, layout: Layout) -> None:
     """Refuse metadata that is missing or altered; write coordinates again if need be.
 
-    All of a document counts: its words are part of the result, and zarr reads the rest.
+    Each document is compared completely: its text is part of the result, and zarr reads the rest.
     """
     for key, content in layout.files.items():
         if not key.endswith("zarr.json"):
@@ -77,12 +77,12 @@ def _check_arrays(target: Path, layout: Layout) -> None:
             continue
         stored, wanted = _read_json(target, key), json.loads(content)
         if _exactly(stored) != _exactly(wanted):
-            lines = differences(stored, wanted) or ["its numbers are of another type"]
+            lines = differences(stored, wanted) or ["its numbers have a different type"]
             raise _damaged(target, key, "; ".join(lines[:_SHOWN]))
 
 
 def _exactly(document: Any) -> str:
-    """A text that is the same for the same document; it tells 1 from 1.0."""
+    """Canonical text of a document, which distinguishes 1 from 1.0."""
     return json.dumps(document, sort_keys=True)
 
 

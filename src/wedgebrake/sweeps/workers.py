@@ -1,7 +1,7 @@
 """Who does the work of a sweep: the threads of this machine, or a Dask cluster.
 
-Both give the same chunks: a chunk depends on the plan alone. With one version they are the same bit
-for bit, on a cluster of other processors up to rounding.
+Both give the same chunks: a chunk depends only on the plan. With the same version and processor
+they are bitwise identical, on a cluster with other processors equal up to rounding.
 """
 
 from __future__ import annotations
@@ -62,30 +62,34 @@ def by_threads(
 
 
 class Cluster:
-    """The workers of a ``distributed.Client``, with the plan sent to them.
+    """Workers of a ``distributed.Client`` that compute the chunks of a plan.
 
-    Raises ``InputError`` where it cannot be sent.
+    Raises ``InputError`` if the plan cannot be sent to them.
     """
 
     def __init__(self, plan: Plan, client: Any) -> None:
-        self._client = client
+        # The plan travels with each chunk: the cluster keeps one copy of scattered data, which
+        # would be lost with the worker that holds it.
+        self._client, self._plan = client, plan
         try:
-            # Without the hash, or the plan of an earlier sweep that is alike, and is being
-            # forgotten, would stand for this one.
-            [self._plan] = client.scatter([plan], broadcast=True, hash=False)
+            from distributed.protocol.pickle import dumps
+
+            if client.status != "running":
+                raise RuntimeError("it is closed")
             self._hands = max(1, sum(client.nthreads().values()))
-        except Exception as error:  # closed clients raise whatever comes
+            dumps(plan)
+        except Exception as error:  # closed clients raise various exceptions
             raise InputError(
-                f"client: the sweep cannot be sent to its workers ({_first_line(error)}). Use a"
-                " client that is open, and define brakes and laws of your own in a module."
+                f"client: the sweep cannot be sent to its workers ({_first_line(error)}). Use an"
+                " open client, and define custom brakes and friction laws in a module."
             ) from None
 
     def chunks(self, layout: Layout, wanted: Sequence[ChunkIndex]) -> Iterator[Done]:
-        """Chunks in the order in which the workers finish them.
+        """Iterate over the chunks in the order in which the workers finish them.
 
-        A worker that dies takes the chunk in its hands with it; another one computes it again.
+        If a worker dies, its chunk is computed again by another one.
 
-        Raises ``WedgebrakeError`` where the whole cluster is lost, or its client is closed.
+        Raises ``WedgebrakeError`` if the whole cluster is lost, or the client is closed.
         """
         from distributed import as_completed
 
@@ -101,7 +105,7 @@ class Cluster:
             running[future.key] = index
             return [future]
 
-        # As many as there are hands, so that results do not wait on workers that may die.
+        # One task per thread, so that no results wait on workers that may die.
         finished = as_completed([one for _ in range(self._hands) for one in submit()])
         try:
             while running:
@@ -112,27 +116,27 @@ class Cluster:
                 yield running.pop(future.key), results
                 finished.update(submit())
         finally:
-            # Where the cluster is lost, nothing is left to cancel.
+            # A lost cluster has nothing left to cancel.
             with suppress(Exception):
                 self._client.cancel(list(finished.futures), force=True)
 
 
 @contextmanager
 def _words(future: Any = None) -> Iterator[None]:
-    """Inside, whatever a client raises that has lost its cluster becomes words.
+    """Convert the exceptions of a client that has lost its cluster to ``WedgebrakeError``.
 
-    future : what is asked for its result; an error of the computation itself is left alone
+    future : the future whose result is requested; its own errors are not converted
     """
     try:
         yield
     except Exception as error:
         own = future is not None and future.status == "error"
-        if own and type(error).__name__ != "KilledWorker":  # it died with every worker
+        if own and type(error).__name__ != "KilledWorker":  # raised after all workers died
             raise
         raise WedgebrakeError(
-            f"client: the cluster was lost, or its client closed ({_first_line(error)}). What is"
-            " in the store stays valid: the same call with a client that is open and resume=True"
-            " goes on. Without a store nothing is kept."
+            f"client: the cluster was lost, or its client closed ({_first_line(error)}). A store"
+            " remains valid: repeat the call with an open client and resume=True to continue."
+            " Without a store no results are kept."
         ) from error
 
 

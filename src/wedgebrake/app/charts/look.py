@@ -52,8 +52,8 @@ _ENDS = {
 def chart(title: str, across: str, up: str, **options: Any) -> figure:
     """An empty figure with a title and the words of its axes; ranges are of the kind Range1d.
 
-    What is drawn in it is added by ``add_glyph``: ``line``, ``scatter`` and their like make
-    models for selections beside each glyph, which nobody selects and every page pays for.
+    Glyphs are added with ``add_glyph``: methods such as ``line`` and ``scatter`` also create models
+    for selection, which are not needed and slow down every page.
     """
     drawn = figure(
         title=title,
@@ -96,7 +96,7 @@ def chart(title: str, across: str, up: str, **options: Any) -> figure:
 
 
 def point() -> Scatter:
-    """The present place on a motion."""
+    """Marker of the current position in a motion."""
     return Scatter(x="x", y="y", size=8, fill_color=style.ORANGE, line_color=INK)
 
 

@@ -82,7 +82,7 @@ class Atlas(JSComponent):
         self._head.on_msg(passing(on_event, ("edit",)))
 
     def hang(self, name: str, figure: Any) -> None:
-        """Hang the Bokeh figure of a plate into its frame, which was empty."""
+        """Add the Bokeh figure of a plate to its empty frame."""
         pane = pn.pane.Bokeh(figure, sizing_mode="stretch_both", margin=0)
         self._frames[name].append(pane)
 
@@ -114,13 +114,13 @@ class Atlas(JSComponent):
 def _note(desk: Desk) -> str:
     """How the open picture is computed."""
     notes = {
-        "diagram": "Each value starts anew and is run until its motion has settled, or for so many"
-        f" periods that it stays undecided; {desk.recorded} more are shown.",
-        "regimes": "Each cell starts anew and is run until its motion has settled, or for so many"
-        " periods that it stays undecided.",
+        "diagram": "Each value is simulated from the same start until its motion has settled, or up"
+        f" to a limit, beyond which it is undecided; {desk.recorded} further periods are shown.",
+        "regimes": "Each cell is simulated from the same start until its motion has settled, or up"
+        " to a limit, beyond which it is undecided.",
         "stability": "Small vibration about sliding, with the kinetic friction coefficient.",
-        "basins": "Each start is run until its motion has settled, or for so many periods that it"
-        " stays undecided.",
+        "basins": "Each start is simulated until its motion has settled, or up to a limit, beyond"
+        " which it is undecided.",
     }
     return notes[desk.view.plate]
 

@@ -1,4 +1,4 @@
-"""The styles of the parts, as text within the page: no route has to serve them."""
+"""Style sheets of the parts, embedded in the page so that no route has to serve them."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ from pathlib import Path
 
 
 def sheets(*names: str) -> list[str]:
-    """The text of some style sheets that lie here."""
+    """Content of the named style sheets in this folder."""
     return [Path(__file__).with_name(name).read_text(encoding="utf-8") for name in names]

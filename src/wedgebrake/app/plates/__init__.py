@@ -16,7 +16,7 @@ from typing import Any
 
 
 def new_plate(name: str) -> Any:
-    """A plate, by its name, for one page."""
+    """Create a plate, by its name, for one page."""
     from wedgebrake.app.plates.basins_figure import BasinsPlate
     from wedgebrake.app.plates.diagram_figure import DiagramPlate
     from wedgebrake.app.plates.regimes_figure import RegimesPlate

@@ -32,7 +32,7 @@ HATCHING = {
     "hatch_weight": 0.6,
 }  # fmt: skip
 BOX = {one: one for one in ("image", "x", "y", "dw", "dh")}
-"""The columns of an image."""
+"""Columns of an image."""
 _TIP = f'<div style="font:12px {look.FONT};color:{look.INK}">@said</div>'
 _TICKS_X, _TICKS_Y = 11, 6
 # A label at the cursor turns to the other side beyond this share of the picture.
@@ -216,7 +216,7 @@ class Cross:
 
 
 def unseen() -> Quad:
-    """Boxes that are not seen, but felt by the pointer."""
+    """Transparent boxes that react to the pointer."""
     return Quad(
         left="left", right="right", top="top", bottom="bottom", fill_alpha=0.0, line_alpha=0.0
     )

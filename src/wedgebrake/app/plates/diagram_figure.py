@@ -128,7 +128,7 @@ class DiagramPlate:
 
 
 def _hatched(columns: tuple[str, ...], colour: str) -> Quad:
-    """Hatched boxes; their left, right, bottom and top are columns."""
+    """Hatched boxes, from the columns of their left, right, bottom and top."""
     places = dict(zip(("left", "right", "bottom", "top"), columns, strict=True))
     return Quad(**places, fill_color=colour, line_color=None, **HATCHING)
 

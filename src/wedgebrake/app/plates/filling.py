@@ -1,7 +1,7 @@
 """A sweep whose points are computed some at a time, coarse ones first.
 
-Each point is what ``wb.sweep`` gives for it, on the same machine bit for bit; only the order is
-another one.
+Each point is bitwise identical to that of ``wb.sweep`` on the same machine; only the order of
+computation differs.
 """
 
 from __future__ import annotations

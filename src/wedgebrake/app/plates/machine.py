@@ -42,7 +42,7 @@ def without(system: BrakedDriveline, names: Sequence[str]) -> str:
 
 
 def slow(desk: Desk) -> bool:
-    """Whether the solver is one with small steps. Raises ``InputError`` as ``judging``."""
+    """Return True if the solver takes small steps. Raises ``InputError`` as ``judging`` does."""
     return method(desk) != "exact"
 
 

@@ -20,7 +20,7 @@ from wedgebrake.model.brakes import WedgeBrake
 
 FloatArray = NDArray[np.float64]
 
-# Cells across and up, fewer where each is a verdict of its own; about how many lines of margin.
+# Cells across and up, fewer if each is computed individually; approximate number of margin lines.
 _CELLS, _FEW_CELLS, _LINES = (280, 120), (56, 30), 6
 UNSTABLE, STABLE, HELD, LOCKED = range(4)
 COLOURS = ("#F7E3D8", "#DBEDE4", "#C9D2DA", "#B4BCC4")
@@ -71,7 +71,7 @@ def parameters(desk: Desk) -> tuple[str, str]:
 
 
 def key(desk: Desk) -> Hashable:
-    """All that the map depends on: the axes, and the machine but its torque and what the axes set.
+    """Inputs of the map: the axes, and the machine without its torque and the values on the axes.
 
     Raises ``InputError`` where eta is not defined.
     """
