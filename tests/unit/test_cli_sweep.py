@@ -279,7 +279,7 @@ class TestJson:
 
     def test_no_limit_where_there_is_none(self, answer):
         assert answer(PAPER, "--over", "F0=0.03,0.05", *SHORT)["linear_stability"] == {
-            "stable_share": 0.0, "limits": [],
+            "stable_share": 0.0, "locked_share": 0.0, "limits": [],
         }  # fmt: skip
         assert answer(PAPER, *MAP)["linear_stability"]["limits"] is None
 

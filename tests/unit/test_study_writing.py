@@ -51,8 +51,13 @@ def positive(low: float, high: float) -> st.SearchStrategy[float]:
     return spread.map(lambda x: min(max(x, low), high))
 
 
-coefficients = st.floats(0.0, 5.0)
-signed = st.floats(-1e6, 1e6).map(lambda x: x if abs(x) > 1e-30 else 0.0)
+def not_tiny(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers of the machine: those below 1e-50 in magnitude, other than 0, are refused."""
+    return st.floats(low, high).filter(lambda x: x == 0.0 or abs(x) >= 1e-50)
+
+
+coefficients = not_tiny(0.0, 5.0)
+signed = not_tiny(-1e6, 1e6)
 
 
 @st.composite
@@ -60,7 +65,7 @@ def frictions(draw: st.DrawFn) -> wb.CoulombFriction | wb.TabulatedFriction | wb
     kinetic = draw(coefficients)
     given = {"kinetic": kinetic}
     if draw(st.booleans()):
-        given["static"] = draw(st.floats(kinetic, 5.0))
+        given["static"] = draw(not_tiny(kinetic, 5.0))
     kind = draw(st.sampled_from(("coulomb", "tabulated", "smoothed")))
     if kind == "coulomb":
         return wb.CoulombFriction(**given)

@@ -106,7 +106,8 @@ class Cluster:
             return [future]
 
         # One task per thread, so that no results wait on workers that may die.
-        finished = as_completed([one for _ in range(self._hands) for one in submit()])
+        first = [one for _ in range(self._hands) for one in submit()]
+        finished = as_completed(first, loop=self._client.loop)
         try:
             while running:
                 with _words():
