@@ -30,11 +30,12 @@ def alone():
 
 @pytest.fixture
 def client():
+    # As the default it would leave Dask's settings changed when a test closes it itself.
     with (
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
         ) as cluster,
-        distributed.Client(cluster) as client,
+        distributed.Client(cluster, set_as_default=False) as client,
     ):
         yield client
 
