@@ -18,7 +18,7 @@ import numpy as np
 
 from . import irregular
 from .irregular import IRREGULAR, REGULAR, UNCLEAR
-from .section import COMPLETED, DIVERGED, SELF_LOCKED, FloatArray, Section
+from .section import COMPLETED, DIVERGED, FloatArray, Section
 
 AT_REST, SYNCHRONOUS, PERIODIC = "at rest", "synchronous", "periodic"
 QUASI_PERIODIC, CHAOTIC, UNDECIDED = "quasi-periodic", "chaotic", "undecided"
@@ -120,12 +120,6 @@ def _share(section: Section, span: FloatArray) -> float:
 
 
 def _at_rest(section: Section, states: FloatArray) -> Verdict:
-    if section.system.driveline.drive_speed != 0.0:
-        # Held by a turning shaft: at rest relative to the brake, and the spring winds up for ever.
-        return Verdict(
-            SELF_LOCKED, 0, None, len(states) - 1, sticks=AT_REST, close_to=[DIVERGED],
-            evidence={"held by a turning shaft, angle at the end": float(states[-1, 0])},
-        )  # fmt: skip
     moving = np.flatnonzero(np.any(states != states[-1], axis=1))
     settled = int(moving[-1]) + 1 if moving.size else 0
     return Verdict(AT_REST, 1, settled, len(states) - 1, sticks=AT_REST, point=states[-1].tolist())

@@ -288,8 +288,11 @@ def test_a_wedge_at_the_angle_of_self_locking_locks(alpha):
 TABLE = wb.TabulatedFriction(speeds=(0.0, 0.2, 0.9, 2.0), coefficients=(0.4, 0.33, 0.3, 0.31))
 
 
-def _torque(system, speed):
-    """R F_mu at a sliding velocity, by the definitions (eqs. 3, 5, 14); tables at their nodes."""
+def _torque(system, speed, resting=0.0):
+    """R F_mu at a sliding velocity, by the definitions (eqs. 3, 5, 14); tables at their nodes.
+
+    resting : speed up to which the actuation counts as that at rest
+    """
     friction, brake = system.friction, system.brake
     sign = np.sign(speed)
     if isinstance(friction, wb.SmoothedFriction):
@@ -305,7 +308,10 @@ def _torque(system, speed):
         if abs(speed) < ends[-1]:
             return np.interp(abs(speed), ends, torques)
         m = sign * friction.coefficients[-1]
-    return brake.radius * system.actuation.force(abs(speed)) * brake.amplification(m)
+    force = system.actuation.initial_force + system.actuation.slope * (abs(speed) - resting)
+    if system.actuation.release:
+        force = max(force, 0.0)
+    return brake.radius * force * brake.amplification(m)
 
 
 @pytest.mark.parametrize("slope", [-3.0, 0.0, 7.0])
@@ -337,7 +343,7 @@ def test_one_linear_verdict(friction, drive_speed, slope):
     dampings = []
     for side in sides:
         speed = side * max(abs(drive_speed), resting, 1e-3)
-        torques = [_torque(system, speed * (1.0 + way * 1e-6)) for way in (-1.0, 1.0)]
+        torques = [_torque(system, speed * (1.0 + way * 1e-6), resting) for way in (-1.0, 1.0)]
         # A brake that locks itself has no finite torque to either side.
         assert np.all(np.isfinite(torques))
         dampings.append(2.0 + side * abs(torques[1] - torques[0]) * np.sign(

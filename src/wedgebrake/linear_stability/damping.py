@@ -33,10 +33,20 @@ _FLAT = 2.0**-56
 
 
 class Sliding(NamedTuple):
-    """Steady sliding: direction (+1 or -1) and speed, 0 for the limit near rest [rad/s]."""
+    """Steady sliding in a direction (+1 or -1) at a speed [rad/s].
+
+    near_rest : the limit near rest, in which the actuation does not differ from that at rest; the
+                speed is 0, or with smooth friction the end of the steep part of the law
+    """
 
     direction: int
     speed: float
+    near_rest: bool = False
+
+    @property
+    def actuated(self) -> float:
+        """Speed at which the actuation is taken [rad/s]."""
+        return 0.0 if self.near_rest else self.speed
 
 
 class DampingLine(NamedTuple):
@@ -85,8 +95,8 @@ def steady(system: BrakedDriveline, direction: int) -> Sliding | None:
         return Sliding(direction, abs(drive)) if drive * direction > 0.0 else None
     friction = system.friction
     if isinstance(friction, SmoothFriction):
-        return Sliding(direction, friction.layer(_FLAT) / system.brake.radius)
-    return Sliding(direction, 0.0)
+        return Sliding(direction, friction.layer(_FLAT) / system.brake.radius, near_rest=True)
+    return Sliding(direction, 0.0, near_rest=True)
 
 
 def is_constant(friction: Friction, speed: float) -> bool:
@@ -135,7 +145,7 @@ def _slope_of_curve(
     """Smaller one-sided slope of the brake torque with a smooth friction law."""
     brake = system.brake
     release, near = actuation.release_speed, lines.CORNER * at.speed
-    if at.speed - near > release:
+    if at.actuated - near > release:
         return 0.0
     step = _STEP * at.speed
     gains = [
@@ -148,8 +158,8 @@ def _slope_of_curve(
     # One-sided differences of second order, so that a corner is not averaged.
     left = (3.0 * here - 4.0 * before + twice_before) / (2.0 * step)
     right = (4.0 * after - 3.0 * here - twice_after) / (2.0 * step)
-    rates = [actuation.slope, 0.0] if at.speed + near >= release else [actuation.slope]
-    force = actuation.force(at.speed)
+    rates = [actuation.slope, 0.0] if at.actuated + near >= release else [actuation.slope]
+    force = actuation.force(at.actuated)
     return brake.radius * (min(rate * here for rate in rates) + force * min(left, right))
 
 
@@ -161,8 +171,8 @@ def lines_over_slope(system: BrakedDriveline, at: Sliding) -> list[DampingLine]:
     """
     actuation, brake, friction = system.actuation, system.brake, system.friction
     edges = [-math.inf, math.inf]
-    if actuation.release and at.speed > 0.0:
-        edges[0] = -actuation.initial_force / at.speed
+    if actuation.release and at.actuated > 0.0:
+        edges[0] = -actuation.initial_force / at.actuated
     if not isinstance(friction, SetValuedFriction):
         pass
     elif friction.constant:

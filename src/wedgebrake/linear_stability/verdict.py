@@ -221,7 +221,7 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
         points[f"{name}_slope"] = _nearest_slope(curve, wanted, slope)
         points[f"{name}_eta"] = _as_eta(system, points[f"{name}_slope"])
     margins = dict.fromkeys(("margin_slope", "margin_eta"))
-    released = at.speed >= system.actuation.release_speed
+    released = at.actuated >= system.actuation.release_speed
     if not released:
         for name, present in (("slope", slope), ("eta", _as_eta(system, slope))):
             hopf = points[f"hopf_{name}"]
@@ -247,7 +247,7 @@ def _hopf_angle(system: BrakedDriveline, at: Sliding) -> float | None:
     """Wedge angle at which eta = -D = -(tan(angle) - side mu_k), if sliding exists there [rad]."""
     eta = _as_eta(system, system.actuation.slope)
     constant = is_constant(system.friction, at.speed * system.brake.radius)
-    pressed = at.speed < system.actuation.release_speed
+    pressed = at.actuated < system.actuation.release_speed
     if not isinstance(system.brake, WedgeBrake) or eta is None or not (constant and pressed):
         return None
     signed = at.direction * system.friction.reference
