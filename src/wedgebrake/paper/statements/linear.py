@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.linear_stability import DirectionStability, stability
+from wedgebrake.model.friction import CoulombFriction
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.paper.assumptions import CONVENTIONAL, Case
 from wedgebrake.paper.claims import Part, Statement
 from wedgebrake.paper.laboratory import Laboratory
@@ -20,8 +22,14 @@ _MUCH = 1.5
 _SIDES = ("forward", "backward")
 
 
-def _one(laboratory: Laboratory, case: Case, side: str, **changed: Any) -> DirectionStability:
+def _system(laboratory: Laboratory, case: Case) -> BrakedDriveline:
+    """The system of a case with constant friction, as section 3 of the paper takes it."""
     system = laboratory.system(case)
+    return system.replace(friction=CoulombFriction(kinetic=system.friction.reference))
+
+
+def _one(laboratory: Laboratory, case: Case, side: str, **changed: Any) -> DirectionStability:
+    system = _system(laboratory, case)
     found = stability(system.replace(**changed) if changed else system)
     return found.forward if side == "forward" else found.backward
 
@@ -45,7 +53,7 @@ def _critical_wedge(laboratory: Laboratory, _: dict[str, Any]) -> list[Part]:
     for alpha in _ALPHAS:
         limit = KINETIC - alpha * KINETIC
         verdicts = [
-            stability(laboratory.system(Case(eta=limit + step, alpha=alpha))).stable
+            stability(_system(laboratory, Case(eta=limit + step, alpha=alpha))).stable
             for step in (-1e-6, 1e-6)
         ]
         flips.append(verdicts == [False, True])
