@@ -23,10 +23,10 @@ from scale_page import page
 from table import machine
 from timing import best
 from wedgebrake.sweeps.compute import compute
+from wedgebrake.sweeps.executor import Cluster
 from wedgebrake.sweeps.plan import Plan
-from wedgebrake.sweeps.run import make_plan
 from wedgebrake.sweeps.store import SweepStore
-from wedgebrake.sweeps.workers import Cluster
+from wedgebrake.sweeps.sweep import make_plan
 from work import system
 
 ROOT = Path(__file__).parents[1]

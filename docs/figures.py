@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import wedgebrake as wb
-from wedgebrake.plots import style
-from wedgebrake.plots.save import save
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.save import save
 
 FIGURES = Path(__file__).parent / "figures"
 # The brake of the README, and one of its stick-slip orbits.

@@ -21,16 +21,24 @@ if TYPE_CHECKING:
     from typing import Any
 
     from wedgebrake import paper
-    from wedgebrake.app.notebook import explore
+    from wedgebrake.analysis.energy import energy
+    from wedgebrake.analysis.linear_stability import stability, stability_map
+    from wedgebrake.analysis.motion import Motion, motion
+    from wedgebrake.analysis.poincare import poincare
+    from wedgebrake.analysis.spectral_peaks import spectral_lines
+    from wedgebrake.analysis.spectrum import spectrum
+    from wedgebrake.analysis.sticking import sticks
+    from wedgebrake.analysis.torque import BrakeTorque, brake_torque
+    from wedgebrake.continuation.branch import Branch
+    from wedgebrake.continuation.branches import branches
+    from wedgebrake.continuation.codim2 import boundaries, boundary
+    from wedgebrake.continuation.continuation import continuation
+    from wedgebrake.continuation.orbit import Orbit
+    from wedgebrake.continuation.point import BranchPoint
+    from wedgebrake.continuation.shooting import orbit
     from wedgebrake.errors import InputError, OutputError, WedgebrakeError
-    from wedgebrake.linear_stability import stability, stability_map
-    from wedgebrake.measures.energy import energy
-    from wedgebrake.measures.lines import spectral_lines
-    from wedgebrake.measures.motion import Motion, motion
-    from wedgebrake.measures.poincare import poincare
-    from wedgebrake.measures.spectrum import spectrum
-    from wedgebrake.measures.sticking import sticks
-    from wedgebrake.measures.torque import BrakeTorque, brake_torque
+    from wedgebrake.explorer.notebook import explore
+    from wedgebrake.figures.matplotlib.draw import plot
     from wedgebrake.model.actuation import Actuation
     from wedgebrake.model.brakes import (
         BandBrake,
@@ -53,27 +61,19 @@ if TYPE_CHECKING:
     from wedgebrake.model.study import Study, load_study, read_study
     from wedgebrake.model.study_text import save_study
     from wedgebrake.model.system import BrakedDriveline
-    from wedgebrake.orbits.boundary import boundaries, boundary
-    from wedgebrake.orbits.branch import Branch
-    from wedgebrake.orbits.branches import branches
-    from wedgebrake.orbits.continuation import continuation
-    from wedgebrake.orbits.orbit import Orbit
-    from wedgebrake.orbits.point import BranchPoint
-    from wedgebrake.orbits.shooting import orbit
-    from wedgebrake.plots.draw import plot
-    from wedgebrake.solvers.solve import simulate
+    from wedgebrake.solvers.simulate import simulate
     from wedgebrake.solvers.status import Status
     from wedgebrake.sweeps.maps import basins, bifurcation, regime_map
-    from wedgebrake.sweeps.run import sweep
+    from wedgebrake.sweeps.sweep import sweep
 
 # Where each public name lives.
 _HOMES = {
     "Actuation": "model.actuation",
     "BandBrake": "model.brakes",
-    "Branch": "orbits.branch",
-    "BranchPoint": "orbits.point",
+    "Branch": "continuation.branch",
+    "BranchPoint": "continuation.point",
     "Brake": "model.brakes",
-    "BrakeTorque": "measures.torque",
+    "BrakeTorque": "analysis.torque",
     "BrakedDriveline": "model.system",
     "Characteristic": "model.characteristic",
     "ConventionalBrake": "model.brakes",
@@ -85,8 +85,8 @@ _HOMES = {
     "InputError": "errors",
     "LeadingShoeBrake": "model.brakes",
     "LeverBrake": "model.brakes",
-    "Motion": "measures.motion",
-    "Orbit": "orbits.orbit",
+    "Motion": "analysis.motion",
+    "Orbit": "continuation.orbit",
     "OutputError": "errors",
     "SmoothedFriction": "model.friction",
     "Status": "solvers.status",
@@ -96,28 +96,28 @@ _HOMES = {
     "WedgebrakeError": "errors",
     "basins": "sweeps.maps",
     "bifurcation": "sweeps.maps",
-    "boundaries": "orbits.boundary",
-    "boundary": "orbits.boundary",
-    "brake_torque": "measures.torque",
-    "branches": "orbits.branches",
-    "continuation": "orbits.continuation",
-    "energy": "measures.energy",
-    "explore": "app.notebook",
+    "boundaries": "continuation.codim2",
+    "boundary": "continuation.codim2",
+    "brake_torque": "analysis.torque",
+    "branches": "continuation.branches",
+    "continuation": "continuation.continuation",
+    "energy": "analysis.energy",
+    "explore": "explorer.notebook",
     "load_study": "model.study",
-    "motion": "measures.motion",
-    "orbit": "orbits.shooting",
-    "plot": "plots.draw",
-    "poincare": "measures.poincare",
+    "motion": "analysis.motion",
+    "orbit": "continuation.shooting",
+    "plot": "figures.matplotlib.draw",
+    "poincare": "analysis.poincare",
     "read_study": "model.study",
     "regime_map": "sweeps.maps",
     "save_study": "model.study_text",
-    "simulate": "solvers.solve",
-    "spectral_lines": "measures.lines",
-    "spectrum": "measures.spectrum",
-    "stability": "linear_stability",
-    "stability_map": "linear_stability",
-    "sticks": "measures.sticking",
-    "sweep": "sweeps.run",
+    "simulate": "solvers.simulate",
+    "spectral_lines": "analysis.spectral_peaks",
+    "spectrum": "analysis.spectrum",
+    "stability": "analysis.linear_stability",
+    "stability_map": "analysis.linear_stability",
+    "sticks": "analysis.sticking",
+    "sweep": "sweeps.sweep",
 }
 
 __all__ = [

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from wedgebrake.app.desk import Desk
-from wedgebrake.app.moment import look
-from wedgebrake.app.verdict import verdict
+from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.verdict import verdict
 
 # Colours of the page (app/charts/look.py, plots/style.py) that tests look for.
 FRAME, INK, MOTION, CURSOR = "#C9D0D8", "#1B2430", "#0072B2", "#E69F00"

@@ -11,14 +11,14 @@ import pytest
 from bokeh.document import Document
 
 import wedgebrake as wb
-from wedgebrake.app.charts import look as charts
-from wedgebrake.app.charts.history import History
-from wedgebrake.app.charts.phase import Phase
-from wedgebrake.app.charts.section import Section
-from wedgebrake.app.charts.spectrum import Spectrum
-from wedgebrake.app.desk import Desk, new_desk
-from wedgebrake.app.moment import Moment, look
-from wedgebrake.app.parts.stage import Stage
+from wedgebrake.explorer.core.snapshot import Moment, look
+from wedgebrake.explorer.core.state import Desk, new_desk
+from wedgebrake.explorer.ui.plots import look as charts
+from wedgebrake.explorer.ui.plots.history import History
+from wedgebrake.explorer.ui.plots.phase import Phase
+from wedgebrake.explorer.ui.plots.section import Section
+from wedgebrake.explorer.ui.plots.spectrum import Spectrum
+from wedgebrake.explorer.ui.widgets.brake_animation import Stage
 
 
 class Page:

@@ -5,8 +5,8 @@ import dataclasses
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.app.desk import Desk, View, axes, new_desk
-from wedgebrake.app.limits import MOST_PERIODS, MOST_SHOWN
+from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
+from wedgebrake.explorer.core.state import Desk, View, axes, new_desk
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 

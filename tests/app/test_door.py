@@ -17,7 +17,7 @@ from command import Server
 from tornado.httpclient import HTTPError, HTTPRequest
 from tornado.websocket import websocket_connect
 
-import wedgebrake.app.server as serving
+import wedgebrake.explorer.ui.server as serving
 
 KEY = base64.b64encode(b"sixteen bytes ok").decode()
 UPGRADE = {
@@ -247,8 +247,8 @@ def test_its_names_are_those_of_what_it_listens_to(address, names):
 
 def test_the_styles_stand_in_the_page():
     """As text, so that no route has to serve them."""
-    folder = Path(serving.__file__).parent / "parts"
-    from wedgebrake.app.parts.page import Page
+    folder = Path(serving.__file__).parent / "widgets"
+    from wedgebrake.explorer.ui.widgets.page import Page
 
     assert Page._stylesheets == [
         (folder / name).read_text(encoding="utf-8") for name in ("theme.css", "page.css")

@@ -16,14 +16,14 @@ import pytest
 from PIL import Image
 
 import wedgebrake as wb
-from wedgebrake.app import export as exporting
-from wedgebrake.app.desk import Desk, new_desk
-from wedgebrake.app.export import FORMATS, File, export
-from wedgebrake.app.judging import judging
-from wedgebrake.app.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
-from wedgebrake.app.moment import look
-from wedgebrake.app.presets import PRESETS, preset
-from wedgebrake.app.snippet import picture, samples, snippet
+from wedgebrake.explorer.core import export as exporting
+from wedgebrake.explorer.core.evaluation import judging
+from wedgebrake.explorer.core.export import FORMATS, File, export
+from wedgebrake.explorer.core.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
+from wedgebrake.explorer.core.presets import PRESETS, preset
+from wedgebrake.explorer.core.program import picture, samples, snippet
+from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.state import Desk, new_desk
 from wedgebrake.model.study import Run
 from wedgebrake.sweeps.results import PointStatus
 
@@ -226,8 +226,8 @@ class TestFiles:
 
     @pytest.mark.parametrize("plate", PLATES)
     def test_the_open_picture(self, plate, monkeypatch):
-        monkeypatch.setattr("wedgebrake.app.calls.FINE_MAP", (6, 4))
-        monkeypatch.setattr("wedgebrake.app.calls.FINE_POINTS", 7)
+        monkeypatch.setattr("wedgebrake.explorer.core.calls.FINE_MAP", (6, 4))
+        monkeypatch.setattr("wedgebrake.explorer.core.calls.FINE_POINTS", 7)
         file = export(desk(plate=plate), "diagram-png")
         assert file.name == f"{plate}.png"
         assert Image.open(io.BytesIO(file.content)).size[0] == 1600
@@ -298,7 +298,7 @@ class TestData:
 
     def test_limits_hold(self, monkeypatch):
         """A run that meets them says so, in the file too."""
-        monkeypatch.setattr("wedgebrake.app.desk.MOST_EVENTS", 50)
+        monkeypatch.setattr("wedgebrake.explorer.core.state.MOST_EVENTS", 50)
         text = export(desk(), "csv").content.decode()
         assert "# status: event_limit" in text
 

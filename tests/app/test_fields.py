@@ -9,10 +9,10 @@ import math
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.app.desk import Desk, axes, new_desk
-from wedgebrake.app.fields import sections
-from wedgebrake.app.spans import scale, span
 from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.fields import sections
+from wedgebrake.explorer.core.parameter_ranges import scale, span
+from wedgebrake.explorer.core.state import Desk, axes, new_desk
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.system import PARTS

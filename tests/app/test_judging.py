@@ -5,12 +5,12 @@ import re
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.app.calls import picture
-from wedgebrake.app.export import export
-from wedgebrake.app.moment import look
-from wedgebrake.app.plates.machine import following
-from wedgebrake.app.presets import preset
-from wedgebrake.measures.classes import motion_word
+from wedgebrake.analysis.classes import motion_word
+from wedgebrake.explorer.core.calls import picture
+from wedgebrake.explorer.core.export import export
+from wedgebrake.explorer.core.machine import following
+from wedgebrake.explorer.core.presets import preset
+from wedgebrake.explorer.core.snapshot import look
 
 # Of each but the first the run as it is set is too short to tell, or tells something else.
 MACHINES = [

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.app.desk import Desk, new_desk
-from wedgebrake.app.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
-from wedgebrake.app.moment import Moment, look
-from wedgebrake.measures.torque import brake_torque
+from wedgebrake.analysis.torque import brake_torque
+from wedgebrake.explorer.core.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
+from wedgebrake.explorer.core.snapshot import Moment, look
+from wedgebrake.explorer.core.state import Desk, new_desk
 from wedgebrake.model.study import Run
 
 

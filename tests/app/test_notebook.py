@@ -7,8 +7,8 @@ import pytest
 from playwright.sync_api import expect
 
 import wedgebrake as wb
-from wedgebrake.app import notebook
-from wedgebrake.app.presets import START, preset
+from wedgebrake.explorer import notebook
+from wedgebrake.explorer.core.presets import START, preset
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 from screen import colours, said_of
 
-from wedgebrake.app.presets import preset
+from wedgebrake.explorer.core.presets import preset
 
 DESK = preset("start").desk()
 PIXELS = 1.6  # a click is a pixel, and the frame is known to half a one

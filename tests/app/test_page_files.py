@@ -17,8 +17,8 @@ from playwright.sync_api import expect
 from screen import START, said_of, words
 
 import wedgebrake as wb
-from wedgebrake.app.filing import opened
-from wedgebrake.app.presets import preset
+from wedgebrake.explorer.core.presets import preset
+from wedgebrake.explorer.core.studies import opened
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 PAPER = next(path for path in EXAMPLES if path.stem == "paper")

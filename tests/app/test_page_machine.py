@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 from screen import GHOST, START, near, said_of
 
-from wedgebrake.app.presets import preset
+from wedgebrake.explorer.core.presets import preset
 
 DESK = preset("start").desk()
 STABLE = "Linearly stable. Moves in step with the torque, without sticking."

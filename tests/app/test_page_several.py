@@ -5,7 +5,7 @@ from __future__ import annotations
 from playwright.sync_api import expect
 from screen import START, said_of
 
-from wedgebrake.app.presets import preset
+from wedgebrake.explorer.core.presets import preset
 
 DESK = preset("start").desk()
 

@@ -7,24 +7,24 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.app.desk import PLATES, Desk, axes, new_desk
-from wedgebrake.app.judging import judging
-from wedgebrake.app.plates import (
+from wedgebrake.errors import InputError
+from wedgebrake.explorer.core import (
     basins,
     cells,
-    chips,
     diagram,
-    filling,
-    new_plate,
+    legend,
+    progressive_sweep,
     regimes,
     stability,
 )
-from wedgebrake.app.plates.axis import Axis
-from wedgebrake.app.plates.filling import Filling, order
-from wedgebrake.app.plates.machine import following
-from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.axis import Axis
+from wedgebrake.explorer.core.evaluation import judging
+from wedgebrake.explorer.core.machine import following
+from wedgebrake.explorer.core.progressive_sweep import Filling, order
+from wedgebrake.explorer.core.state import PLATES, Desk, axes, new_desk
+from wedgebrake.explorer.ui.plots import new_plate
+from wedgebrake.figures.matplotlib import class_styles
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.plots import looks
 
 BRAKES = ("wedge", "conventional", "band", "leading-shoe")
 FRICTIONS = ("coulomb", "smoothed", "tabulated")
@@ -95,7 +95,7 @@ class _Clock:
 
     def __init__(self, monkeypatch, seconds):
         self.now, self.computed = 0.0, []
-        monkeypatch.setattr(filling.time, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(progressive_sweep.time, "perf_counter", lambda: self.now)
 
         def compute(one, where):
             count = where[-1].stop - where[-1].start
@@ -119,7 +119,7 @@ def test_a_step_of_slow_points_is_one_of_them(monkeypatch):
     clock = _Clock(monkeypatch, 0.3)
     one = Filling(wb.paper.system(), {"eta": np.linspace(-60, 12, 20)}, [(20,)])
     times = [clock.now for _ in one.steps(0.25)]
-    assert max(clock.computed) == filling._PROBE  # before it is known how slow they are
+    assert max(clock.computed) == progressive_sweep._PROBE  # before it is known how slow they are
     assert np.all(np.diff(times) <= 0.31)
     assert int(one.known.sum()) == 20
 
@@ -220,18 +220,18 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
     picture = last(diagram.work(desk))
     values = picture.axis.values(20)
     truth = wb.bifurcation(following(desk.system), **{name: values}, **judging(desk))
-    codes = looks.classes(truth).to_numpy()
+    codes = class_styles.classes(truth).to_numpy()
     assert picture.known == picture.whole == 20
     np.testing.assert_array_equal(picture.codes, codes)
     np.testing.assert_array_equal(picture.strip, codes)
     for quantity in ("angle", "velocity"):
         for place, code, row in zip(picture.middles, codes, truth[quantity].values, strict=True):
             drawn = picture.points[quantity][picture.place == place]
-            if code in looks.PERIODIC:
+            if code in class_styles.PERIODIC:
                 gap = np.abs(row[:, None] - drawn).min(axis=1).max()
                 assert gap < 1e-3 * max(np.ptp(truth[quantity].values), 1e-9)
                 assert drawn.size < row.size
-            elif not looks.without(codes[codes == code][:1])[0] and drawn.size > 1:
+            elif not class_styles.without(codes[codes == code][:1])[0] and drawn.size > 1:
                 np.testing.assert_array_equal(drawn, row)
 
 
@@ -246,7 +246,7 @@ def test_the_diagram_gives_whole_pictures_from_coarse_to_fine(few):
 
 
 def test_many_points_are_thinned():
-    codes = np.full(600, looks.UNDECIDED)
+    codes = np.full(600, class_styles.UNDECIDED)
     points = np.random.default_rng(0).normal(size=(600, 51))
     kept = diagram._kept(codes, np.zeros(600, dtype=np.int32), points)
     assert 0.5 * diagram.MOST_DRAWN < kept.sum() <= diagram.MOST_DRAWN
@@ -266,7 +266,7 @@ def test_the_regimes_are_those_of_a_map(few):
     truth = wb.regime_map(
         following(desk.system), F0=picture.y.values(8), eta=picture.x.values(16), **judging(desk)
     )
-    np.testing.assert_array_equal(picture.codes, looks.classes(truth).to_numpy())
+    np.testing.assert_array_equal(picture.codes, class_styles.classes(truth).to_numpy())
     ((across, up),) = picture.limit
     # Forwards: -D = -(alpha - 1) mu_k, at the paper's alpha.
     assert across == pytest.approx([-0.054] * len(across), abs=0.02)
@@ -289,7 +289,7 @@ def test_regimes_on_logarithmic_axes(few):
     truth = wb.regime_map(
         desk.system, damping=picture.y.values(8), stiffness=picture.x.values(16), **judging(desk)
     )
-    np.testing.assert_array_equal(picture.codes, looks.classes(truth).to_numpy())
+    np.testing.assert_array_equal(picture.codes, class_styles.classes(truth).to_numpy())
 
 
 def test_cells_not_known_yet_are_as_the_nearest():
@@ -341,7 +341,7 @@ def test_the_basins_are_those_of_wb_basins(few):
     assert len(pairs) == len(np.unique(given)) == len(np.unique(picture.codes))
     assert picture.codes.max() <= len(basins.TABLE)
     colour, orbit = picture.orbits[0]
-    assert colour == looks.ATTRACTORS[0]
+    assert colour == class_styles.ATTRACTORS[0]
     assert orbit.shape[1] == 2
 
 
@@ -358,7 +358,7 @@ def test_the_basins_are_those_of_wb_basins(few):
 )
 def test_pictures_of_machines_that_do_not_move_on(few, changes, name):
     picture = last(diagram.work(desk_of().edited(**changes)))
-    code = list(looks.MOTIONS).index(name)
+    code = list(class_styles.MOTIONS).index(name)
     assert code in picture.codes
     if name == "diverged":
         assert set(picture.codes) == {code}
@@ -370,7 +370,7 @@ def test_pictures_of_machines_that_do_not_move_on(few, changes, name):
 
 def test_values_that_are_no_machine_are_shown_as_such(few):
     picture = last(diagram.work(desk_of(static=0.33).edited(axis="kinetic")))
-    invalid = list(looks.MOTIONS).index("invalid")
+    invalid = list(class_styles.MOTIONS).index("invalid")
     assert invalid in picture.codes
     assert np.all(picture.middles[picture.codes == invalid] > 0.33)
     assert picture.gaps
@@ -435,11 +435,14 @@ def test_words_of_axes_are_plain():
 
 
 def test_chips_are_plain_and_dark_enough_on_white():
-    for look in looks.MOTION_LOOKS:
-        assert "$" not in chips.words(look)
-        assert chips.ink(look).startswith("#")
-    assert chips.ink(looks.MOTIONS["chaotic"]) == looks.MOTIONS["chaotic"].colour
-    assert chips.ink(looks.MOTIONS["quasi_periodic"]) != looks.MOTIONS["quasi_periodic"].colour
+    for look in class_styles.MOTION_LOOKS:
+        assert "$" not in legend.words(look)
+        assert legend.ink(look).startswith("#")
+    assert legend.ink(class_styles.MOTIONS["chaotic"]) == class_styles.MOTIONS["chaotic"].colour
+    assert (
+        legend.ink(class_styles.MOTIONS["quasi_periodic"])
+        != class_styles.MOTIONS["quasi_periodic"].colour
+    )
 
 
 # Figures, without a browser
@@ -466,7 +469,7 @@ def test_plates_show_mark_and_pick(few, brake):
 
 
 def test_the_atlas_tells_its_controls():
-    from wedgebrake.app.parts.atlas import Atlas
+    from wedgebrake.explorer.ui.widgets.tabs import Atlas
 
     atlas = Atlas(lambda _: None)
     desk = desk_of()

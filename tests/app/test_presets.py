@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.app.desk import axes
-from wedgebrake.app.limits import MOST_EVENTS, MOST_PERIODS
-from wedgebrake.app.moment import look
-from wedgebrake.app.presets import PRESETS, START, preset
-from wedgebrake.app.spans import span
+from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS
+from wedgebrake.explorer.core.parameter_ranges import span
+from wedgebrake.explorer.core.presets import PRESETS, START, preset
+from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.state import axes
 from wedgebrake.paper.assumptions import CONVENTIONAL, CORRECTED, WEDGE
 from wedgebrake.paper.diagrams import FREQUENCIES, PLANS
 from wedgebrake.paper.figures import responses

@@ -18,11 +18,11 @@ from command import Server
 from wire import PATIENCE as _PATIENCE
 from wire import together
 
-import wedgebrake.app.server as serving
-from wedgebrake.app.explorer import Explorer
-from wedgebrake.app.limits import MOST_MESSAGE
-from wedgebrake.app.presets import preset
-from wedgebrake.app.turns import Turns
+import wedgebrake.explorer.ui.server as serving
+from wedgebrake.explorer.core.limits import MOST_MESSAGE
+from wedgebrake.explorer.core.presets import preset
+from wedgebrake.explorer.core.scheduler import Turns
+from wedgebrake.explorer.ui.session import Explorer
 
 STABLE = "Linearly stable. Moves in step with the torque, without sticking."
 NAN = {"type": "number", "value": "nan"}

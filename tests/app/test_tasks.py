@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from wedgebrake.app import limits
+from wedgebrake.explorer.core import limits
 
 TEXT = (Path(__file__).parents[2] / "docs" / "explorer.md").read_text(encoding="utf-8")
 FALLING = "falling-friction"

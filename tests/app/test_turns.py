@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from wedgebrake.app.turns import Turns
 from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.scheduler import Turns
 
 
 @pytest.fixture

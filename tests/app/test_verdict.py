@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.app.desk import Desk, new_desk
-from wedgebrake.app.moment import look
-from wedgebrake.app.presets import preset
-from wedgebrake.app.verdict import verdict
-from wedgebrake.linear_stability import Stability
-from wedgebrake.measures.motion import Motion
+from wedgebrake.analysis.linear_stability import Stability
+from wedgebrake.analysis.motion import Motion
+from wedgebrake.explorer.core.presets import preset
+from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.state import Desk, new_desk
+from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.solvers.status import Status
 
 TILES = ["forward", "backward", "locking", "motion", "sticks", "torque", "share"]

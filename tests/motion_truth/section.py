@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import wedgebrake as wb
-from wedgebrake._kernels import codes
-from wedgebrake._kernels import exact as kernel
-from wedgebrake.solvers.exact import problem
+from wedgebrake.dynamics import enums
+from wedgebrake.solvers.event_driven import trajectory as kernel
+from wedgebrake.solvers.event_driven.solve import problem
 
 FloatArray = NDArray[np.float64]
 
 COMPLETED, DIVERGED, SELF_LOCKED = "completed", "diverged", "self-locked"
 _ENDS = {
-    codes.COMPLETED: COMPLETED,
-    codes.DIVERGED: DIVERGED,
-    codes.NO_SLIDING: SELF_LOCKED,
+    enums.COMPLETED: COMPLETED,
+    enums.DIVERGED: DIVERGED,
+    enums.NO_SLIDING: SELF_LOCKED,
 }
 _NO_LOG = kernel.empty_log(0)
 _MOST_EVENTS = 10**12

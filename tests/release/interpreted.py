@@ -17,12 +17,13 @@ import numpy as np
 
 def interpret() -> None:
     """Leave the kernels uncompiled; before any of them is imported."""
-    from wedgebrake._kernels import compiling, trace
+    from wedgebrake.dynamics import jit
+    from wedgebrake.solvers.smooth import simd_codegen
 
     np.seterr(all="ignore")  # compiled code divides by zero without a word
-    compiling.compiled = lambda function: function
-    compiling.compiled_for = lambda _signature: lambda function: function
-    trace.traced = trace.plain
+    jit.compiled = lambda function: function
+    jit.compiled_for = lambda _signature: lambda function: function
+    simd_codegen.traced = simd_codegen.plain
 
 
 def results() -> dict[str, list[float]]:

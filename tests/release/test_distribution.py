@@ -25,7 +25,7 @@ VERSIONS = ("3.11", "3.12", "3.13")
 # What an extra gives; and the command that says so where it is missing.
 EXTRAS = {
     "netcdf": ("import h5netcdf", ["simulate", "paper.toml", "--out", "run.nc"]),
-    "app": ("import wedgebrake.app.server", ["app", "--no-browser"]),
+    "app": ("import wedgebrake.explorer.ui.server", ["app", "--no-browser"]),
     "cluster": ("import distributed", None),
 }
 

@@ -17,7 +17,7 @@ import wedgebrake as wb
 from wedgebrake.cli import doctor, doctor_packages
 from wedgebrake.cli.doctor_kernels import kernels
 from wedgebrake.cli.doctor_packages import EXTRAS, packages
-from wedgebrake.sweeps.workers import processors
+from wedgebrake.sweeps.executor import processors
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -95,10 +95,11 @@ class TestKernels:
     def test_those_called_are_compiled_and_no_others(self, tmp_path):
         """Numba's own statistics say which were; the index files must say the same."""
         program = (
-            "from wedgebrake._kernels import bound\n"
-            "bound.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)\n"
-            "compiled = [n for n in dir(bound) if getattr(getattr(bound, n), 'signatures', None)]\n"
-            "print(*(f'bound.{name}' for name in compiled))\n"
+            "from wedgebrake.solvers.event_driven import root_exclusion\n"
+            "root_exclusion.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)\n"
+            "compiled = [n for n in dir(root_exclusion)"
+            " if getattr(getattr(root_exclusion, n), 'signatures', None)]\n"
+            "print(*(f'solvers.event_driven.root_exclusion.{name}' for name in compiled))\n"
         )
         done = subprocess.run(
             [sys.executable, "-c", program],
@@ -108,22 +109,23 @@ class TestKernels:
             check=True,
         )
         _, report = told(NUMBA_CACHE_DIR=str(tmp_path))
-        assert "bound.safe_step" in report["kernels"]["compiled"]
+        assert "solvers.event_driven.root_exclusion.safe_step" in report["kernels"]["compiled"]
         assert sorted(done.stdout.split()) == report["kernels"]["compiled"]
         assert report["kernels"]["stale"] == []
         assert report["kernels"]["all"] > 50
-        assert Path(report["cache"]["folder"]).parent == tmp_path
+        assert Path(report["cache"]["folder"]) == tmp_path
 
     def test_what_other_sources_left_is_stale(self, tmp_path):
         package = tmp_path / "src" / "wedgebrake"
         shutil.copytree(Path(wb.__file__).parent, package)
         program = (
             f"import sys; sys.path.insert(0, {str(package.parent)!r})\n"
-            "from wedgebrake._kernels import bound\n"
-            "bound.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)\n"
+            "from wedgebrake.solvers.event_driven import root_exclusion\n"
+            "root_exclusion.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)\n"
             "from wedgebrake.cli.doctor_kernels import kernels\n"
             "seen = kernels()\n"
-            "print('bound.safe_step' in seen.compiled, 'bound.safe_step' in seen.stale)\n"
+            "name = 'solvers.event_driven.root_exclusion.safe_step'\n"
+            "print(name in seen.compiled, name in seen.stale)\n"
         )
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
         command = [sys.executable, "-c", program]
@@ -134,24 +136,33 @@ class TestKernels:
             ).stdout.strip()
 
         assert seen() == "True False"
-        (package / "_kernels" / "flow.py").touch()
+        (package / "dynamics" / "linear_flow.py").touch()
         # Asked before anything is compiled anew.
-        command[2] = program.replace("bound.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)\n", "")
+        command[2] = program.replace(
+            "root_exclusion.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)\n", ""
+        )
         assert seen() == "False True"
 
     def test_a_damaged_index_is_not_counted(self, tmp_path):
-        folder = Path(told(NUMBA_CACHE_DIR=str(tmp_path))[1]["cache"]["folder"])
-        (folder / "bound.bound-20.py311.nbi").write_bytes(b"no pickle")
+        told(NUMBA_CACHE_DIR=str(tmp_path))
+        (folder,) = tmp_path.glob("event_driven_*")
+        (folder / "root_exclusion.bound-20.py311.nbi").write_bytes(b"no pickle")
         status, report = told(NUMBA_CACHE_DIR=str(tmp_path))
         assert (status, report["kernels"]["compiled"]) == (0, [])
-        assert report["kernels"]["stale"] == ["bound.bound"]
+        assert report["kernels"]["stale"] == ["solvers.event_driven.root_exclusion.bound"]
 
     def test_every_kernel_of_this_process_is_known(self):
-        from wedgebrake._kernels import chain, exact, flow, motion, point, slip
+        from wedgebrake.analysis import classify, evaluate_point
+        from wedgebrake.continuation import segment_bvp_kernel
+        from wedgebrake.dynamics import linear_flow
+        from wedgebrake.solvers.event_driven import event_search, trajectory
 
         known = kernels().names
-        for module in (chain, exact, flow, motion, point, slip):
-            stem = module.__name__.rpartition(".")[2]
+        kernel_modules = (
+            segment_bvp_kernel, trajectory, linear_flow, classify, evaluate_point, event_search,
+        )  # fmt: skip
+        for module in kernel_modules:
+            stem = module.__name__.partition(".")[2]
             for name, kernel in vars(module).items():
                 if hasattr(kernel, "py_func") and kernel.py_func.__module__ == module.__name__:
                     assert f"{stem}.{name}" in known

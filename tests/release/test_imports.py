@@ -14,15 +14,18 @@ import pytest
 from scipy.signal import windows
 
 import wedgebrake as wb
-from wedgebrake.measures.spectrum import window_weights
-from wedgebrake.plots import style
-from wedgebrake.plots.save import image
+from wedgebrake.analysis.spectrum import window_weights
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.save import image
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 HOMES = sorted(
     {getattr(getattr(wb, name), "__module__", "wedgebrake.paper") for name in wb.__all__}
 )
-AREAS = ("app", "cli", "measures", "model", "orbits", "paper", "plots", "solvers", "sweeps")
+AREAS = (
+    "analysis", "cli", "continuation", "dynamics", "explorer", "figures", "model", "paper",
+    "solvers", "sweeps",
+)  # fmt: skip
 
 
 def python(*arguments: str) -> str:
@@ -48,7 +51,7 @@ class TestWarnings:
 
     def test_none_in_any_public_module(self):
         """Each on its own path, so that none leans on what another one loaded."""
-        assert "wedgebrake.solvers.solve" in HOMES
+        assert "wedgebrake.solvers.simulate" in HOMES
         code = (
             "import importlib, sys\n"
             "for name in sys.argv[1:]:\n"

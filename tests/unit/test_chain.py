@@ -10,11 +10,12 @@ from scipy.linalg import expm
 
 import wedgebrake as wb
 from equations import angular_frequency, law
-from wedgebrake._kernels import chain as kernel
-from wedgebrake._kernels import codes, exact
-from wedgebrake.orbits.chain import Chain
-from wedgebrake.orbits.flow import run
-from wedgebrake.solvers.exact import problem
+from wedgebrake.continuation import segment_bvp_kernel as kernel
+from wedgebrake.continuation.flow import run
+from wedgebrake.continuation.segment_bvp import Chain
+from wedgebrake.dynamics import enums
+from wedgebrake.solvers.event_driven import trajectory
+from wedgebrake.solvers.event_driven.solve import problem
 
 JUMP = wb.paper.system(static=0.33)
 TABLE = wb.paper.system().replace(
@@ -261,21 +262,25 @@ def test_written_log_is_the_solvers(name) -> None:
     wanted = chain.log(unknowns, given).copy()
     seen = run(given, found.points[0], 3 * found.order).log
     circle = 2.0 * math.pi
-    at = circle * seen[:, exact.LOG_PERIOD] + given[4] * seen[:, exact.LOG_TIME]
-    begin = circle * wanted[0, exact.LOG_PERIOD] + given[4] * wanted[0, exact.LOG_TIME]
+    at = circle * seen[:, trajectory.LOG_PERIOD] + given[4] * seen[:, trajectory.LOG_TIME]
+    begin = circle * wanted[0, trajectory.LOG_PERIOD] + given[4] * wanted[0, trajectory.LOG_TIME]
     turns = 0 if begin > 1e-6 else 1
     begin += turns * circle * found.order
-    first = int(np.argmin(np.abs(at - begin) + 10.0 * (seen[:, exact.LOG_KIND] == codes.START)))
+    first = int(
+        np.argmin(np.abs(at - begin) + 10.0 * (seen[:, trajectory.LOG_KIND] == enums.START))
+    )
     rows = seen[first : first + len(wanted)].copy()
-    rows[:, exact.LOG_PERIOD] -= turns * found.order
-    for column in (exact.LOG_KIND, exact.LOG_PERIOD, exact.LOG_PIECE):
+    rows[:, trajectory.LOG_PERIOD] -= turns * found.order
+    for column in (trajectory.LOG_KIND, trajectory.LOG_PERIOD, trajectory.LOG_PIECE):
         np.testing.assert_array_equal(rows[:, column], wanted[:, column])
-    events = wanted[:, exact.LOG_KIND] != codes.PERIOD
-    np.testing.assert_array_equal(rows[events, exact.LOG_SIDE], wanted[events, exact.LOG_SIDE])
-    np.testing.assert_allclose(given[4] * rows[:, exact.LOG_TIME],
-                               given[4] * wanted[:, exact.LOG_TIME], atol=1e-6)  # fmt: skip
+    events = wanted[:, trajectory.LOG_KIND] != enums.PERIOD
+    np.testing.assert_array_equal(
+        rows[events, trajectory.LOG_SIDE], wanted[events, trajectory.LOG_SIDE]
+    )
+    np.testing.assert_allclose(given[4] * rows[:, trajectory.LOG_TIME],
+                               given[4] * wanted[:, trajectory.LOG_TIME], atol=1e-6)  # fmt: skip
     for column, size in (
-        (exact.LOG_THETA, found.angle_amplitude), (exact.LOG_W, found.velocity_amplitude),
+        (trajectory.LOG_THETA, found.angle_amplitude), (trajectory.LOG_W, found.velocity_amplitude),
     ):  # fmt: skip
         np.testing.assert_allclose(rows[:, column], wanted[:, column], atol=1e-7 * size)
 
@@ -351,11 +356,14 @@ def test_points_of_an_orbit_whose_event_is_at_phase_zero() -> None:
     moved = unknowns.copy()
     moved[0::2] -= unknowns[0]
     log = chain.log(moved, given)
-    assert log[-1, exact.LOG_TIME] == 0.0
+    assert log[-1, trajectory.LOG_TIME] == 0.0
     at_end = log[-2]
-    assert (at_end[exact.LOG_KIND], at_end[exact.LOG_PERIOD]) == (codes.PERIOD, found.order)
+    assert (at_end[trajectory.LOG_KIND], at_end[trajectory.LOG_PERIOD]) == (
+        enums.PERIOD,
+        found.order,
+    )
     points = chain.points(moved, given)
-    np.testing.assert_array_equal(points[0], at_end[[exact.LOG_THETA, exact.LOG_W]])
+    np.testing.assert_array_equal(points[0], at_end[[trajectory.LOG_THETA, trajectory.LOG_W]])
 
 
 @pytest.mark.parametrize("codes", [(1,), (1, 0), (1, 2, 1), (1, -1, 0), (0, 1)])

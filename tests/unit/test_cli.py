@@ -28,11 +28,11 @@ import wedgebrake as wb
 from children import started
 from printed import strict_json, unwrapped
 from wedgebrake.cli import output as files
+from wedgebrake.cli.interrupts import announce_compilation
 from wedgebrake.cli.main import main
 from wedgebrake.cli.report import to_json
-from wedgebrake.cli.waiting import announce_compilation
 from wedgebrake.model.study import schema
-from wedgebrake.solvers.waiting import interruptible
+from wedgebrake.solvers.interrupts import interruptible
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -350,7 +350,7 @@ class TestExitStatus:
         def fail(*_):
             raise ZeroDivisionError("by zero")
 
-        monkeypatch.setattr("wedgebrake.linear_stability.stability", fail)
+        monkeypatch.setattr("wedgebrake.analysis.linear_stability.stability", fail)
         status, text, message = run("stability", PAPER)
         assert (status, text) == (1, "")
         assert "internal error: ZeroDivisionError: by zero" in message
@@ -365,7 +365,7 @@ class TestExitStatus:
         def fail(*_, **__):
             raise MemoryError
 
-        monkeypatch.setattr("wedgebrake.solvers.solve.simulate", fail)
+        monkeypatch.setattr("wedgebrake.solvers.simulate.simulate", fail)
         status, text, message = run("simulate", PAPER)
         assert (status, text) == (1, "")
         assert "error: not enough memory. Lower duration, periods or samples_per_period" in message

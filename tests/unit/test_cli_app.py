@@ -168,7 +168,7 @@ class TestRefusals:
     def test_without_the_extra(self, refused, monkeypatch):
         found = importlib.util.find_spec
         monkeypatch.setattr(
-            "wedgebrake.cli.exploring.find_spec",
+            "wedgebrake.cli.app_command.find_spec",
             lambda name: None if name in ("panel", "bokeh") else found(name),
         )
         words = refused()

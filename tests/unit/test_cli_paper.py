@@ -15,7 +15,7 @@ import pytest
 import wedgebrake as wb
 from children import started
 from printed import names, strict_json, unwrapped
-from wedgebrake.cli.paper import ordered
+from wedgebrake.cli.paper_command import ordered
 from wedgebrake.errors import InputError
 from wedgebrake.paper.claims import Part, Statement, Verdict
 from wedgebrake.paper.figures import FIGURES
@@ -132,7 +132,7 @@ class TestFigures:
                 seen.update(method=method, threads=more["threads"])
                 super().__init__(method, **more)
 
-        monkeypatch.setattr("wedgebrake.cli.paper.Laboratory", Spy)
+        monkeypatch.setattr("wedgebrake.cli.paper_command.Laboratory", Spy)
         assert run("fig5", "--method", method, "--threads", "1", "--out", "f")[0] == 0
         assert seen == {"method": method, "threads": 1}
         assert names("f") == ["fig5.png"]
@@ -203,11 +203,11 @@ class TestAll:
         from wedgebrake.paper.report import gather
 
         chosen = {name: FIGURES[name] for name in QUICK}
-        for module in ("wedgebrake.cli.paper", "wedgebrake.paper.report.gather"):
+        for module in ("wedgebrake.cli.paper_command", "wedgebrake.paper.report.gather"):
             monkeypatch.setattr(f"{module}.FIGURES", chosen)
 
         def figure():
-            from wedgebrake.plots import style
+            from wedgebrake.figures.matplotlib import style
 
             made = style.new_figure()
             made.add_subplot()

@@ -144,7 +144,7 @@ def hear(event, arguments):
     global left
     if event != "import":
         return
-    if left is None and arguments[0] == "wedgebrake.cli.waiting":
+    if left is None and arguments[0] == "wedgebrake.cli.interrupts":
         left = int(os.environ["NUMBER"])
     if left is not None:
         left -= 1

@@ -22,10 +22,10 @@ import xarray as xr
 import wedgebrake as wb
 from children import started
 from printed import names, strict_json, unwrapped
+from wedgebrake.analysis.classes import motion_word
 from wedgebrake.cli.sweep_text import sweep_text
-from wedgebrake.measures.classes import motion_word
 from wedgebrake.model.study import parse_study, schema
-from wedgebrake.model.swept import INITIAL
+from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.sweeps.results import PointStatus
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"

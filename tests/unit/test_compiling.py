@@ -11,9 +11,9 @@ import wedgebrake
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from wedgebrake._kernels import bound
-value = bound.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)
-print(value, sum(bound.safe_step.stats.cache_hits.values()))
+from wedgebrake.solvers.event_driven import root_exclusion
+value = root_exclusion.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)
+print(value, sum(root_exclusion.safe_step.stats.cache_hits.values()))
 """
 
 
@@ -36,6 +36,6 @@ def test_a_change_in_a_called_file_is_noticed(tmp_path):
     first = run(package.parent, tmp_path / "cache")
     assert first == (1.0, 0)
     assert run(package.parent, tmp_path / "cache") == (1.0, 1)
-    other = package / "_kernels" / "flow.py"
+    other = package / "dynamics" / "linear_flow.py"
     other.write_text(other.read_text() + "\n# changed\n")
     assert run(package.parent, tmp_path / "cache") == (1.0, 0)

@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, given, settings
 import systems
 import wedgebrake as wb
 from cases import CASES
-from wedgebrake.measures.energy import energy
+from wedgebrake.analysis.energy import energy
 
 # (eta, F0) of the paper's motions: sticking, released most of the time, other sticks, slope 0.
 PAPER = [(-24.0, 0.036), (-60.0, 0.036), (-24.0, 0.067), (0.0, 0.09)]
@@ -619,7 +619,7 @@ class TestWindow:
     def test_long_responses_are_integrated_in_blocks(self, block, monkeypatch):
         response = wb.simulate(wb.paper.system(), periods=20)
         whole = energy(response)
-        monkeypatch.setattr("wedgebrake.measures.energy._BLOCK", block)
+        monkeypatch.setattr("wedgebrake.analysis.energy._BLOCK", block)
         xr.testing.assert_identical(energy(response), whole)
 
     def test_totals_and_units(self):

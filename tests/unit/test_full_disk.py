@@ -44,8 +44,8 @@ def test_netcdf(command, run, tmp_path):
 def test_export_of_the_page(tmp_path):
     """A page is served on, also where no file can be written at all."""
     program = (
-        "from wedgebrake.app.export import export\n"
-        "from wedgebrake.app.presets import START, preset\n"
+        "from wedgebrake.explorer.core.export import export\n"
+        "from wedgebrake.explorer.core.presets import START, preset\n"
         "content = export(preset(START).desk().edited(periods=40), 'netcdf').content\n"
         "print(content[1:4].decode(), len(content))\n"
     )

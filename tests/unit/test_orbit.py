@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.orbits.orbit import OrbitStatus
+from wedgebrake.continuation.orbit import OrbitStatus
 
 
 def _returned(found: wb.Orbit) -> np.ndarray:

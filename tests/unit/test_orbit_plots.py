@@ -25,8 +25,8 @@ from test_sweep_plots import (
 )
 
 import wedgebrake as wb
-from wedgebrake.plots import boundary, looks, orbits, regime, style
-from wedgebrake.plots.draw import plot
+from wedgebrake.figures.matplotlib import class_styles, codim2, orbit_branches, regime, style
+from wedgebrake.figures.matplotlib.draw import plot
 
 SYSTEM = wb.paper.system()
 UNITS = {
@@ -147,7 +147,7 @@ def loop(number=41):
 def crowd(count=30):
     """As many bifurcations, of all kinds, along T."""
     eta = np.linspace(12.0, -60.0, 400)
-    kinds = itertools.cycle(looks.BIFURCATIONS)
+    kinds = itertools.cycle(class_styles.BIFURCATIONS)
     places = np.linspace(5, 394, count).astype(int)
     found = zip(kinds, places.tolist(), strict=False)
     return dataset_of(branch(eta, middle(eta), True, *found))
@@ -177,19 +177,19 @@ def boundary_of(kind="fold", order=1, *, number=30, turned=False, shift=0.0):
 def every_boundary():
     return [
         boundary_of(kind, 1 + place % 2, shift=0.012 * place - 0.05)
-        for place, kind in enumerate(looks.BIFURCATIONS)
+        for place, kind in enumerate(class_styles.BIFURCATIONS)
     ]
 
 
 PICTURES = {
-    "cascade": lambda: orbits.orbits(cascade(60, loop()), beneath=diagram(300)),
-    "cascade, column": lambda: orbits.orbits(
+    "cascade": lambda: orbit_branches.orbits(cascade(60, loop()), beneath=diagram(300)),
+    "cascade, column": lambda: orbit_branches.orbits(
         cascade(60, loop()), beneath=diagram(300), width=style.COLUMN
     ),
-    "exponent": lambda: orbits.orbits(cascade(), "largest_exponent", width=style.COLUMN),
-    "crowd": lambda: orbits.orbits(crowd()),
-    "crowd, column": lambda: orbits.orbits(crowd(), width=style.COLUMN),
-    "boundaries": lambda: boundary.boundary(boundary_of(), boundaries=every_boundary()),
+    "exponent": lambda: orbit_branches.orbits(cascade(), "largest_exponent", width=style.COLUMN),
+    "crowd": lambda: orbit_branches.orbits(crowd()),
+    "crowd, column": lambda: orbit_branches.orbits(crowd(), width=style.COLUMN),
+    "boundaries": lambda: codim2.boundary(boundary_of(), boundaries=every_boundary()),
     "map": lambda: regime.regime_map(map_of(), boundaries=every_boundary()),
     "map, page": lambda: regime.regime_map(map_of(), boundaries=every_boundary(), width=style.PAGE),
 }
@@ -213,7 +213,7 @@ def curves(figure, colour=None):
 def symbols(figure):
     """Places of symbols (n, 2) by their kind."""
     axes = data_axes(figure)[0]
-    kinds = {look.symbol: kind for kind, look in looks.BIFURCATIONS.items()}
+    kinds = {look.symbol: kind for kind, look in class_styles.BIFURCATIONS.items()}
     return {
         kinds[line.get_marker()]: line.get_xydata()
         for line in axes.lines
@@ -245,19 +245,19 @@ class TestCurves:
     def test_stable_solid_unstable_dashed_without_gap(self):
         """T, 2T and 4T against the fork that they were made from."""
         dataset = cascade()
-        figure = orbits.orbits(dataset)
-        (_, solid, right), (_, dashed, left) = curves(figure, looks.ORBITS[1].colour)
+        figure = orbit_branches.orbits(dataset)
+        (_, solid, right), (_, dashed, left) = curves(figure, class_styles.ORBITS[1].colour)
         assert (solid, dashed) == (True, False)
         assert right[[0, -1], 0] == pytest.approx([12.0, DOUBLED])
         assert left[[0, -1], 0] == pytest.approx([DOUBLED, -60.0])
         for line in (right, left):
             assert line[:, 1] == pytest.approx(middle(line[:, 0]))
-        twice = curves(figure, looks.ORBITS[2].colour)
+        twice = curves(figure, class_styles.ORBITS[2].colour)
         ends = [(solid, line[0, 0], line[-1, 0]) for _, solid, line in twice]
         assert ends == [(True, DOUBLED, AGAIN)] * 2 + [(False, AGAIN, -60.0)] * 2
         for (_, _, line), column in zip(twice, (0, 1, 0, 1), strict=True):
             assert line[:, 1] == pytest.approx(doubled(line[:, 0])[:, column])
-        four = curves(figure, looks.ORBITS[4].colour)
+        four = curves(figure, class_styles.ORBITS[4].colour)
         assert [solid for _, solid, _ in four] == [True] * 4
         assert len(curves(figure)) == 2 + 4 + 4
 
@@ -271,14 +271,16 @@ class TestCurves:
         # Not at the grazing, which leaves stability as it is.
         other["stable"][at[:-1]] = ~dataset["stable"][at[:-1]]
         for one, two in zip(
-            curves(orbits.orbits(dataset)), curves(orbits.orbits(other)), strict=True
+            curves(orbit_branches.orbits(dataset)),
+            curves(orbit_branches.orbits(other)),
+            strict=True,
         ):
             assert one[:2] == two[:2]
             assert one[2] == pytest.approx(two[2])
 
     def test_without_a_located_bifurcation_an_unstable_end_makes_it_unstable(self):
         eta = np.linspace(0.0, -10.0, 11)
-        figure = orbits.orbits(dataset_of(branch(eta, middle(eta), eta > -4.5)))
+        figure = orbit_branches.orbits(dataset_of(branch(eta, middle(eta), eta > -4.5)))
         (_, solid, first), (_, dashed, last) = curves(figure)
         assert (solid, dashed) == (True, False)
         assert first[-1, 0] == last[0, 0] == -4.0
@@ -290,18 +292,18 @@ class TestCurves:
             branch(eta, np.tile(middle(eta)[:, None], order) + np.arange(order), False)
             for order in (9, 12)
         )
-        figure = orbits.orbits(dataset_of(*shifted, nine, twelve))
-        assert len(curves(figure, looks.ORBITS[1].colour)) == 2
-        assert len(curves(figure, looks.OTHER_ORBITS.colour)) == 9 + 12
+        figure = orbit_branches.orbits(dataset_of(*shifted, nine, twelve))
+        assert len(curves(figure, class_styles.ORBITS[1].colour)) == 2
+        assert len(curves(figure, class_styles.OTHER_ORBITS.colour)) == 9 + 12
         assert words(figure) == ["$T$", "$9T$, $12T$", "stable", "unstable"]
 
     def test_a_branch_of_one_point_is_seen(self):
-        figure = orbits.orbits(dataset_of(branch([-5.0], [3.0], True)))
+        figure = orbit_branches.orbits(dataset_of(branch([-5.0], [3.0], True)))
         (axes,) = data_axes(figure)
-        assert close(Pixels(figure).at(axes, -5.0, 3.0), looks.ORBITS[1].colour)
+        assert close(Pixels(figure).at(axes, -5.0, 3.0), class_styles.ORBITS[1].colour)
 
     def test_no_orbits(self):
-        figure = orbits.orbits(dataset_of())
+        figure = orbit_branches.orbits(dataset_of())
         figure.draw_without_rendering()
         assert letters(figure) == ["no orbits"]
 
@@ -315,11 +317,11 @@ class TestCurves:
     def test_other_quantities(self, quantity, label, scale):
         figure = plot(cascade(), quantity=quantity)
         assert data_axes(figure)[0].get_ylabel() == label
-        (_, _, right), (_, _, left) = curves(figure, looks.ORBITS[1].colour)
+        (_, _, right), (_, _, left) = curves(figure, class_styles.ORBITS[1].colour)
         for line in (right, left):
             assert line[:, 1] == pytest.approx(scale * middle(line[:, 0]))
         count = 2 if quantity == "angle" else 1
-        assert len(curves(figure, looks.ORBITS[2].colour)) == 2 * count
+        assert len(curves(figure, class_styles.ORBITS[2].colour)) == 2 * count
 
     def test_infinite_exponents_are_left_out(self):
         """Orbits with a stick forget their start: a multiplier is zero."""
@@ -330,14 +332,14 @@ class TestCurves:
         known = dataset["largest_exponent"].where(np.isfinite(dataset["largest_exponent"]))
         assert low < float(known.min()) < float(known.max()) < high
         assert low > -10.0
-        (_, _, right), _ = curves(figure, looks.ORBITS[1].colour)
+        (_, _, right), _ = curves(figure, class_styles.ORBITS[1].colour)
         assert list(np.flatnonzero(np.isnan(right[:, 1]))) == [5, 6, 7, 8, 9]
 
 
 class TestHeights:
     def test_all_is_shown(self):
         dataset = cascade(60, loop())
-        low, high = data_axes(orbits.orbits(dataset))[0].get_ylim()
+        low, high = data_axes(orbit_branches.orbits(dataset))[0].get_ylim()
         assert low < float(dataset["velocity"].min()) < float(dataset["velocity"].max()) < high
 
     def test_a_branch_that_runs_off_does_not_flatten_the_others(self):
@@ -346,7 +348,9 @@ class TestHeights:
         velocity = middle(eta) + 1.0 / np.clip(-19.3 - eta, 1e-6, None) * (eta < -20.0)
         velocity[-1] = 1e6
         assert np.max(velocity) == 1e6
-        low, high = data_axes(orbits.orbits(cascade(60, branch(eta, velocity, True))))[0].get_ylim()
+        low, high = data_axes(orbit_branches.orbits(cascade(60, branch(eta, velocity, True))))[
+            0
+        ].get_ylim()
         spread = np.ptp(doubled([-60.0]))
         assert low < 2.6
         assert 9.0 < high < 9.0 + 2.0 * spread
@@ -354,28 +358,30 @@ class TestHeights:
     def test_points_beneath_are_within(self):
         beneath = diagram(300)
         beneath["velocity"][{"eta": 100, "period": 3}] = 40.0
-        low, high = data_axes(orbits.orbits(cascade(), beneath=beneath))[0].get_ylim()
+        low, high = data_axes(orbit_branches.orbits(cascade(), beneath=beneath))[0].get_ylim()
         assert low < 1.0
         assert high > 40.0
 
     def test_orbits_that_do_not_change_are_not_blown_up(self):
         eta = np.linspace(0.0, -10.0, 11)
         rounding = 3.0 + 1e-13 * np.sin(7.0 * eta)
-        low, high = data_axes(orbits.orbits(dataset_of(branch(eta, rounding, True))))[0].get_ylim()
+        low, high = data_axes(orbit_branches.orbits(dataset_of(branch(eta, rounding, True))))[
+            0
+        ].get_ylim()
         assert high - low >= 0.02 * 3.0
 
 
 class TestBeneath:
     def test_points_are_grey_and_behind_the_curves(self):
         beneath = diagram(300)
-        figure = orbits.orbits(cascade(), beneath=beneath)
+        figure = orbit_branches.orbits(cascade(), beneath=beneath)
         (axes,) = data_axes(figure)
         image = Pixels(figure)
         points = image.around(axes, -50.0, 3.0, 2)
         assert np.max(np.ptp(points, axis=1)) < 0.01  # no colour
         assert 0.1 < min(map(luminance, points)) < 0.5
         # Chaos lies about the curve of T at eta = 0, which covers it.
-        assert close(image.at(axes, 0.0, float(middle(0.0))), looks.ORBITS[1].colour)
+        assert close(image.at(axes, 0.0, float(middle(0.0))), class_styles.ORBITS[1].colour)
         assert "simulated points" in words(figure)
         said = figure.get_suptitle().split("\n")
         assert said[1:] == [
@@ -386,7 +392,7 @@ class TestBeneath:
     def test_both_branches_of_a_sweep_that_follows(self):
         beneath = diagram(300, follow="eta")
         beneath["velocity"][{"branch": 1}] = 8.0
-        (axes,) = data_axes(figure := orbits.orbits(cascade(), beneath=beneath))
+        (axes,) = data_axes(figure := orbit_branches.orbits(cascade(), beneath=beneath))
         image = Pixels(figure)
         for velocity in (3.0, 8.0):
             assert min(map(luminance, image.around(axes, -45.0, velocity, 2))) < 0.5
@@ -413,7 +419,7 @@ class TestBeneath:
 
 class TestBifurcations:
     def test_every_point_of_an_orbit_is_marked(self):
-        figure = orbits.orbits(cascade(60, loop()))
+        figure = orbit_branches.orbits(cascade(60, loop()))
         found = symbols(figure)
         assert set(found) == {"fold", "grazing", "period doubling"}
         assert found["fold"] == pytest.approx(np.array([[-28.0, v] for v in (1.2, 2.6, 8.5)]))
@@ -432,23 +438,23 @@ class TestBifurcations:
             branch(eta, middle(eta) + shift, True, ("period doubling", 5), ("fold", 5))
             for shift in (0.0, 2.0)
         ]
-        figure = orbits.orbits(dataset_of(*pair))
+        figure = orbit_branches.orbits(dataset_of(*pair))
         assert sorted(letters(figure)) == ["LP", "PD"]
         assert len(symbols(figure)["fold"]) == 2
 
     @pytest.mark.parametrize("width", [style.COLUMN, style.PAGE])
     def test_thirty_have_room(self, width):
-        figure = orbits.orbits(crowd(30), width=width)
+        figure = orbit_branches.orbits(crowd(30), width=width)
         assert sum(map(len, symbols(figure).values())) == 30
-        expected = [look.letters for look in looks.BIFURCATIONS.values() for _ in range(3)]
+        expected = [look.letters for look in class_styles.BIFURCATIONS.values() for _ in range(3)]
         assert letters(figure) == expected
 
     def test_where_room_is_short_smooth_ones_are_labelled(self):
-        figure = orbits.orbits(crowd(200), width=style.COLUMN)
+        figure = orbit_branches.orbits(crowd(200), width=style.COLUMN)
         assert sum(map(len, symbols(figure).values())) == 200
         said = letters(figure)
         assert 20 < len(said) < 200
-        counts = [said.count(look.letters) for look in looks.BIFURCATIONS.values()]
+        counts = [said.count(look.letters) for look in class_styles.BIFURCATIONS.values()]
         assert counts[0] == max(counts)
         assert counts[0] > counts[-1]
 
@@ -486,13 +492,15 @@ class TestBifurcations:
     @pytest.mark.parametrize("count", [30, 80])
     def test_letters_stand_at_their_own_symbol(self, count):
         """The nearest symbol of all is of the kind that they name, or a line leads to it."""
-        figure = orbits.orbits(crowd(count), width=style.COLUMN)
+        figure = orbit_branches.orbits(crowd(count), width=style.COLUMN)
         figure.draw_without_rendering()
         (axes,) = data_axes(figure)
         near = [text for text in axes.texts if text.arrow_patch is None]
         assert len(near) > 5
         for text in near:
-            (kind,) = [k for k, one in looks.BIFURCATIONS.items() if one.letters == text.get_text()]
+            (kind,) = [
+                k for k, one in class_styles.BIFURCATIONS.items() if one.letters == text.get_text()
+            ]
             offset = np.array(text.get_position()) * figure.dpi / 72.0
             place = axes.transData.transform(text.xy) + offset
             distances = {
@@ -505,14 +513,14 @@ class TestBifurcations:
         """At eta = -24 the branch that runs off is a thousand times as high."""
         eta = np.linspace(-23.9, -24.0, 20)
         off = branch(eta, np.geomspace(5.0, 5e3, 20), False, ("branch point", 19))
-        assert sorted(letters(orbits.orbits(cascade(60, off)))) == ["PD", "PD"]
+        assert sorted(letters(orbit_branches.orbits(cascade(60, off)))) == ["PD", "PD"]
 
 
 class TestWrongDatasets:
     def test_no_orbits(self):
         for dataset in (diagram(), boundary_of(), None, 3):
             with pytest.raises(wb.InputError, match=r"dataset = \w+: .*wb\.branches"):
-                orbits.orbits(dataset)
+                orbit_branches.orbits(dataset)
 
     def test_quantities(self):
         with pytest.raises(wb.InputError, match=r"quantity = 'stick_shar'.*'stick_share'"):
@@ -572,28 +580,30 @@ class TestBoundaries:
         ]
         assert said[:-2] == words(plot(map_of()))
 
-    @pytest.mark.parametrize("kind", looks.BIFURCATIONS)
-    @pytest.mark.parametrize("behind", [look for look in looks.MOTIONS.values() if look.opacity])
+    @pytest.mark.parametrize("kind", class_styles.BIFURCATIONS)
+    @pytest.mark.parametrize(
+        "behind", [look for look in class_styles.MOTIONS.values() if look.opacity]
+    )
     def test_seen_on_every_class(self, kind, behind):
         """Contrast of 3 with what lies behind (WCAG 2, for graphics)."""
         figure = style.new_figure(2.0, 2.0)
         axes = figure.add_subplot()
-        axes.set_facecolor(looks.blended(behind))
-        boundary.draw(axes, ["eta", "F0"], [boundary_of(kind)])
+        axes.set_facecolor(class_styles.blended(behind))
+        codim2.draw(axes, ["eta", "F0"], [boundary_of(kind)])
         around = Pixels(figure, 300).around(axes, -24.0, 0.05, 12)
-        paper = luminance(looks.blended(behind))
+        paper = luminance(class_styles.blended(behind))
         seen = [luminance(one) for one in around]
         contrast = [(max(paper, one) + 0.05) / (min(paper, one) + 0.05) for one in seen]
         assert max(contrast) > 3.0
 
     def test_kinds_are_told_apart(self):
         lines = {}
-        for kind in looks.BIFURCATIONS:
+        for kind in class_styles.BIFURCATIONS:
             axes = style.new_figure().add_subplot()
             regime.draw(axes, map_of(), boundaries=[boundary_of(kind)])
             (line,) = axes.lines
             lines[kind] = str((line.get_color(), line._dash_pattern))
-        assert len(set(lines.values())) == len(looks.BIFURCATIONS)
+        assert len(set(lines.values())) == len(class_styles.BIFURCATIONS)
 
     def test_wrong_boundaries(self):
         other = boundary_of().rename(eta="alpha")
@@ -608,14 +618,14 @@ class TestBoundaries:
         with pytest.raises(wb.InputError, match=r"boundaries\[0\] = Dataset: .*wb\.boundary"):
             plot(map_of(), boundaries=[map_of()])
         with pytest.raises(wb.InputError, match=r"dataset = Dataset: .*wb\.boundary"):
-            boundary.boundary(map_of())
+            codim2.boundary(map_of())
 
 
 class TestColours:
     @pytest.mark.parametrize("sight", SIGHTS)
     def test_periods_differ_for_every_sight(self, sight):
         """Among each other and from the points beneath (CIE 1976; about 2.3 can be noticed)."""
-        drawn = [look.colour for look in (*looks.ORBITS.values(), looks.OTHER_ORBITS)]
+        drawn = [look.colour for look in (*class_styles.ORBITS.values(), class_styles.OTHER_ORBITS)]
         seen = [lab(colour, sight) for colour in drawn]
         greys = [lab(colour, sight) for colour in style.DENSITY_BENEATH]
         least = min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2))
@@ -623,5 +633,5 @@ class TestColours:
         assert min(np.linalg.norm(a - b) for a in seen for b in greys) > 14.0
 
     def test_lines_can_be_seen_on_white(self):
-        for look in (*looks.ORBITS.values(), looks.OTHER_ORBITS):
+        for look in (*class_styles.ORBITS.values(), class_styles.OTHER_ORBITS):
             assert 1.05 / (luminance(to_rgb(look.colour)) + 0.05) > 3.0  # WCAG 2

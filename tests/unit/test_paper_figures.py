@@ -13,11 +13,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from wedgebrake.errors import InputError
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.paper.assumptions import AS_PRINTED
 from wedgebrake.paper.diagrams import PLANS, diagram
 from wedgebrake.paper.figures import FIGURES, draw
 from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory
-from wedgebrake.plots import style
 
 MU, TAN = 0.30, math.tan(0.34)  # of the paper's brake
 RUN = [name for name, one in FIGURES.items() if one.kind in ("responses", "diagram")]

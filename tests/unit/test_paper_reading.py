@@ -10,8 +10,7 @@ import wedgebrake as wb
 from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
 from wedgebrake.paper.diagrams import HERTZ, PLANS, Diagram, Segment, diagram, fit
 from wedgebrake.paper.laboratory import Laboratory, Steady, section_times
-from wedgebrake.paper.sight import DOUBLE, EYE, FILLED, MULTIPLE, NOTHING, SYNCHRONOUS, look
-from wedgebrake.paper.traits import (
+from wedgebrake.paper.signal_features import (
     STICK_SPEED,
     asymmetry,
     distortion,
@@ -19,6 +18,15 @@ from wedgebrake.paper.traits import (
     ellipse_error,
     lines,
     rests,
+)
+from wedgebrake.paper.visual_criteria import (
+    DOUBLE,
+    EYE,
+    FILLED,
+    MULTIPLE,
+    NOTHING,
+    SYNCHRONOUS,
+    look,
 )
 
 AXIS = 10.0

@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import pytest
 
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.paper.claims import Finding, Part, Statement, Verdict
 from wedgebrake.paper.report.content import (
     Illustration,
@@ -24,7 +25,6 @@ from wedgebrake.paper.report.content import (
 )
 from wedgebrake.paper.report.page import outcome, page, symbols
 from wedgebrake.paper.timing import Timing
-from wedgebrake.plots import style
 
 VOID = {"meta", "img", "br", "hr", "input", "link", "wbr", "col"}
 HOSTILE = '<script>alert("x")</script> & \'{{ 7 * 7 }}\' "onload=1'

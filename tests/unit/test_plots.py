@@ -20,12 +20,12 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 import wedgebrake as wb
-from wedgebrake.measures.sticking import steady_start
+from wedgebrake.analysis.sticking import steady_start
+from wedgebrake.figures.matplotlib import history, phase, section, spectrum, style
+from wedgebrake.figures.matplotlib.overview import overview
+from wedgebrake.figures.matplotlib.save import save
 from wedgebrake.paper.figures import draw
 from wedgebrake.paper.laboratory import Laboratory
-from wedgebrake.plots import history, phase, section, spectrum, style
-from wedgebrake.plots.overview import overview
-from wedgebrake.plots.save import save
 
 SYSTEMS = {
     "paper": wb.paper.system(),
@@ -557,7 +557,7 @@ def test_pyplot_stays_out_and_matplotlib_waits(tmp_path):
     program = f"""
 import sys
 import wedgebrake as wb
-from wedgebrake.plots import history, overview, phase, save, section, spectrum, style
+from wedgebrake.figures.matplotlib import history, overview, phase, save, section, spectrum, style
 assert "matplotlib" not in sys.modules and "xarray" not in sys.modules
 system = wb.paper.system()
 figure = overview.overview(system, wb.simulate(system, periods=5))

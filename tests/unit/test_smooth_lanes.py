@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake._kernels import codes, lanes, past, series
-from wedgebrake._kernels.trace import Plain
-from wedgebrake.solvers.smooth import problem
-from wedgebrake.solvers.smooth_lanes import WIDTH, advance_together, fits
-from wedgebrake.solvers.smooth_periods import advance
+from wedgebrake.dynamics import enums
+from wedgebrake.solvers.smooth import dense_output, simd_batch, taylor
+from wedgebrake.solvers.smooth.batch import WIDTH, advance_together, fits
+from wedgebrake.solvers.smooth.simd_codegen import Plain
+from wedgebrake.solvers.smooth.solve import problem
+from wedgebrake.solvers.smooth.solve_periods import advance
 
 MOST = 10**7
 
@@ -56,7 +57,7 @@ def test_as_alone(first):
     for name, found in zip(names, together(names, 1e-12), strict=True):
         system, state = CASES[name]
         right = advance(problem(system, 1e-12, *state), state, 4, MOST)
-        assert found.outcome == codes.COMPLETED
+        assert found.outcome == enums.COMPLETED
         assert found.state == (found.points[-1, 0], found.points[-1, 1])
         size = np.abs(right.points).max(axis=0) + 1e-12
         assert np.max(np.abs(found.points - right.points) / size) <= 2e-8, name
@@ -97,33 +98,33 @@ def test_ends_of_one_leave_the_others():
     given = [problem(runaway, 1e-8, *state), problem(paper(), 1e-8)]
     found = advance_together(given, np.array([state, (0.0, 0.0)]), 200, MOST)
     right = advance(problem(runaway, 1e-8, *state), state, 200, MOST)
-    assert found[0].outcome == right.outcome == codes.DIVERGED
+    assert found[0].outcome == right.outcome == enums.DIVERGED
     assert found[0].points.shape == right.points.shape
-    assert found[1].outcome == codes.COMPLETED
+    assert found[1].outcome == enums.COMPLETED
     assert found[1].points.shape == (201, 2)
 
 
 def test_patience():
     found = together(["wedge", "conventional"], most=30)
-    assert [one.outcome for one in found] == [codes.STEP_LIMIT] * 2
+    assert [one.outcome for one in found] == [enums.STEP_LIMIT] * 2
     assert all(0 < one.points.shape[0] < 5 for one in found)
 
 
-@pytest.mark.parametrize("formulas", [series, past], ids=["a step", "a step seen again"])
+@pytest.mark.parametrize("formulas", [taylor, dense_output], ids=["a step", "a step seen again"])
 def test_the_formula_is_python(formulas):
     """What was compiled for several lanes is the formula, lane by lane."""
     rng = np.random.default_rng(5)
     given, state = problem(paper(), 1e-9), (0.01, 0.03)
-    width = WIDTH if formulas is series else past.WIDTH
-    inputs = np.zeros((series.INPUTS, width))
+    width = WIDTH if formulas is taylor else dense_output.WIDTH
+    inputs = np.zeros((taylor.INPUTS, width))
     outputs = np.zeros((formulas.OUTPUTS, width))
-    series.load(given.plant, given.series, inputs, 0)
+    taylor.load(given.plant, given.series, inputs, 0)
     inputs[:] = inputs[:, :1]
-    rows = [series.THETA, series.W, series.DRIVE, series.RATE]
+    rows = [taylor.THETA, taylor.W, taylor.DRIVE, taylor.RATE]
     inputs[rows] = rng.uniform(-0.2, 0.2, (4, width)) + np.array([*state, 1.0, 1.0])[:, None]
-    inputs[[series.LAST, series.LONGEST, series.REACH]] = [[1e-4], [1e-4], [0.05]]
-    inputs[[series.TOL_THETA, series.TOL_W]] = [[1e-10], [1e-9]]
-    compiled = lanes.step_lanes if formulas is series else past.expand_lanes
+    inputs[[taylor.LAST, taylor.LONGEST, taylor.REACH]] = [[1e-4], [1e-4], [0.05]]
+    inputs[[taylor.TOL_THETA, taylor.TOL_W]] = [[1e-10], [1e-9]]
+    compiled = simd_batch.step_lanes if formulas is taylor else dense_output.expand_lanes
     compiled(inputs, outputs)
     for lane in range(width):
         right = formulas.formula(Plain, lambda row, lane=lane: inputs[row, lane])

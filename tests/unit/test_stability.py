@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.linear_stability import damping_at
+from wedgebrake.analysis.linear_stability import damping_at
 
 
 def test_a_map_agrees_with_the_verdict_point_by_point():

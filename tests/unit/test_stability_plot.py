@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 import wedgebrake as wb
-from wedgebrake.plots import stability
+from wedgebrake.figures.matplotlib import stability
 
 ETA, ALPHA = np.linspace(-2.0, 1.0, 61), np.linspace(0.9, 2.0, 45)
 

@@ -18,9 +18,9 @@ import wedgebrake as wb
 from wedgebrake.errors import nearest
 from wedgebrake.model.part import labels
 from wedgebrake.model.study import METHODS, Run, parse_study, schema
-from wedgebrake.model.swept import Sweep, sweepable
+from wedgebrake.model.sweep_settings import Sweep, sweepable
 from wedgebrake.model.tables import CHOSEN, FIXED
-from wedgebrake.solvers.solve import METHODS as SOLVERS
+from wedgebrake.solvers.simulate import METHODS as SOLVERS
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 LINE = wb.Driveline(inertia=1.5, damping=0.1, stiffness=1e4, drive_speed=-0.7)

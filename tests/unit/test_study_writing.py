@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import wedgebrake as wb
 from wedgebrake.model.study import Run, parse_study, schema
-from wedgebrake.model.swept import Sweep, swept_values
+from wedgebrake.model.sweep_settings import Sweep, swept_values
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 PAPER = next(path for path in EXAMPLES if path.name == "paper.toml").read_text(encoding="utf-8")

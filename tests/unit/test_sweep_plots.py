@@ -18,11 +18,11 @@ from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.colors import to_rgb
 
 import wedgebrake as wb
-from wedgebrake.measures.classes import MotionClass, StickClass
-from wedgebrake.plots import basins, bifurcation, looks, regime, style
-from wedgebrake.plots.draw import plot
-from wedgebrake.plots.page import caption_lines
-from wedgebrake.plots.save import save
+from wedgebrake.analysis.classes import MotionClass, StickClass
+from wedgebrake.figures.matplotlib import basins, bifurcation, class_styles, regime, style
+from wedgebrake.figures.matplotlib.draw import plot
+from wedgebrake.figures.matplotlib.layout import caption_lines
+from wedgebrake.figures.matplotlib.save import save
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
 
 SYSTEM = wb.paper.system()
@@ -522,7 +522,9 @@ class TestDiagram:
         values = dataset["eta"].to_numpy()
         half = 0.5 * (values[1] - values[0])
         for axes in (up, down):
-            spans = [p for p in axes.patches if close(p.get_facecolor()[:3], looks.DIFFER.colour)]
+            spans = [
+                p for p in axes.patches if close(p.get_facecolor()[:3], class_styles.DIFFER.colour)
+            ]
             ends = sorted((p.get_x(), p.get_x() + p.get_width()) for p in spans)
             assert ends == [
                 pytest.approx((values[20] - half, values[29] + half)),
@@ -631,15 +633,15 @@ class TestMap:
         ):  # fmt: skip
             for name, value in (("motion", motion), ("order", order), ("status", status)):
                 dataset[name][{"eta": place}] = value
-        codes = looks.classes(dataset).to_numpy()[:, 0]
+        codes = class_styles.classes(dataset).to_numpy()[:, 0]
         assert list(codes) == list(range(14))
         said = [word.split(", 7.1 %")[0] for word in words(plot(dataset))]
-        assert said == [look.word for look in looks.MOTIONS.values()]
+        assert said == [look.word for look in class_styles.MOTIONS.values()]
         # A run that ended badly counts as such, even without a class.
         dataset["motion"][...] = MotionClass.NONE
-        left = looks.classes(dataset).to_numpy()[:, 0]
-        assert left[8] == list(looks.MOTIONS).index("self_locked")
-        assert left[9] == list(looks.MOTIONS).index("diverged")
+        left = class_styles.classes(dataset).to_numpy()[:, 0]
+        assert left[8] == list(class_styles.MOTIONS).index("self_locked")
+        assert left[9] == list(class_styles.MOTIONS).index("diverged")
 
     def test_undecided_is_hatched_and_not_computed_white(self):
         dataset = map_of()
@@ -783,7 +785,7 @@ class TestBasins:
         assert list(ranking) == [3, 2, 1, 0]
         for rank, place in enumerate(ranking):
             angle = angles[numbers == place][0]
-            assert close(image.at(axes, angle, -25.0), looks.ATTRACTORS[rank])
+            assert close(image.at(axes, angle, -25.0), class_styles.ATTRACTORS[rank])
         assert words(figure) == [
             "3: $2T$, 30 %", "2: $2T$, 28 %", "1: $2T$, 22 %", "0: $2T$, 20 %",
             "points of attractors",
@@ -982,11 +984,11 @@ class TestColours:
     @pytest.mark.parametrize("sight", SIGHTS)
     @pytest.mark.parametrize("name", ["MOTIONS", "STICK_CLASSES", "ATTRACTORS"])
     def test_classes_differ_for_every_sight(self, name, sight):
-        table = getattr(looks, name)
+        table = getattr(class_styles, name)
         colours = (
             [look.colour for look in table.values() if look.opacity == 1.0]
             if isinstance(table, dict)
-            else [*table, looks.OTHERS, style.BLACK, style.DARK_GREY, "white"]
+            else [*table, class_styles.OTHERS, style.BLACK, style.DARK_GREY, "white"]
         )
         seen = [lab(colour, sight) for colour in colours]
         least = min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2))
@@ -1006,9 +1008,9 @@ class TestColours:
         assert low[0] < inner[0][0] < middle[0] > inner[1][0] > high[0]
 
     def test_ink_can_be_read(self):
-        for look in looks.MOTIONS.values():
-            paper = luminance(looks.blended(look))
-            ink = luminance(style.ink(looks.blended(look)))
+        for look in class_styles.MOTIONS.values():
+            paper = luminance(class_styles.blended(look))
+            ink = luminance(style.ink(class_styles.blended(look)))
             assert (max(paper, ink) + 0.05) / (min(paper, ink) + 0.05) > 3.8  # WCAG 2
 
 
@@ -1061,8 +1063,8 @@ def test_pyplot_stays_out():
     """In a process of its own, which is given what it draws: computing it would take longer."""
     program = """
 import json, sys
-from wedgebrake.plots import basins, bifurcation, regime
-from wedgebrake.plots.draw import plot
+from wedgebrake.figures.matplotlib import basins, bifurcation, regime
+from wedgebrake.figures.matplotlib.draw import plot
 assert "matplotlib" not in sys.modules and "xarray" not in sys.modules
 import xarray
 figures = [plot(xarray.Dataset.from_dict(one)) for one in json.load(sys.stdin)]

@@ -9,8 +9,9 @@ import pytest
 
 import wedgebrake as wb
 from cases import CASES
-from wedgebrake._kernels import exact, point, tally, tangent
-from wedgebrake.solvers.exact import problem
+from wedgebrake.analysis import accumulators, evaluate_point, saltation
+from wedgebrake.solvers.event_driven import trajectory
+from wedgebrake.solvers.event_driven.solve import problem
 
 PERIODS = 3
 # Step of a difference as a share of the motion's size, and rounding of a difference of states
@@ -20,7 +21,7 @@ _STEP, _NOISE = 1e-4, 1e-10
 
 def _flow(system, state, periods=PERIODS):
     given = tuple(problem(system, *state))
-    outcome, _, _, theta, w, *_ = exact.run(
+    outcome, _, _, theta, w, *_ = trajectory.run(
         *given, 0, 0.0, *state, periods, 0.0, 10**6, np.empty((0, 7)), np.empty((0, 2))
     )
     return outcome, np.array([theta, w])
@@ -30,11 +31,11 @@ def _derivative(system, state, periods=PERIODS):
     """(outcome, matrix, logdet, ranked) from the kernel."""
     given = tuple(problem(system, *state))
     log = np.empty((4000, 7))
-    outcome, *_, rows, _ = exact.run(
+    outcome, *_, rows, _ = trajectory.run(
         *given, 0, 0.0, *state, periods, 0.0, 10**6, log, np.empty((0, 2))
     )
-    plant, laws = tangent.split(given)
-    x1, y1, x2, y2, logdet, ranked, scale = tangent.carry(
+    plant, laws = saltation.split(given)
+    x1, y1, x2, y2, logdet, ranked, scale = saltation.carry(
         plant, laws, log, rows, 1.0, 0.0, 0.0, 1.0, np.empty(0), 0
     )
     return outcome, math.exp(scale) * np.array([[x1, x2], [y1, y2]]), logdet, ranked
@@ -94,11 +95,11 @@ def test_log_in_pieces_gives_the_same_sum() -> None:
     system = wb.paper.system(eta=-24.0, F0=0.036)
     answers = []
     for rows in (3, 17, 4000):
-        answer = np.empty(point.COLUMNS)
+        answer = np.empty(evaluate_point.COLUMNS)
         points, growth = np.empty((900, 2)), np.empty(900)
-        point.judge(
+        evaluate_point.judge(
             tuple(problem(system)), 0.0, 0.0, 40, 20, 100, 10**6, np.empty((rows, 7)), points,
-            growth, np.zeros((2, tally.ENTRIES)), answer,
+            growth, np.zeros((2, accumulators.ENTRIES)), answer,
         )  # fmt: skip
         answers.append(answer)
     for answer in answers[1:]:

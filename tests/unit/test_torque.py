@@ -1,6 +1,6 @@
 """The brake's torque over a stretch: against closed forms, the equation of motion, and sums.
 
-Nothing here uses the integrals of ``wedgebrake.measures``: the mean follows from the equation
+Nothing here uses the integrals of ``wedgebrake.analysis``: the mean follows from the equation
 of motion, the rest from dense samples.
 """
 

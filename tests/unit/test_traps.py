@@ -7,7 +7,7 @@ import pytest
 
 import wedgebrake as wb
 from equations import law
-from wedgebrake.solvers.trajectory import EventKind
+from wedgebrake.solvers.solution import EventKind
 
 EPS = float(np.finfo(float).eps)
 

@@ -97,8 +97,8 @@ def stability(study: StudyPath, changes: Changes = None, as_json: AsJson = False
     verdict in words. Nothing is simulated.
     """
     from wedgebrake._version import __version__
+    from wedgebrake.analysis.linear_stability import stability as judge
     from wedgebrake.cli.report import stability_text, to_json
-    from wedgebrake.linear_stability import stability as judge
 
     system = _load(study, changes).system
     verdict = judge(system)
@@ -144,8 +144,8 @@ def simulate(
     """
     from wedgebrake.cli.output import DATA, PICTURES, check_netcdf, check_target, write_netcdf
     from wedgebrake.cli.report import response_text, to_json
+    from wedgebrake.solvers.interrupts import interruptible
     from wedgebrake.solvers.status import Status
-    from wedgebrake.solvers.waiting import interruptible
 
     check_target("--out", out, DATA)
     check_netcdf(out)
@@ -155,8 +155,8 @@ def simulate(
     if out is not None:
         write_netcdf(response, out)
     if plot is not None:
-        from wedgebrake.plots.overview import overview
-        from wedgebrake.plots.save import save
+        from wedgebrake.figures.matplotlib.overview import overview
+        from wedgebrake.figures.matplotlib.save import save
 
         save(overview(loaded.system, response, report["summary"]), plot)
     if as_json:
@@ -277,9 +277,9 @@ def sweep(
     """
     from wedgebrake.cli.output import DATA, PICTURES, check_netcdf, check_target, write_netcdf
     from wedgebrake.cli.report import to_json
+    from wedgebrake.cli.sweep_command import Storing, check, compute
     from wedgebrake.cli.sweep_report import sweep_report
     from wedgebrake.cli.sweep_text import sweep_text
-    from wedgebrake.cli.sweeping import Storing, check, compute
 
     check_target("--out", out, DATA)
     check_netcdf(out)
@@ -413,9 +413,9 @@ def continue_(
     Exit status 2 where there is no orbit to begin with. Ctrl-C ends at once (exit status 1),
     and nothing is written.
     """
+    from wedgebrake.cli.continue_command import carry_out, ordered
     from wedgebrake.cli.continue_report import continue_report
     from wedgebrake.cli.continue_text import continue_text
-    from wedgebrake.cli.continuing import carry_out, ordered
     from wedgebrake.cli.output import DATA, PICTURES, check_netcdf, check_target, write_netcdf
     from wedgebrake.cli.report import to_json
 
@@ -486,11 +486,11 @@ def paper(
     contradicted, or undecidable from the text. Whatever they are, the exit status is 0. Files
     are whole or not there; Ctrl-C ends at once (exit status 1) and leaves the complete ones.
     """
+    from wedgebrake.cli.interrupts import announce_compilation
     from wedgebrake.cli.report import to_json
-    from wedgebrake.cli.waiting import announce_compilation
 
     with announce_compilation("about half a minute"):
-        from wedgebrake.cli import paper as work
+        from wedgebrake.cli import paper_command as work
 
     if not targets:
         typer.echo(to_json(work.listing_report()) if as_json else work.listing())
@@ -545,7 +545,7 @@ def explore(
     exports pictures, data and a Python program that computes what is on the screen. Prints the
     address of the page and serves it until Ctrl-C. Needs the extra app.
     """
-    from wedgebrake.cli.exploring import explore as work
+    from wedgebrake.cli.app_command import explore as work
 
     work(study, port, address, tuple(allow or ()), browser)
 
@@ -644,7 +644,7 @@ def _load(
     unused  : settings that the command has no use for, and what to give instead
     options : of the command, which must not be set twice
     """
-    from wedgebrake.cli.changes import parse_changes
+    from wedgebrake.cli.overrides import parse_changes
     from wedgebrake.errors import InputError, nearest
     from wedgebrake.model.study import METHODS, load_study
 
@@ -669,10 +669,10 @@ def _load(
 
 def _sweep_of(study: Study, over: list[str] | None, given: dict[str, Any]) -> Study:
     """The study with what the options say about its sweep."""
-    from wedgebrake.cli.changes import short
-    from wedgebrake.cli.over import parse_axes
+    from wedgebrake.cli.overrides import short
+    from wedgebrake.cli.ranges import parse_axes
     from wedgebrake.errors import InputError
-    from wedgebrake.model.swept import Sweep
+    from wedgebrake.model.sweep_settings import Sweep
 
     settings = {name: value for name, value in given.items() if value is not None}
     if settings.get("transient", "auto") != "auto":
@@ -713,17 +713,17 @@ def _written(
 
 
 def _draw(path: Path, dataset: xr.Dataset, **options: Any) -> None:
-    from wedgebrake.plots.draw import plot
-    from wedgebrake.plots.save import save
+    from wedgebrake.figures.matplotlib.draw import plot
+    from wedgebrake.figures.matplotlib.save import save
 
     save(plot(dataset, **options), path)
 
 
 def _simulated(study: Study) -> tuple[Any, dict[str, Any]]:
     """The response of a study, and the report on it."""
+    from wedgebrake.cli.interrupts import announce_compilation
     from wedgebrake.cli.report import response_report
-    from wedgebrake.cli.waiting import announce_compilation
-    from wedgebrake.solvers.solve import simulate as solve
+    from wedgebrake.solvers.simulate import simulate as solve
 
     with announce_compilation():
         response = solve(study.system, **study.run.arguments())

@@ -9,12 +9,23 @@ import re
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import wedgebrake
 
-_SOURCES = Path(wedgebrake.__file__).parent / "_kernels"
-# "flow.constants-254.py311.nbi": an index of what is compiled of one function, by its line.
+_PACKAGE = Path(wedgebrake.__file__).parent
+# Packages with kernels, and a kernel of each, which knows where Numba keeps those of its folder.
+_PACKAGES = {
+    "dynamics": "linear_flow.acceleration",
+    "solvers": "ode14x_kernel.acceleration",
+    "solvers.event_driven": "root_exclusion.safe_step",
+    "solvers.smooth": "runge_kutta.room",
+    "analysis": "saltation.carry",
+    "continuation": "segment_bvp_kernel.residual",
+}
+_SOURCES = Path(wedgebrake.__file__).parent
+# "linear_flow.constants-254.py311.nbi": an index of what is compiled of one function, by its line.
 _INDEX = re.compile(r"(\w+\.\w+)-\d+\.py\d+\w*\.nbi")
 
 
@@ -24,7 +35,7 @@ class Kernels:
 
     folder   : where compiled kernels are kept; None where there is no place for them
     problem  : why nothing can be kept or read there; "" where all is well
-    names    : of all kernels, "module.function"
+    names    : of all kernels, "package.module.function"
     compiled : of those that need no compilation on this machine
     stale    : of those compiled from other sources, by another Numba or for another processor
     """
@@ -44,18 +55,27 @@ def kernels() -> Kernels:
 
         if vars(config)["DISABLE_JIT"]:  # set as Numba loads, unknown to type checkers
             return Kernels(None, "compilation is switched off", names, (), ())
-        from wedgebrake._kernels.bound import safe_step
+        folders = {package: _folder(package) for package in _PACKAGES}
     except Exception as error:  # Numba broken, or no place for its cache
         return Kernels(None, _why(error), names, (), ())
-    folder = Path(safe_step.stats.cache_path)
-    fresh, stale = _cached(folder)
+    fresh, stale = set[str](), set[str]()
+    for package, folder in folders.items():
+        for found, cached in zip((fresh, stale), _cached(folder), strict=True):
+            found.update(f"{package}.{name}" for name in cached)
+    folder = Path(os.path.commonpath(folders.values()))
     return Kernels(
         folder,
-        _unwritable(folder),
+        _unwritable(folders["dynamics"]),
         names,
         tuple(name for name in names if name in fresh),
         tuple(name for name in names if name in stale - fresh),
     )
+
+
+def _folder(package: str) -> Path:
+    module, _, kernel = _PACKAGES[package].partition(".")
+    found = getattr(import_module(f"wedgebrake.{package}.{module}"), kernel)
+    return Path(found.stats.cache_path)
 
 
 def _why(error: Exception) -> str:
@@ -66,17 +86,23 @@ def _why(error: Exception) -> str:
 
 def _names() -> Iterator[str]:
     """All kernels, from the sources: what stands under or in brackets of ``compiled``."""
-    for path in sorted(_SOURCES.glob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.FunctionDef):
-                if any(map(_compiles, node.decorator_list)) and path.stem != "compiling":
-                    yield f"{path.stem}.{node.name}"
-            elif isinstance(node, ast.Call) and _compiles(node.func) and path.stem != "compiling":
-                for given in node.args:
-                    if isinstance(given, ast.Attribute) and isinstance(given.value, ast.Name):
-                        yield f"{given.value.id}.{given.attr}"
-                    elif isinstance(given, ast.Name):
-                        yield f"{path.stem}.{given.id}"
+    for package in _PACKAGES:
+        for path in sorted((_SOURCES / package.replace(".", "/")).glob("*.py")):
+            if path.stem != "jit":
+                yield from (f"{package}.{name}" for name in _names_in(path))
+
+
+def _names_in(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef):
+            if any(map(_compiles, node.decorator_list)):
+                yield f"{path.stem}.{node.name}"
+        elif isinstance(node, ast.Call) and _compiles(node.func):
+            for given in node.args:
+                if isinstance(given, ast.Attribute) and isinstance(given.value, ast.Name):
+                    yield f"{given.value.id}.{given.attr}"
+                elif isinstance(given, ast.Name):
+                    yield f"{path.stem}.{given.id}"
 
 
 def _compiles(node: ast.expr) -> bool:
@@ -91,7 +117,7 @@ def _cached(folder: Path) -> tuple[set[str], set[str]]:
     import numba
     from numba.core.registry import cpu_target
 
-    from wedgebrake._kernels.compiling import SOURCE_STAMP
+    from wedgebrake.dynamics.jit import SOURCE_STAMP
 
     machine = cpu_target.target_context.codegen().magic_tuple()
     fresh: set[str] = set()

@@ -28,7 +28,7 @@ def main() -> None:
 
 def _listening() -> None:
     """Run the command line; Ctrl-C ends it with a message."""
-    from wedgebrake.cli.waiting import Interrupted, hearing_interrupts
+    from wedgebrake.cli.interrupts import Interrupted, hearing_interrupts
 
     try:
         with hearing_interrupts():

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability import DirectionStability, Stability, stability
+from wedgebrake.analysis.sticking import AT_REST, span
+from wedgebrake.analysis.torque import brake_torque
 from wedgebrake.errors import InputError
-from wedgebrake.linear_stability import DirectionStability, Stability, stability
-from wedgebrake.measures.sticking import AT_REST, span
-from wedgebrake.measures.torque import brake_torque
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.sticks import SHORTEST_STICK
+from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,8 +128,8 @@ def describe(system: BrakedDriveline, swept: Collection[str] = ()) -> str:
 
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
     """Everything that ``simulate --json`` prints."""
-    from wedgebrake.measures.sticking import steady_start, sticks
-    from wedgebrake.solvers.trajectory import EventKind
+    from wedgebrake.analysis.sticking import steady_start, sticks
+    from wedgebrake.solvers.solution import EventKind
 
     steady_from = steady_start(response)
     steady = sticks(response, steady_from)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wedgebrake._kernels import lines
+from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
@@ -117,7 +117,7 @@ def characteristic(
     rows = np.empty((speeds.size + 1, 3))
     halves = []
     for side in (-1.0, 1.0):
-        count = lines.half(
+        count = piecewise_linear.half(
             brake.law, shape, brake.radius, speeds, coefficients, actuation.initial_force,
             actuation.slope, actuation.release_speed, side, rows,
         )  # fmt: skip
@@ -137,7 +137,7 @@ def _holding(
     """The torque interval at rest."""
     lower, upper = (
         float(
-            lines.holding(
+            piecewise_linear.holding(
                 brake.law, brake.shape(), brake.radius, friction.breakaway,
                 actuation.initial_force, actuation.slope, side,
             )

@@ -16,7 +16,7 @@ from wedgebrake.model import toml
 from wedgebrake.model.display import Tabular, part_rows
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part, is_finite, is_number, named, parameter, shown
-from wedgebrake.model.swept import SWEEP_SETTINGS, Sweep, parse_sweep, sweep_schema
+from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, parse_sweep, sweep_schema
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
 

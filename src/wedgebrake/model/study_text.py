@@ -15,7 +15,7 @@ from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part, labels, shown
 from wedgebrake.model.study import Study, parse_study
-from wedgebrake.model.swept import SWEEP_SETTINGS, Sweep, sweepable
+from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
 
 _Tables = dict[str, dict[str, Any]]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from wedgebrake.paper.assumptions import CONVENTIONAL, Case
 from wedgebrake.paper.laboratory import Laboratory, Steady
 from wedgebrake.paper.parameters import INERTIA, KINETIC, STIFFNESS
-from wedgebrake.paper.sight import EYE, Sight, look
+from wedgebrake.paper.visual_criteria import EYE, Sight, look
 
 FloatArray = NDArray[np.float64]
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from wedgebrake.measures.sticking import NON_STICK_SLIP
+from wedgebrake.analysis.sticking import NON_STICK_SLIP
 from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
 from wedgebrake.paper.claims import Statement, judge, parts_of
 from wedgebrake.paper.diagrams import HERTZ, PLANS, PRINTED_F0
 from wedgebrake.paper.laboratory import Laboratory
-from wedgebrake.paper.sight import DOUBLE, EYE, SYNCHRONOUS, look
+from wedgebrake.paper.signal_features import lines, rests
 from wedgebrake.paper.statements import STATEMENTS
-from wedgebrake.paper.traits import lines, rests
+from wedgebrake.paper.visual_criteria import DOUBLE, EYE, SYNCHRONOUS, look
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
-from wedgebrake.paper.sight import EYE, Eye
-from wedgebrake.solvers.solve import simulate
-from wedgebrake.sweeps.workers import processors
+from wedgebrake.paper.visual_criteria import EYE, Eye
+from wedgebrake.solvers.simulate import simulate
+from wedgebrake.sweeps.executor import processors
 
 if TYPE_CHECKING:
     import xarray as xr

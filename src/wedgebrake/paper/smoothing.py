@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.measures.motion import motion
-from wedgebrake.measures.sticking import AT_REST
+from wedgebrake.analysis.motion import motion
+from wedgebrake.analysis.sticking import AT_REST
 from wedgebrake.paper.assumptions import CORRECTED, Case
 from wedgebrake.paper.claims import judge, parts_of
 from wedgebrake.paper.diagrams import PLANS, paper_diagram
 from wedgebrake.paper.laboratory import DURATION, RTOL, Laboratory, section_times
 from wedgebrake.paper.parameters import KINETIC
-from wedgebrake.paper.sight import look
+from wedgebrake.paper.signal_features import rests
 from wedgebrake.paper.statements import STATEMENTS
-from wedgebrake.paper.traits import rests
-from wedgebrake.solvers.solve import simulate
+from wedgebrake.paper.visual_criteria import look
+from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

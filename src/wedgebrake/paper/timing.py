@@ -8,7 +8,7 @@ from functools import cache
 
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.paper.assumptions import CORRECTED, Case
-from wedgebrake.solvers.solve import simulate
+from wedgebrake.solvers.simulate import simulate
 
 FIG_5 = Case(eta=0.0, f=0.63, F0=0.09, alpha=1.21)
 SPAN = 5.0

@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake._kernels import codes
-from wedgebrake._kernels import ode14x as kernel
+from wedgebrake.dynamics import enums
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CoulombFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.laws import Shape, brake_law, compiled_law, friction_law
+from wedgebrake.solvers import ode14x_kernel as kernel
+from wedgebrake.solvers.smooth.laws import Shape, brake_law, compiled_law, friction_law
+from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK, sticks_from_layer, within
+from wedgebrake.solvers.solution import EventKind, Events, FloatArray, Sticks, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
-from wedgebrake.solvers.sticks import SHORTEST_STICK, sticks_from_layer, within
-from wedgebrake.solvers.trajectory import EventKind, Events, FloatArray, Sticks, Task, Trajectory
 
 BAND = 1e-4
 """Epsilon of eq. (16) [rad/s]: half width of the band in which Coulomb friction holds."""
@@ -82,7 +82,7 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
             step, np.array(SUBSTEPS), _turns(omega * step), rest, task.angle, task.velocity, end,
             max_steps, log, merged[order], seen, np.empty((4, 2)), task.stop,
         )  # fmt: skip
-        if outcome != codes.LOG_FULL:
+        if outcome != enums.LOG_FULL:
             break
         rows *= 4
     inverse = np.empty_like(order)
@@ -174,8 +174,8 @@ def _events(log: FloatArray, start_time: float) -> Events:
 
 
 def _sticks(log: FloatArray, start_time: float, end: float, minimum: float) -> Sticks:
-    entered = log[log[:, kernel.LOG_KIND] == codes.BAND_ENTERED]
-    left = log[log[:, kernel.LOG_KIND] == codes.BAND_LEFT]
+    entered = log[log[:, kernel.LOG_KIND] == enums.BAND_ENTERED]
+    left = log[log[:, kernel.LOG_KIND] == enums.BAND_LEFT]
     leave_time, leave_side = left[:, kernel.LOG_TIME], left[:, kernel.LOG_SIDE]
     if leave_time.size < entered.shape[0]:
         leave_time, leave_side = np.append(leave_time, end), np.append(leave_side, 0.0)
@@ -189,12 +189,12 @@ def _sticks(log: FloatArray, start_time: float, end: float, minimum: float) -> S
 
 
 def _detail(outcome: int, end: float, step: float, hold: float) -> str:
-    if outcome == codes.DIVERGED:
+    if outcome == enums.DIVERGED:
         return f"Diverged at t = {end:.6g} s."
-    if outcome == codes.NO_SLIDING:
+    if outcome == enums.NO_SLIDING:
         way_out = "method='exact'" if hold else "method='smooth'"
         return (
             f"The step of {step:g} s went into sliding without a solution at t = {end:.6g} s;"
             f" {way_out} does not step over that wall."
         )
-    return f"Stopped at t = {end:.6g} s." if outcome == codes.STEP_LIMIT else ""
+    return f"Stopped at t = {end:.6g} s." if outcome == enums.STEP_LIMIT else ""

@@ -9,7 +9,7 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.trajectory import EVENT_MEANINGS, SIDE_FLAGS, Trajectory
+from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS, Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

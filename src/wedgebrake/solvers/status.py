@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from wedgebrake._kernels import codes
+from wedgebrake.dynamics import enums
 
 DIVERGED_FACTOR = 1e6
 """Growth beyond the motion's own scale that is called divergence."""
@@ -31,11 +31,11 @@ class Status(Enum):
 
 
 _OUTCOMES = {
-    codes.COMPLETED: Status.COMPLETED,
-    codes.DIVERGED: Status.DIVERGED,
-    codes.NO_SLIDING: Status.NO_FORWARD_SOLUTION,
-    codes.EVENT_LIMIT: Status.EVENT_LIMIT,
-    codes.STEP_LIMIT: Status.STEP_LIMIT,
+    enums.COMPLETED: Status.COMPLETED,
+    enums.DIVERGED: Status.DIVERGED,
+    enums.NO_SLIDING: Status.NO_FORWARD_SOLUTION,
+    enums.EVENT_LIMIT: Status.EVENT_LIMIT,
+    enums.STEP_LIMIT: Status.STEP_LIMIT,
 }
 _SENTENCES = {
     Status.COMPLETED: "The simulation ran to the end of the wanted time.",

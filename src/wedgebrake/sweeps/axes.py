@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.part import shown
-from wedgebrake.model.swept import INITIAL, MOST_VALUES, refuse_doubled, sweepable
+from wedgebrake.model.sweep_settings import INITIAL, MOST_VALUES, refuse_doubled, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.sweeps.results import VARIABLES
 

@@ -9,18 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake._kernels import batch as kernel
-from wedgebrake._kernels import codes, point
+from wedgebrake.analysis import batch as kernel
+from wedgebrake.analysis import evaluate_point
+from wedgebrake.dynamics import enums
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
-from wedgebrake.model.swept import INITIAL
+from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.laws import brake_law
+from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 from wedgebrake.sweeps.grid import batches
-from wedgebrake.sweeps.parts import Parts, system_at
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
+from wedgebrake.sweeps.system_tables import Parts, system_at
 
 FloatArray = NDArray[np.float64]
 
@@ -31,32 +32,32 @@ _BATCH_PERIODS = 4000
 _SETTLING_PERIODS = 1000
 
 _COLUMNS = {
-    "motion": point.CLASS,
-    "order": point.ORDER,
-    "stick_class": point.STICK_CLASS,
-    "sticks_forward": point.STICKS_FORWARD,
-    "sticks_backward": point.STICKS_BACKWARD,
-    "stick_share": point.STICK_SHARE,
-    "largest_exponent": point.LARGEST_EXPONENT,
-    "second_exponent": point.SECOND_EXPONENT,
-    "exponent_error": point.EXPONENT_ERROR,
-    "return_distance": point.RETURN_DISTANCE,
-    "size": point.SIZE,
-    "transient": point.TRANSIENT,
-    "settling": point.SETTLING,
-    "peak_torque": point.PEAK_TORQUE,
-    "friction_power": point.FRICTION_POWER,
-    "sliding_damping": point.SLIDING_DAMPING,
-    "events": point.EVENTS,
-    "final_angle": point.FINAL_THETA,
-    "final_velocity": point.FINAL_W,
+    "motion": evaluate_point.CLASS,
+    "order": evaluate_point.ORDER,
+    "stick_class": evaluate_point.STICK_CLASS,
+    "sticks_forward": evaluate_point.STICKS_FORWARD,
+    "sticks_backward": evaluate_point.STICKS_BACKWARD,
+    "stick_share": evaluate_point.STICK_SHARE,
+    "largest_exponent": evaluate_point.LARGEST_EXPONENT,
+    "second_exponent": evaluate_point.SECOND_EXPONENT,
+    "exponent_error": evaluate_point.EXPONENT_ERROR,
+    "return_distance": evaluate_point.RETURN_DISTANCE,
+    "size": evaluate_point.SIZE,
+    "transient": evaluate_point.TRANSIENT,
+    "settling": evaluate_point.SETTLING,
+    "peak_torque": evaluate_point.PEAK_TORQUE,
+    "friction_power": evaluate_point.FRICTION_POWER,
+    "sliding_damping": evaluate_point.SLIDING_DAMPING,
+    "events": evaluate_point.EVENTS,
+    "final_angle": evaluate_point.FINAL_THETA,
+    "final_velocity": evaluate_point.FINAL_W,
 }
 _STATUS = {
-    codes.COMPLETED: PointStatus.COMPLETED,
-    codes.DIVERGED: PointStatus.DIVERGED,
-    codes.NO_SLIDING: PointStatus.NO_FORWARD_SOLUTION,
-    codes.EVENT_LIMIT: PointStatus.EVENT_LIMIT,
-    codes.STEP_LIMIT: PointStatus.STEP_LIMIT,
+    enums.COMPLETED: PointStatus.COMPLETED,
+    enums.DIVERGED: PointStatus.DIVERGED,
+    enums.NO_SLIDING: PointStatus.NO_FORWARD_SOLUTION,
+    enums.EVENT_LIMIT: PointStatus.EVENT_LIMIT,
+    enums.STEP_LIMIT: PointStatus.STEP_LIMIT,
 }
 
 
@@ -76,7 +77,7 @@ class Chunk:
         self._indices = tuple(
             (one + offset).astype(np.int64) for one, offset in zip(grid, offsets, strict=True)
         )
-        self._answers = np.empty((count, point.COLUMNS))
+        self._answers = np.empty((count, evaluate_point.COLUMNS))
         self._record = np.full(
             (count if plan.keep_points else 0, plan.protocol.recorded + 1, 2), np.nan
         )
@@ -98,7 +99,7 @@ class Chunk:
             if np.dtype(variable.dtype).kind == "i":
                 values = np.where(np.isnan(values), variable.fill, values)
             results[name] = values.astype(variable.dtype).reshape(shape)
-        outcome = self._answers[:, point.OUTCOME]
+        outcome = self._answers[:, evaluate_point.OUTCOME]
         status = np.full(outcome.size, PointStatus.INVALID, dtype=np.int8)
         for code, meaning in _STATUS.items():
             status[outcome == code] = meaning
@@ -120,7 +121,7 @@ class Chunk:
         plan = self._plan
         if plan.method != "smooth" or plan.grid.follow is not None or not plan.protocol.first:
             return 1
-        from wedgebrake.solvers.smooth_lanes import WIDTH
+        from wedgebrake.solvers.smooth.batch import WIDTH
 
         return WIDTH
 
@@ -142,7 +143,7 @@ class Chunk:
         plan, protocol = self._plan, self._plan.protocol
         friction = plan.system.friction
         assert isinstance(friction, SetValuedFriction)  # noqa: S101 - checked at the front door
-        answers = np.empty((numbers.size, point.COLUMNS))
+        answers = np.empty((numbers.size, evaluate_point.COLUMNS))
         kept = numbers if plan.keep_points else numbers[:0]
         record = self._record[kept]
         kernel.run(
@@ -165,7 +166,7 @@ class Chunk:
 
     def _run_simulated(self, numbers: NDArray[np.int64]) -> None:
         """Point by point, by any solver."""
-        from wedgebrake.measures.judge import judge
+        from wedgebrake.analysis.classify_run import judge
 
         plan = self._plan
         systems = {number: self._system(number) for number in numbers}
@@ -174,13 +175,16 @@ class Chunk:
         for number, system in systems.items():
             initial = self._state(number)
             if plan.grid.follow is not None and before is not None:
-                initial = (float(before[point.FINAL_THETA]), float(before[point.FINAL_W]))
+                initial = (
+                    float(before[evaluate_point.FINAL_THETA]),
+                    float(before[evaluate_point.FINAL_W]),
+                )
             if system is None:
                 self._answers[number], before = np.nan, None
                 continue
             answer, record = judge(system, initial, plan.method, plan.protocol, begun.get(number))
             self._answers[number] = answer
-            before = answer if answer[point.OUTCOME] == codes.COMPLETED else None
+            before = answer if answer[evaluate_point.OUTCOME] == enums.COMPLETED else None
             if plan.keep_points:
                 self._record[number, : record.shape[0]] = record
 
@@ -200,8 +204,8 @@ class Chunk:
         protocol = self._plan.protocol
         if self._lanes() == 1:
             return {}
-        from wedgebrake.solvers.smooth import problem
-        from wedgebrake.solvers.smooth_lanes import advance_together, fits
+        from wedgebrake.solvers.smooth.batch import advance_together, fits
+        from wedgebrake.solvers.smooth.solve import problem
 
         given = {
             number: problem(system, protocol.rtol, *self._state(number))

@@ -6,9 +6,9 @@ import inspect
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.swept import INITIAL
+from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.sweeps.run import execute, make_plan, sweep
+from wedgebrake.sweeps.sweep import execute, make_plan, sweep
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake._version import __version__
-from wedgebrake.measures.protocol import Protocol
+from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.model.friction import CustomFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.measures.classes import MotionClass, StickClass
+from wedgebrake.analysis.classes import MotionClass, StickClass
 
 
 class PointStatus(IntEnum):

@@ -61,7 +61,7 @@ def draw(name: str, laboratory: Laboratory) -> Figure:
 
     Raises ``InputError`` for any other name.
     """
-    from wedgebrake.plots import style
+    from wedgebrake.figures.matplotlib import style
 
     if name not in FIGURES:
         raise InputError(f"name = {name!r}: no figure of the paper. {nearest(str(name), FIGURES)}")

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.measures.spectrum import frequencies
+from wedgebrake.analysis.spectrum import frequencies
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothedFriction
 from wedgebrake.paper.assumptions import Case
 from wedgebrake.paper.figures import layout, words
 from wedgebrake.paper.laboratory import DURATION, METHOD_WORDS, Laboratory
 from wedgebrake.paper.parameters import KINETIC, RADIUS
-from wedgebrake.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

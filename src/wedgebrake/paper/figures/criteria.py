@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.linear_stability import DirectionStability, stability, stability_map
+from wedgebrake.analysis.linear_stability import DirectionStability, stability, stability_map
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.paper.assumptions import AS_PRINTED, CONVENTIONAL, WEDGE, Case
 from wedgebrake.paper.figures import layout
 from wedgebrake.paper.parameters import KINETIC
-from wedgebrake.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

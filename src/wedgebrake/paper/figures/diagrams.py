@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.figures.matplotlib import class_styles, style
 from wedgebrake.paper.diagrams import COLUMNS, PLANS, Diagram, Plan, diagram
 from wedgebrake.paper.figures import layout, words
 from wedgebrake.paper.laboratory import DURATION, METHOD_WORDS, Laboratory
-from wedgebrake.plots import looks, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,7 +140,7 @@ def _dots(axes: Axes, shown: Diagram, limits: Sequence[float]) -> None:
     low, high = float(shown.values[0]), float(shown.values[-1])
     axes.set_xlim(*style.margins(low, high, 0.0, share=0.01))
     lasted = np.array([column.completed for column in shown.columns])
-    _shade(axes, shown.values, ~lasted, looks.EMPTY.colour)
+    _shade(axes, shown.values, ~lasted, class_styles.EMPTY.colour)
     if shown.name == "alpha":
         _shade_locking(axes)
     for limit in limits:
@@ -152,7 +152,7 @@ def _dots(axes: Axes, shown: Diagram, limits: Sequence[float]) -> None:
             *(0.5, 0.5, f"no run lasted {DURATION:g} s: {', '.join(ends)}"),
             transform=axes.transAxes,
             ha="center",
-            bbox={"facecolor": looks.EMPTY.colour, "edgecolor": "none"},
+            bbox={"facecolor": class_styles.EMPTY.colour, "edgecolor": "none"},
         )
         axes.set_yticks([])
     places = np.repeat(shown.values, [column.velocity.size for column in shown.columns])

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.linear_stability import DirectionStability, stability
+from wedgebrake.analysis.linear_stability import DirectionStability, stability
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.paper.assumptions import AS_PRINTED, CONVENTIONAL, Case
 from wedgebrake.paper.figures import layout
-from wedgebrake.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

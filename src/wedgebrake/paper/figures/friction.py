@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothedFriction
 from wedgebrake.paper.assumptions import AS_PRINTED, CORRECTED
 from wedgebrake.paper.figures import layout
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.parameters import KINETIC, RADIUS
-from wedgebrake.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.plots import style
-from wedgebrake.plots.page import caption_lines
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.layout import caption_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +44,7 @@ def sheet(
     shares    : of the columns in the width
     left, top : margins [inch]; across, between : space between columns and rows [inch]
     """
-    from wedgebrake.plots.figure import Picture
+    from wedgebrake.figures.matplotlib.figure import Picture
 
     lines = caption_lines(sentences, width)
     above = _ABOVE + _LINE * len(lines) + top

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.measures.spectrum import frequencies, spectrum
+from wedgebrake.analysis.spectrum import frequencies, spectrum
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.paper.assumptions import CONVENTIONAL, Case
 from wedgebrake.paper.diagrams import FREQUENCIES, PLANS
 from wedgebrake.paper.figures import layout, words
 from wedgebrake.paper.laboratory import DURATION, STEADY, Laboratory, Steady
 from wedgebrake.paper.parameters import KINETIC
-from wedgebrake.paper.traits import rests
-from wedgebrake.plots import style
+from wedgebrake.paper.signal_features import rests
 
 if TYPE_CHECKING:
     import xarray as xr

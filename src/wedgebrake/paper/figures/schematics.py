@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.paper.figures import layout
-from wedgebrake.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wedgebrake.plots import style
+from wedgebrake.figures.matplotlib import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from wedgebrake.figures.matplotlib import caption
 from wedgebrake.paper.assumptions import WEDGE, Assumptions, Case
 from wedgebrake.paper.diagrams import HERTZ, PRINTED_F0
 from wedgebrake.paper.laboratory import DURATION, METHOD_WORDS, STEADY, Laboratory
-from wedgebrake.plots import caption
 
 GROUPS = ("eta", "f", "F0", "alpha")
 SECTION = rf"$t = {STEADY:g}\,\mathrm{{s}} + n/f_e$ up to {DURATION:g} s"

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, TypeVar
 
+from wedgebrake.figures.matplotlib.save import image
 from wedgebrake.paper.corrections import CORRECTIONS
 from wedgebrake.paper.figures import FIGURES
 from wedgebrake.paper.identification import Identification, identify
@@ -19,7 +20,6 @@ from wedgebrake.paper.report.pictures import Watch, illustration, small
 from wedgebrake.paper.smoothing import Smoothing, compare
 from wedgebrake.paper.statements import audit
 from wedgebrake.paper.timing import measure
-from wedgebrake.plots.save import image
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

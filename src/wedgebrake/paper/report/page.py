@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.paper.assumptions import AS_PRINTED
 from wedgebrake.paper.claims import Finding, Verdict
 from wedgebrake.paper.laboratory import DURATION, STEADY
 from wedgebrake.paper.report.content import Report, chapters, compared, counts, score
-from wedgebrake.plots import style
 
 TITLE = "Chen and Xi (2014), recomputed"
 # Colour and short name, for styles; colours never stand alone.

@@ -5,10 +5,10 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING, Protocol
 
+from wedgebrake.figures.matplotlib.save import image
 from wedgebrake.paper.figures import FIGURES, draw
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.report.content import Illustration
-from wedgebrake.plots.save import image
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

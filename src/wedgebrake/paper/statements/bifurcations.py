@@ -25,7 +25,15 @@ from wedgebrake.paper.diagrams import (
     paper_diagram,
 )
 from wedgebrake.paper.laboratory import DURATION, STEADY, Laboratory, run, section_times
-from wedgebrake.paper.sight import DOUBLE, EYE, FILLED, MULTIPLE, NOTHING, SYNCHRONOUS, look
+from wedgebrake.paper.visual_criteria import (
+    DOUBLE,
+    EYE,
+    FILLED,
+    MULTIPLE,
+    NOTHING,
+    SYNCHRONOUS,
+    look,
+)
 
 # What is said of a segment must be seen in at least this share of its columns.
 _MOST = 2.0 / 3.0

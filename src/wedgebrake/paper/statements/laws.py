@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.measures.energy import energy
-from wedgebrake.measures.sticking import BIDIRECTIONAL, UNIDIRECTIONAL
+from wedgebrake.analysis.energy import energy
+from wedgebrake.analysis.sticking import BIDIRECTIONAL, UNIDIRECTIONAL
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.paper.assumptions import CONVENTIONAL, WEDGE, Case
 from wedgebrake.paper.claims import Part, Statement
 from wedgebrake.paper.diagrams import FORCE_WHY, FREQUENCIES, PLANS, PRINTED_F0, STICKING
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.parameters import KINETIC
+from wedgebrake.paper.signal_features import lines, rests
 from wedgebrake.paper.timing import COULOMB, SMOOTHED, measure
-from wedgebrake.paper.traits import lines, rests
 
 # Sliding speeds of figure 4 [m/s].
 _SPEEDS = np.linspace(1e-3, 0.5, 500)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.linear_stability import DirectionStability, stability
+from wedgebrake.analysis.linear_stability import DirectionStability, stability
 from wedgebrake.model.friction import CoulombFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.paper.assumptions import CONVENTIONAL, Case

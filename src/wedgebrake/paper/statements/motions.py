@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.measures.sticking import BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
+from wedgebrake.analysis.sticking import BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
 from wedgebrake.paper.assumptions import CONVENTIONAL, WEDGE, Case
 from wedgebrake.paper.claims import Part, Statement
 from wedgebrake.paper.laboratory import STEADY, Laboratory
-from wedgebrake.paper.sight import EYE, SYNCHRONOUS, look
-from wedgebrake.paper.traits import STICK_SPEED, distortion, edges, lines, rests
+from wedgebrake.paper.signal_features import STICK_SPEED, distortion, edges, lines, rests
+from wedgebrake.paper.visual_criteria import EYE, SYNCHRONOUS, look
 
 # "Much quicker" is at least this many times; and a bend is seen beside a smooth crossing if the
 # acceleration jumps this many times as far.

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.measures.sticking import (
+from wedgebrake.analysis.sticking import (
     AT_REST,
     BIDIRECTIONAL,
     NON_STICK_SLIP,
@@ -26,9 +26,7 @@ from wedgebrake.paper.diagrams import (
 )
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.parameters import KINETIC
-from wedgebrake.paper.sight import EYE, FILLED, MULTIPLE, look
-from wedgebrake.paper.statements.motions import BENT
-from wedgebrake.paper.traits import (
+from wedgebrake.paper.signal_features import (
     asymmetry,
     distortion,
     ellipse_error,
@@ -36,6 +34,8 @@ from wedgebrake.paper.traits import (
     percent,
     rests,
 )
+from wedgebrake.paper.statements.motions import BENT
+from wedgebrake.paper.visual_criteria import EYE, FILLED, MULTIPLE, look
 
 ETAS = (-6.0, -24.0, -30.0, -60.0)
 FORCES = (0.015, 0.024, 0.031, 0.042, 0.067, 0.120)

@@ -1,0 +1,267 @@
+"""The class of a motion, from its Poincare points and the growth of small deviations.
+
+The words and thresholds are explained in docs/theory.md, section 9.
+"""
+
+import math
+
+from wedgebrake.dynamics.enums import (
+    AT_REST,
+    CHAOTIC,
+    PERIODIC,
+    QUASI_PERIODIC,
+    SYNCHRONOUS,
+    UNDECIDED,
+)
+from wedgebrake.dynamics.jit import compiled
+
+# A motion has settled when all that is left to come is smaller than this share of its size.
+SETTLED = 1e-6
+# Return distances below this share of the state, or of the motion's size, are rounding.
+ROUNDING = 1e-11
+# Longest period looked for, in periods of the torque, and the fewest returns of it to be seen.
+LONGEST = 512
+_RETURNS = 4
+# Periods without drift that count as settled.
+_LONG = 200
+# Two points of an orbit that are nearer than this, and come nearer than by this share in two
+# orbits, may be one in the end.
+_NEAR, _CLOSING = 1e-3, 0.999
+# A deviation that has grown by exp(8) is no accident of the norm; nor are three standard
+# errors.
+_GROWN, _ERRORS = 8.0, 3.0
+_BATCHES = 8
+# Periods below which nothing aperiodic is told apart.
+_FEWEST = 32
+# Periods below which a torus is not told from a resonance of high order.
+_TORUS = 200
+# Distances that fall to less than exp(-0.35) = 0.7 from one half of the window to the other
+# are settling still.
+_FALLING = 0.35
+# Areas that change by less than this over the window are conserved.
+_CONSERVED = 1e-6
+
+
+@compiled
+def distance(points, i, j, weight):
+    """How far two Poincare points are apart [rad/s]."""
+    return math.hypot(weight * (points[i, 0] - points[j, 0]), points[i, 1] - points[j, 1])
+
+
+@compiled
+def farthest(points, weight):
+    """Largest distance of a Poincare point from the origin, or a little more [rad/s]."""
+    angle, velocity = 0.0, 0.0
+    for k in range(points.shape[0]):
+        angle = max(angle, abs(points[k, 0]))
+        velocity = max(velocity, abs(points[k, 1]))
+    return weight * angle + velocity
+
+
+@compiled
+def rounding_of(points, weight, size):
+    """Rounding error of a distance between points [rad/s].
+
+    A state near the origin is a sum of terms as large as the motion, with their rounding errors.
+    """
+    return ROUNDING * max(farthest(points, weight), size)
+
+
+@compiled
+def _farthest_return(points, n, begin, end, weight):
+    """Largest distance of x[k] from x[k - n], begin < k <= end."""
+    worst = 0.0
+    for k in range(end, begin, -1):
+        worst = max(worst, distance(points, k, k - n, weight))
+    return worst
+
+
+@compiled
+def _merging(points, n, last, weight, size):
+    """(m, distance): the points of n periods still approach an orbit of m; 0: they do not.
+
+    With a multiplier near -1 they do so from both sides in turn, and seem to settle on twice
+    the orbit.
+    """
+    for m in range(1, n // 2 + 1):
+        if n % m == 0:
+            now = _farthest_return(points, m, last - m, last, weight)
+            before = _farthest_return(points, m, last - 2 * n - m, last - 2 * n, weight)
+            if now <= _NEAR * size and now < _CLOSING * before:
+                return m, now
+    return 0, 0.0
+
+
+@compiled
+def _stays(points, n, now, weight, size):
+    """Return True if the motion, which returns after n periods to within ``now``, has settled."""
+    last, look = points.shape[0] - 1, max(n, _RETURNS)
+    # The remaining drift as a geometric series.
+    before = _farthest_return(points, n, last - 2 * look, last - look, weight)
+    if now < before:
+        shrink = (now / before) ** (n / look)
+        if now * shrink / (1.0 - shrink) <= SETTLED * size:
+            return True
+    # Or no drift over half of a long window.
+    far = n * (last // (2 * n))
+    return far > _LONG and _farthest_return(points, far, last - n, last, weight) <= SETTLED * size
+
+
+@compiled
+def _fewest(points, n, last, weight, room):
+    """Smallest divisor m of n after which the motion returns to within ``room``: (m, distance).
+
+    Near a focus the distances after one orbit shrink unevenly, so that those after several
+    orbits may be the first to meet the criterion.
+    """
+    look = max(n, _RETURNS)
+    for m in range(1, n):
+        if n % m == 0:
+            apart = _farthest_return(points, m, last - look, last, weight)
+            if apart <= room:
+                return m, apart
+    return n, _farthest_return(points, n, last - look, last, weight)
+
+
+@compiled
+def _share(length, size, rounding):
+    """A length over the motion's size; of what hardly moves, over its state instead."""
+    return length / (size + rounding / SETTLED) if length > 0.0 else 0.0
+
+
+@compiled
+def order_of(points, weight, size):
+    """(n, distance): the motion repeats after n periods, up to ``distance`` of its size.
+
+    n = 0 where it does not repeat; the distance is then that of its best return.
+    """
+    last = points.shape[0] - 1
+    rounding = rounding_of(points, weight, size)
+    best = math.inf
+    for n in range(1, min(LONGEST, last // 3) + 1):
+        look = max(n, _RETURNS)
+        if last < n + 2 * look:
+            break
+        near = _farthest_return(points, n, last - _RETURNS, last, weight)
+        best = min(best, near)
+        if near > SETTLED * size + rounding:
+            continue
+        now = _farthest_return(points, n, last - look, last, weight)
+        m, apart = _merging(points, n, last, weight, size)
+        if m > 0:
+            # As near as settled points are: one already.
+            return (m if apart <= SETTLED * size else 0), _share(apart, size, rounding)
+        if now <= rounding or _stays(points, n, now, weight, size):
+            m, apart = _fewest(points, n, last, weight, SETTLED * size + rounding)
+            return m, _share(apart, size, rounding)
+    return 0, _share(best, size, rounding)
+
+
+@compiled
+def _mean(values, begin, end):
+    total = 0.0
+    for k in range(begin, end):
+        total += values[k]
+    return total / (end - begin)
+
+
+@compiled
+def mean_growth(growth):
+    """(mean, standard error) of a growth per period, the error from batches."""
+    count = growth.size
+    mean = _mean(growth, 0, count)
+    if count < 2 * _BATCHES:
+        return mean, math.inf
+    share = count // _BATCHES
+    spread = 0.0
+    for batch in range(_BATCHES):
+        spread += (_mean(growth, batch * share, (batch + 1) * share) - mean) ** 2
+    return mean, math.sqrt(spread / (_BATCHES * (_BATCHES - 1)))
+
+
+@compiled
+def _trend(points, weight):
+    """Change of the mean logarithm of the best return's distance, half to half."""
+    last = points.shape[0] - 1
+    best, order = math.inf, 1
+    for n in range(1, max(2, min(LONGEST, last // 4))):
+        here = _farthest_return(points, n, last - 4, last, weight)
+        if here < best:
+            best, order = here, n
+    middle = (last + order) // 2
+    early, late = 0.0, 0.0
+    for k in range(order, last):
+        logarithm = math.log(distance(points, k, k - order, weight) + 1e-300)
+        if k < middle:
+            early += logarithm
+        else:
+            late += logarithm
+    return late / (last - middle) - early / (middle - order)
+
+
+@compiled
+def _average(points, begin, end, column):
+    """Weighted Birkhoff average: for quasi-periodic motion it converges faster than any power.
+
+    S. Das, Y. Saiki, E. Sander and J. A. Yorke, Nonlinearity 30 (2017), 4111-4140.
+    """
+    total, weights = 0.0, 0.0
+    for k in range(begin + 1, end):
+        x = (k - begin) / (end - begin)
+        bump = math.exp(-1.0 / (x * (1.0 - x)))
+        total += bump * points[k, column]
+        weights += bump
+    return total / weights
+
+
+@compiled
+def disagreement(points, weight, size):
+    """How far the averages of two halves of the points are apart, over the motion's size."""
+    last = points.shape[0] - 1
+    middle = last // 2
+    angle = _average(points, 0, middle, 0) - _average(points, middle, last, 0)
+    velocity = _average(points, 0, middle, 1) - _average(points, middle, last, 1)
+    return math.hypot(weight * angle, velocity) / size
+
+
+@compiled
+def aperiodic_class(points, weight, size, growth, area):
+    """Class of a motion that does not repeat.
+
+    growth : per period, of a small deviation (logarithm)
+    area   : per period, of a small area (logarithm); -inf where the rank is lost
+    """
+    count = growth.size
+    mean, error = mean_growth(growth)
+    if count < _FEWEST:
+        return UNDECIDED
+    if mean * count >= _GROWN and mean > _ERRORS * error:
+        return CHAOTIC
+    if count < _TORUS or abs(mean) * count > 3.0 + math.log(count):
+        return UNDECIDED
+    # A focus that still settles shrinks as fast as the root of its areas: the window must
+    # be long enough to see that, unless nothing shrinks at all.
+    if abs(area) * count > _CONSERVED and area * count > -4.0:
+        return UNDECIDED
+    if _trend(points, weight) < -_FALLING or disagreement(points, weight, size) > 0.1 / count:
+        return UNDECIDED
+    return QUASI_PERIODIC
+
+
+@compiled
+def classify(points, weight, size, growth, area, resting):
+    """(class, order, return distance) of a motion from its last Poincare points.
+
+    points  : (m + 1, 2) angle [rad] and velocity [rad/s]
+    weight  : what turns an angle into a velocity [1/s]
+    size    : half the range of the velocity and of the weighted angle, added [rad/s]
+    resting : nothing has slipped in the last period
+    """
+    if resting:
+        return AT_REST, 0, 0.0
+    order, returned = order_of(points, weight, size)
+    if order == 1:
+        return SYNCHRONOUS, order, returned
+    if order > 1:
+        return PERIODIC, order, returned
+    return aperiodic_class(points, weight, size, growth, area), 0, returned

@@ -1,0 +1,280 @@
+"""The energy balance of a response, period by period."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis import segments as _arcs
+from wedgebrake.analysis.dense_torque import Along
+from wedgebrake.analysis.sticking import inside, span
+from wedgebrake.analysis.system_from_response import Machine, machine
+from wedgebrake.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+# Recorded states must not lie further apart than these shares of the torque's period and of
+# the natural one.
+_FORCED, _FREE = 0.1, 0.25
+# Number of states that are integrated at a time.
+_BLOCK = 300_000
+# States closer than this share of a period are one.
+_SAME = 1e-12
+# The error is told as a share of the turnover, at least of this share of the stored energy.
+_LEAST_TURNOVER = 1e-6
+
+_SPEC = {
+    "torque_work": ("J", "work of the torque"),
+    "drive_work": ("J", "work of the shaft's drive against the brake"),
+    "viscous_loss": ("J", "heat of the viscous damping"),
+    "friction_heat": ("J", "heat of the brake"),
+    "stored_change": ("J", "gain of kinetic and elastic energy"),
+    "residual": ("J", "what the balance misses"),
+    "friction_power": ("W", "mean power of the brake's heat"),
+    "peak_torque": ("N m", "largest magnitude of the brake torque, also at rest"),
+    "amplification": ("1", "mean |F_mu|/F_a while the pressed brake slides"),
+}
+_BALANCE = tuple(_SPEC)[:6]
+_INTEGRALS = (*_BALANCE[:4], "amplification_time", "amplification_integral", "peak_torque")
+
+
+def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
+    """Where the energy goes, in every whole period of the torque (docs/theory.md, section 10).
+
+    With v = drive_speed + theta' the sliding velocity,
+
+        torque_work + drive_work = viscous_loss + friction_heat + stored_change + residual
+        int T theta' dt, int drive_speed R F_mu dt, int c theta'^2 dt, int R F_mu v dt
+
+    Every integral is one over the motion between the recorded states, and none is found from
+    the others: the residual measures their error. For responses of "exact" the motion between
+    the states is known in closed form, whatever the sampling, and the residual is rounding: below
+    1e-12 of the energy turned over, more only if the rounding of the recorded times corresponds
+    to more energy (a torque much slower than a lightly damped vibration). A smooth law passes
+    through its steep layer between two samples: the residual is some 1e-6 with 200 samples in a
+    period, 1e-3 with 20. A law that the response does not contain (custom friction, a brake
+    without a kind) is reconstructed from the samples, with a similar residual. "ode14x" adds its
+    own error.
+
+    Parameters
+    ----------
+    response : xarray.Dataset
+        As ``simulate`` gives it.
+    start : float
+        Beginning of the window [s]; default: of the response. Whole periods
+        n/f_e <= t <= (n + 1)/f_e that lie in it and were sampled are counted.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``period`` (n, with its beginning ``time`` [s] as a coordinate): torque_work,
+        drive_work, viscous_loss, friction_heat, stored_change, residual [J];
+        friction_power [W], the mean; peak_torque [N m], the largest |R F_mu|, on both sides
+        of every jump and at rest; amplification [1], the mean over time of |F_mu|/F_a while
+        the brake slides (no stick) and is pressed (F_a > 0), nan where it never does.
+        ``attrs``: start, stop [s]; ``total_`` and each of the six energies [J]; over the whole
+        window mean_friction_power, mean_amplification, largest_peak_torque; error, the largest
+        |residual| as a share of what a period turns over on average; law, "system" or
+        "samples": where the torque between the samples comes from; method, status and
+        message of the response.
+
+    Raises
+    ------
+    InputError
+        For a dataset that is no response, a start outside it, less than one whole period,
+        or samples too far apart: more than a tenth of the torque's period or a quarter of
+        the natural one.
+    """
+    given = machine(response)
+    begin, end = span(response)
+    low = begin if start is None else inside(start, begin, end)
+    period = given.excitation.period
+    first, last = _periods(response, low, period)
+    times = response["poincare_time"].to_numpy()[first : last + 1]
+    along = _arcs.arcs(response, times[0], times[-1], _SAME * period)
+    check_gaps(along, given, period, "the energy balance")
+    parts = _integrals(response, given, along, times)
+    angle = response["poincare_angle"].to_numpy()[first : last + 1]
+    velocity = response["poincare_velocity"].to_numpy()[first : last + 1]
+    line = given.driveline
+    stored = 0.5 * line.inertia * velocity**2 + 0.5 * line.stiffness * angle**2
+    parts["stored_change"] = np.diff(stored)
+    return _dataset(response, given, parts, times, first, float(np.max(stored)))
+
+
+def _integrals(
+    response: xr.Dataset, given: Machine, along: _arcs.Arcs, times: FloatArray
+) -> dict[str, FloatArray]:
+    """Integrals over each period, computed in blocks of arcs to limit the memory."""
+    motion = Along(response, given, along)
+    number, count = np.searchsorted(times, along.middle) - 1, times.size - 1
+    sums = {name: np.zeros(count) for name in _INTEGRALS}
+    for group in motion.alike():
+        rule = motion.rows(group).rule()
+        # Blocks of whole periods, so that the result does not depend on their size.
+        several = max(1, _BLOCK * count // (group.size * rule[0].size))
+        cuts = np.searchsorted(number[group], np.arange(several, count, several))
+        for rows in filter(np.size, np.split(group, cuts)):
+            first, last = number[rows[0]], number[rows[-1]] + 1
+            some = _Some(motion.rows(rows), rule, number[rows] - first, last - first)
+            for name, values in some.integrals().items():
+                add = np.maximum if name == "peak_torque" else np.add
+                add(sums[name][first:last], values, out=sums[name][first:last])
+    return sums
+
+
+class _Some(NamedTuple):
+    """Some arcs of a motion, and the integrals over each of ``several`` periods.
+
+    rule   : nodes and weights (m,) of the quadrature over an arc
+    period : (n,) index of the period of each arc
+    """
+
+    motion: Along
+    rule: tuple[FloatArray, FloatArray]
+    period: NDArray[np.intp]
+    several: int
+
+    def integrals(self) -> dict[str, FloatArray]:
+        """Everything that is integrated along the motion, and the peak torque."""
+        motion, given = self.motion, self.motion.given
+        line, (x, weights) = given.driveline, self.rule
+        velocity, sliding, torque = motion.state(x)
+        share = motion.along.length[:, None] * weights
+        force = given.force(sliding)
+        counts = (force > 0.0) & ~motion.stuck[:, None]
+        ratio = np.abs(torque) / (given.radius * np.where(counts, force, np.inf))
+        return {
+            "torque_work": self._sum(share * motion.drive(x) * velocity),
+            "drive_work": self._sum(share * line.drive_speed * torque),
+            "viscous_loss": self._sum(share * line.damping * velocity**2),
+            "friction_heat": self._sum(share * torque * sliding),
+            "amplification_time": self._sum(share * counts),
+            "amplification_integral": self._sum(share * ratio),
+            "peak_torque": self._peak(np.abs(torque)),
+        }
+
+    def _sum(self, values: FloatArray) -> FloatArray:
+        """Sum over the arcs of each period."""
+        return np.asarray(np.bincount(self.period, values.sum(axis=1), self.several), dtype=float)
+
+    def _peak(self, inner: FloatArray) -> FloatArray:
+        """The largest of |torque| in each period; ``inner``: that at the nodes."""
+        ends = np.array([0.0, 1.0])
+        outer = np.abs(self.motion.state(ends)[2])
+        x = np.concatenate(([0.0], self.rule[0], [1.0]))
+        torque = np.column_stack((outer[:, 0], inner, outer[:, 1]))
+        # And the vertex of the parabola through the largest value and its neighbours.
+        top = np.clip(np.argmax(torque, axis=1), 1, x.size - 2)
+        rows = np.arange(top.size)
+        left, right = x[top - 1] - x[top], x[top + 1] - x[top]
+        here = torque[rows, top]
+        fall, rise = (torque[rows, top - 1] - here) / left, (torque[rows, top + 1] - here) / right
+        bend = (rise - fall) / (right - left)
+        hollow = bend < -1e-12 * here  # else flat, or rising towards an end
+        step = np.where(hollow, 0.5 * (left - fall / np.where(hollow, bend, 1.0)), 0.0)
+        vertex = x[top] + np.clip(step, left, right)
+        turning = np.abs(self.motion.state(vertex[:, None])[2])[:, 0]
+        peak = np.zeros(self.several)
+        np.maximum.at(peak, self.period, np.maximum(torque.max(axis=1), turning))
+        return peak
+
+
+def _periods(response: xr.Dataset, low: float, period: float) -> tuple[int, int]:
+    """First and last of the Poincare points whose periods were sampled from ``low`` on."""
+    times = response["time"].to_numpy()
+    points = response["poincare_time"].to_numpy()
+    room = _FORCED * period
+    if times.size:
+        good = (points >= max(low - 1e-9 * period, times[0] - room)) & (points <= times[-1] + room)
+        found = np.flatnonzero(good)
+        if found.size >= 2:
+            return int(found[0]), int(found[-1])
+    covered = f"{times[0]:g} s to {times[-1]:g} s" if times.size else "none at all"
+    ended = response.attrs.get("status", "completed")
+    early = "" if ended == "completed" else f" The run ended early ({ended})."
+    raise InputError(
+        f"response: no whole period of the torque from {low:g} s on was sampled (a period is"
+        f" {period:g} s, from n/f_e to (n + 1)/f_e; samples: {covered}). Simulate at least two"
+        f" periods, or choose an earlier start.{early}"
+    )
+
+
+def check_gaps(along: _arcs.Arcs, given: Machine, period: float, what: str) -> None:
+    """Raise ``InputError`` for states too far apart for an integral; ``what`` needs it."""
+    natural = given.driveline.natural_frequency
+    limit = _FORCED * period
+    if natural > 0.0:
+        limit = min(limit, _FREE * 2.0 * np.pi / natural)
+    widest = float(np.max(along.length))
+    if widest > limit * (1.0 + 1e-6):
+        raise InputError(
+            f"response: its states lie up to {widest:g} s apart, but {what} needs {limit:g} s or"
+            f" less. Simulate with samples_per_period of at least"
+            f" {int(np.ceil(period / limit - 1e-6))} and without `times` that leave gaps."
+        )
+
+
+def _dataset(
+    response: xr.Dataset,
+    given: Machine,
+    parts: dict[str, FloatArray],
+    times: FloatArray,
+    first: int,
+    most: float,
+) -> xr.Dataset:
+    """The integrals as a labelled dataset; ``most``: the largest energy stored [J]."""
+    import xarray as xr
+
+    supplied = parts["torque_work"] + parts["drive_work"]
+    taken = parts["viscous_loss"] + parts["friction_heat"] + parts["stored_change"]
+    pressed, ratio = parts["amplification_time"], parts["amplification_integral"]
+    values = parts | {
+        "residual": supplied - taken,
+        "friction_power": parts["friction_heat"] / np.diff(times),
+        "amplification": _ratio(ratio, pressed),
+    }
+    numbers = response["period"].to_numpy()[first : first + times.size - 1]
+    dataset = xr.Dataset(
+        {
+            name: ("period", values[name], {"units": unit, "long_name": meaning})
+            for name, (unit, meaning) in _SPEC.items()
+        },
+        coords={
+            "period": ("period", numbers, {"units": "1", "long_name": "number of the period"}),
+            "time": ("period", times[:-1], {"units": "s", "long_name": "beginning"}),
+        },
+    )
+    dataset.attrs = {
+        "start": float(times[0]),
+        "stop": float(times[-1]),
+        **{f"total_{name}": float(np.sum(values[name])) for name in _BALANCE},
+        "mean_friction_power": float(np.sum(parts["friction_heat"]) / (times[-1] - times[0])),
+        "mean_amplification": float(_ratio(np.sum(ratio), np.sum(pressed))),
+        "largest_peak_torque": float(np.max(parts["peak_torque"])),
+        "error": _error(values, most),
+        "law": "samples" if given.system is None else "system",
+    }
+    kept = ("method", "status", "message")
+    dataset.attrs |= {name: response.attrs[name] for name in kept if name in response.attrs}
+    return dataset
+
+
+def _ratio(part: Any, whole: Any) -> Any:
+    """part/whole; nan where the whole is nothing."""
+    return np.where(whole > 0.0, part / np.where(whole > 0.0, whole, 1.0), np.nan)
+
+
+def _error(values: dict[str, FloatArray], most: float) -> float:
+    """The largest residual as a share of the mean turnover of a period.
+
+    Where next to nothing is turned over, of the stored energy, or rounding would look large.
+    """
+    turned = sum(np.abs(values[name]) for name in _BALANCE[:5])
+    scale = max(0.5 * float(np.mean(turned)), _LEAST_TURNOVER * most)
+    return float(np.max(np.abs(values["residual"]))) / scale if scale > 0.0 else 0.0

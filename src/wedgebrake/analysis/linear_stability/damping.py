@@ -1,0 +1,205 @@
+"""Damping of small vibration about steady sliding: the definition that the package uses.
+
+On a turning shaft the machine slides steadily at the speed of the shaft, otherwise near rest in
+both directions. With smooth friction, near rest means at the end of the steep part of the law.
+The damping about sliding at the velocity v is
+
+    d = c + d(R F_mu)/dv,
+
+which includes the slope of the friction law and the release of the actuator.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from itertools import pairwise
+from operator import itemgetter
+from typing import NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics import piecewise_linear
+from wedgebrake.errors import InputError
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
+from wedgebrake.model.part import is_finite, is_number, shown
+from wedgebrake.model.system import BrakedDriveline
+
+# Relative step of the finite differences for the slope of a smooth law.
+_STEP = 1e-5
+# Relative difference from the asymptote at which the steep part of a smooth law ends: rounding.
+_FLAT = 2.0**-56
+
+
+class Sliding(NamedTuple):
+    """Steady sliding in a direction (+1 or -1) at a speed [rad/s].
+
+    near_rest : the limit near rest, in which the actuation does not differ from that at rest; the
+                speed is 0, or with smooth friction the end of the steep part of the law
+    """
+
+    direction: int
+    speed: float
+    near_rest: bool = False
+
+    @property
+    def actuated(self) -> float:
+        """Speed at which the actuation is taken [rad/s]."""
+        return 0.0 if self.near_rest else self.speed
+
+
+class DampingLine(NamedTuple):
+    """Damping as a function of the actuation slope: ``at_zero + gradient slope`` in (low, high)."""
+
+    low: float
+    high: float
+    at_zero: float
+    gradient: float
+
+
+def damping_at(system: BrakedDriveline, speed: float) -> float:
+    """Damping of small vibration about sliding at one velocity: c + d(R F_mu)/dv [N m s/rad].
+
+    At a corner of the torque, the smaller of the two one-sided values.
+
+    speed : sliding velocity of the driveline [rad/s], signed, not 0
+
+    Returns inf if the brake locks itself at that speed. Raises ``InputError`` if the speed is 0
+    or not a finite number.
+    """
+    if not is_number(speed) or not is_finite(speed) or speed == 0.0:
+        raise InputError(
+            f"speed = {shown(speed)}: must be a finite number other than 0, the sliding velocity"
+            " in rad/s; at rest the brake holds."
+        )
+    at = Sliding(1 if speed > 0.0 else -1, abs(speed))
+    return damping_of(system, at)
+
+
+def sliding_damping(system: BrakedDriveline) -> float:
+    """Smallest damping of steady sliding [N m s/rad], equal to ``stability(system).damping``."""
+    both = (damping_of(system, at) for at in (steady(system, 1), steady(system, -1)) if at)
+    return min(both, default=math.inf)
+
+
+def damping_of(system: BrakedDriveline, at: Sliding) -> float:
+    """Damping about one case of steady sliding [N m s/rad]; inf if the brake locks itself."""
+    return system.driveline.damping + _torque_slope(system, system.actuation, at)
+
+
+def steady(system: BrakedDriveline, direction: int) -> Sliding | None:
+    """Steady sliding in one direction; None if the shaft turns in the opposite direction."""
+    drive = system.driveline.drive_speed
+    if drive != 0.0:
+        return Sliding(direction, abs(drive)) if drive * direction > 0.0 else None
+    friction = system.friction
+    if isinstance(friction, SmoothFriction):
+        return Sliding(direction, friction.layer(_FLAT) / system.brake.radius, near_rest=True)
+    return Sliding(direction, 0.0, near_rest=True)
+
+
+def is_constant(friction: Friction, speed: float) -> bool:
+    """Return True if friction is constant about a sliding speed [m/s] (0: near rest)."""
+    steep = friction.layer(_FLAT) if isinstance(friction, SmoothFriction) else 0.0
+    return friction.constant and (speed == 0.0 or speed > 0.999 * steep)
+
+
+def _torque_slope(system: BrakedDriveline, actuation: Actuation, at: Sliding) -> float:
+    """d(R F_mu)/dv for an actuation [N m s/rad]; inf if the brake locks itself."""
+    if isinstance(system.friction, SetValuedFriction):
+        return _slope_of_lines(system, system.friction, actuation, at)
+    assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - the only other family
+    return _slope_of_curve(system, system.friction, actuation, at)
+
+
+def _slope_of_lines(
+    system: BrakedDriveline, friction: SetValuedFriction, actuation: Actuation, at: Sliding
+) -> float:
+    """Smallest slope of the linear pieces of the brake torque that contain a speed."""
+    brake, nodes = system.brake, friction.nodes()
+    near = piecewise_linear.CORNER * at.speed
+    # The pieces depend only on the nodes on both sides of the speed.
+    first = _nodes_up_to(nodes, (at.speed - near) * brake.radius) - 1
+    last = _nodes_up_to(nodes, (at.speed + near) * brake.radius) + 1
+    about = np.array(nodes[max(first, 0) : last])
+    rows = np.empty((about.shape[0] + 1, 3))
+    count = piecewise_linear.half(
+        brake.law, brake.shape(), brake.radius, about[:, 0] / brake.radius, about[:, 1],
+        actuation.initial_force, actuation.slope, actuation.release_speed,
+        float(at.direction), rows,
+    )  # fmt: skip
+    low, high = piecewise_linear.pieces_about(rows[1:count, 0], at.speed, near)
+    offsets, slopes = rows[low : high + 1, 1], at.direction * rows[low : high + 1, 2]
+    return float(slopes.min()) if np.all(np.isfinite(offsets)) else math.inf
+
+
+def _nodes_up_to(nodes: tuple[tuple[float, float], ...], speed: float) -> int:
+    """Number of nodes of a friction law at or below a speed [m/s]."""
+    return bisect_right(nodes, speed, key=itemgetter(0))
+
+
+def _slope_of_curve(
+    system: BrakedDriveline, friction: SmoothFriction, actuation: Actuation, at: Sliding
+) -> float:
+    """Smaller one-sided slope of the brake torque with a smooth friction law."""
+    brake = system.brake
+    release, near = actuation.release_speed, piecewise_linear.CORNER * at.speed
+    if at.actuated - near > release:
+        return 0.0
+    step = _STEP * at.speed
+    gains = [
+        abs(brake.amplification(friction.coefficient(at.direction * brake.radius * speed)))
+        for speed in (at.speed + way * step for way in (-2.0, -1.0, 0.0, 1.0, 2.0))
+    ]
+    if not all(math.isfinite(one) for one in gains):
+        return math.inf
+    twice_before, before, here, after, twice_after = gains
+    # One-sided differences of second order, so that a corner is not averaged.
+    left = (3.0 * here - 4.0 * before + twice_before) / (2.0 * step)
+    right = (4.0 * after - 3.0 * here - twice_after) / (2.0 * step)
+    rates = [actuation.slope, 0.0] if at.actuated + near >= release else [actuation.slope]
+    force = actuation.force(at.actuated)
+    return brake.radius * (min(rate * here for rate in rates) + force * min(left, right))
+
+
+def lines_over_slope(system: BrakedDriveline, at: Sliding) -> list[DampingLine]:
+    """Damping as a function of the actuation slope, while the brake is pressed.
+
+    It is piecewise linear; the pieces end at the slopes for which the release speed equals the
+    sliding speed or the end of the linear piece of the friction law there.
+    """
+    actuation, brake, friction = system.actuation, system.brake, system.friction
+    edges = [-math.inf, math.inf]
+    if actuation.release and at.actuated > 0.0:
+        edges[0] = -actuation.initial_force / at.actuated
+    if not isinstance(friction, SetValuedFriction):
+        pass
+    elif friction.constant:
+        gain = abs(brake.amplification(at.direction * friction.reference))
+        if math.isinf(gain):
+            return []
+        return [DampingLine(edges[0], edges[1], system.driveline.damping, brake.radius * gain)]
+    elif actuation.release:
+        nodes = (speed / brake.radius for speed, _ in friction.nodes())
+        end = next((node for node in nodes if node > at.speed), math.inf)
+        edges.insert(1, -actuation.initial_force / end)
+    found = []
+    for low, high in pairwise(edges):
+        if math.isinf(high):
+            one = max(low, 0.0) + (1.0 if low >= 0.0 else 0.0)
+            other = one + 1.0
+        elif math.isinf(low):
+            one, other = high - 2.0, high - 1.0
+        else:
+            one, other = low + 0.25 * (high - low), low + 0.75 * (high - low)
+        if not one < other:
+            continue
+        slopes = [
+            _torque_slope(system, actuation.model_copy(update={"slope": slope}), at)
+            for slope in (one, other)
+        ]
+        gradient = (slopes[1] - slopes[0]) / (other - one)
+        at_zero = system.driveline.damping + slopes[0] - gradient * one
+        found.append(DampingLine(low, high, at_zero, gradient))
+    return found

@@ -1,0 +1,195 @@
+"""The class of a motion, with the evidence beside it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from wedgebrake.analysis.run_settings import LIMIT, protocol
+from wedgebrake.errors import InputError
+from wedgebrake.model.display import Result
+from wedgebrake.model.part import shown
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.simulate import check_state, choose_method
+
+
+@dataclass(frozen=True, repr=False)
+class Motion(Result):
+    """How a system moves in the long run, and how that is known.
+
+    kind              : "synchronous", "periodic", "quasi-periodic", "chaotic", "at rest",
+                        "diverged", "self-locked", or "undecided" where the transient has not
+                        died or the record is too short to tell
+    order             : periods of the torque in one of the motion; 0 where it does not repeat.
+                        Where no torque acts its period 1/frequency is counted all the same: a
+                        self-excited motion, whose period is another, is then quasi-periodic or
+                        undecided however well it repeats
+    stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as ``sticks`` says
+    status            : how the simulation ended, as ``Status``
+    transient         : periods that were run before the record
+    settling          : with transient="auto": periods after which the motion stayed within
+                        1e-5 of its final orbit; nan where it has none
+    judged            : periods from which the class was judged
+    return_distance   : how far it is from repeating, over the motion's size
+    largest_exponent, second_exponent
+                      : Lyapunov exponents [1/s]; the second is -inf where sticks take a
+                        dimension away, and nan where it is not resolved (smooth)
+    exponent_error    : standard error of the largest [1/s]; 0 where a periodic orbit's
+                        multipliers give it exactly, nan below 16 periods
+    sticks_forward, sticks_backward : sticks in a period of the torque, by side of entry
+    stick_share       : share of time at rest relative to the brake
+    peak_torque       : largest |R F_mu| [N m]
+    friction_power    : mean power that the brake turns into heat [W]
+    """
+
+    kind: str
+    order: int
+    stick_class: str
+    status: str
+    transient: int
+    settling: float
+    judged: int
+    return_distance: float
+    largest_exponent: float
+    second_exponent: float
+    exponent_error: float
+    sticks_forward: float
+    sticks_backward: float
+    stick_share: float
+    peak_torque: float
+    friction_power: float
+
+    @property
+    def word(self) -> str:
+        """The class in a word: "synchronous", "6T-periodic", "chaotic"."""
+        return f"{self.order}T-periodic" if self.kind == "periodic" else self.kind
+
+    @property
+    def verdict(self) -> str:
+        """The class and its evidence in a sentence."""
+        if self.kind in ("diverged", "self-locked"):
+            return f"{self.word}."
+        alike = not self.settled or self.stick_class == self.word
+        text = self.word if alike else f"{self.word}, {self.stick_class}"
+        if self.status != "completed":
+            return f"{text}: the run was stopped ({self.status})."
+        if self.order:
+            text += f": repeats after {self.order} T to {self.return_distance:.1g} of its size"
+            if not math.isnan(self.settling):
+                text += f", from period {self.settling:g} on"
+        elif self.kind != "at rest" and math.isfinite(self.return_distance):
+            text += (
+                f": in {self.judged} periods it came back no closer than"
+                f" {self.return_distance:.1g} of its size"
+            )
+        elif self.kind != "at rest":
+            text += f": {self.judged} periods are too few to tell"
+        if math.isnan(self.largest_exponent):
+            return f"{text}."
+        text += f"; largest exponent {self.largest_exponent:.4g}"
+        if self.exponent_error > 0.0:
+            text += f" +- {self.exponent_error:.1g}"
+        return f"{text} 1/s."
+
+    @property
+    def settled(self) -> bool:
+        """Whether the class is known: the transient has died, or the run has ended for good."""
+        return self.kind != "undecided"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return {**asdict(self), "word": self.word, "verdict": self.verdict}
+
+
+def motion(
+    system: BrakedDriveline,
+    periods: int | None = None,
+    *,
+    transient: int | Literal["auto"] = "auto",
+    limit: int = LIMIT,
+    initial: tuple[float, float] = (0.0, 0.0),
+    method: str | None = None,
+    rtol: float = 1e-9,
+    step: float = 1e-4,
+    max_events: int = 10_000_000,
+    max_steps: int = 100_000_000,
+) -> Motion:
+    """The class of the motion that a system settles to (docs/theory.md, section 9).
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        What moves.
+    periods : int
+        With a number for ``transient``: number of the last period, default 250. With
+        "auto": periods recorded after the transient, default 50.
+    transient : int or "auto"
+        Periods left out. "auto" runs windows, each twice as long as the last, until the
+        motion has settled in one or ``limit`` periods have passed; (200, with periods=250,
+        is about the paper's protocol).
+    limit : int
+        Most periods to wait, with "auto".
+    initial : (angle [rad], velocity [rad/s])
+        State at t = 0.
+    method, rtol, step, max_events, max_steps
+        As in ``simulate``. Exponents come from the exact derivative of the flow with
+        "exact", and from the variational equation with "smooth". The fixed step of
+        "ode14x" chatters, so that it has none, and nothing aperiodic is told apart.
+
+    Returns
+    -------
+    Motion
+        ``kind``, ``order``, ``stick_class`` and the evidence; ``verdict`` says it in words.
+
+    Raises
+    ------
+    InputError
+        For arguments that are wrong or do not fit the friction law.
+    """
+    if not isinstance(system, BrakedDriveline):
+        raise InputError(f"system = {shown(system)}: must be a BrakedDriveline.")
+    chosen = choose_method(system, method)
+    state = check_state("initial", initial)
+    limits: dict[str, Any] = {
+        "rtol": rtol,
+        "step": step,
+        "max_events": max_events,
+        "max_steps": max_steps,
+    }
+    wanted = protocol(periods, transient, limit, **limits)
+    from wedgebrake.analysis.classify_run import judge
+
+    answer, _ = interruptible(lambda: judge(system, state, chosen, wanted))
+    return from_answer(answer)
+
+
+def from_answer(answer: Any) -> Motion:
+    """A ``Motion`` from the columns of ``wedgebrake.analysis.evaluate_point``."""
+    from wedgebrake.analysis import evaluate_point
+    from wedgebrake.analysis.classes import MotionClass, StickClass
+    from wedgebrake.solvers.status import Status
+
+    def value(column: int) -> float:
+        return float(answer[column])
+
+    sticking = answer[evaluate_point.STICK_CLASS]
+    return Motion(
+        kind=MotionClass(int(answer[evaluate_point.CLASS])).word,
+        order=int(answer[evaluate_point.ORDER]),
+        stick_class=StickClass(-1 if math.isnan(sticking) else int(sticking)).word,
+        status=Status.of(int(answer[evaluate_point.OUTCOME])).value,
+        transient=int(answer[evaluate_point.TRANSIENT]),
+        settling=value(evaluate_point.SETTLING),
+        judged=int(answer[evaluate_point.JUDGED]),
+        return_distance=value(evaluate_point.RETURN_DISTANCE),
+        largest_exponent=value(evaluate_point.LARGEST_EXPONENT),
+        second_exponent=value(evaluate_point.SECOND_EXPONENT),
+        exponent_error=value(evaluate_point.EXPONENT_ERROR),
+        sticks_forward=value(evaluate_point.STICKS_FORWARD),
+        sticks_backward=value(evaluate_point.STICKS_BACKWARD),
+        stick_share=value(evaluate_point.STICK_SHARE),
+        peak_torque=value(evaluate_point.PEAK_TORQUE),
+        friction_power=value(evaluate_point.FRICTION_POWER),
+    )

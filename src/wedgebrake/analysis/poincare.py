@@ -1,0 +1,153 @@
+"""The Poincare section: the state once in every period of the torque."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# As many points as a simulation gives samples.
+_MOST = 50_000_000
+# What the section itself decides, and the argument to use instead.
+_DECIDED = {
+    "duration": "periods",
+    "times": "periods, transient and section_time",
+    "samples_per_period": "section_time",
+}
+
+
+def poincare(
+    system: BrakedDriveline,
+    periods: int = 250,
+    *,
+    transient: int = 200,
+    section_time: float = 0.0,
+    initial: tuple[float, float] = (0.0, 0.0),
+    method: str | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """The states at t = section_time + n / f_e for n = transient, ..., periods.
+
+    The state is computed at these times, not interpolated from samples. The paper's own
+    section, t = 20 s + n / f_e up to 25 s, is ``section_time=20.0, transient=0,
+    periods=50`` (section 4.1; the phase of the section differs from that of n / f_e).
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        What moves.
+    periods : int
+        Number n of the last point, at least 0.
+    transient : int
+        Number n of the first point, at least 0 and below ``periods``.
+    section_time : float
+        Time of the point number 0 [s]; it sets the phase of the torque at the section.
+    initial : (angle [rad], velocity [rad/s])
+        State at ``start_time`` (an option of ``simulate``, default 0 s).
+    method, options
+        As in ``simulate``: method, start_time, rtol, step, max_events, max_steps.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``period`` (the numbers n, at most periods - transient + 1 of them): angle
+        [rad], velocity [rad/s], and ``time`` [s] as a coordinate. ``attrs`` are those of
+        the response, with section_time [s], section_phase (share of a torque period) and
+        transient. A run that ended early (``attrs["status"]``, ``attrs["message"]``)
+        gives the points that it reached, perhaps none.
+
+    Raises
+    ------
+    InputError
+        For arguments that are wrong, and as ``simulate``.
+    """
+    if not isinstance(system, BrakedDriveline):
+        raise InputError(f"system = {system!r}: must be a BrakedDriveline.")
+    _check_options(options)
+    _whole("periods", periods)
+    _whole("transient", transient)
+    if transient >= periods:
+        raise InputError(
+            f"transient = {transient!r}: must be below periods = {periods!r}, or no point is"
+            f" left. Raise periods, for example periods={transient + 50}, or lower transient."
+        )
+    _seconds("section_time", section_time)
+    start_time = options.get("start_time", 0.0)
+    _seconds("start_time", start_time)
+
+    numbers = np.arange(int(transient), int(periods) + 1)
+    frequency = system.excitation.frequency
+    times = section_time + numbers / frequency
+    if times[0] < start_time:
+        least = math.ceil((start_time - section_time) * frequency)
+        raise InputError(
+            f"transient = {transient!r}: its point lies at {times[0]:g} s, before"
+            f" start_time = {start_time:g} s. Use a transient of at least {least}."
+        )
+    span: dict[str, Any] = {"duration": times[-1] - start_time}
+    if section_time == 0.0 and start_time == 0.0:
+        span = {"periods": int(periods)}
+    response = simulate(system, **span, initial=initial, method=method, times=times, **options)
+    return _section(response, numbers, section_time, section_time * frequency % 1.0)
+
+
+def _section(
+    response: xr.Dataset, numbers: np.ndarray, section_time: float, phase: float
+) -> xr.Dataset:
+    """The samples of the response, numbered by period."""
+    import xarray as xr
+
+    reached = numbers[: response.sizes["time"]]
+    dataset = xr.Dataset(
+        {
+            name: ("period", response[name].to_numpy(), response[name].attrs)
+            for name in ("angle", "velocity")
+        },
+        coords={
+            "period": ("period", reached, {"units": "1", "long_name": "number of periods"}),
+            "time": (
+                "period",
+                response["time"].to_numpy(),
+                {"units": "s", "long_name": "time of the section"},
+            ),
+        },
+    )
+    dataset.attrs = {
+        **response.attrs,
+        "section_time": float(section_time),
+        "section_phase": float(phase),
+        "transient": int(numbers[0]),
+    }
+    return dataset
+
+
+def _check_options(options: dict[str, Any]) -> None:
+    allowed = set(inspect.signature(simulate).parameters) - set(_DECIDED) - {"system"}
+    for name in options:
+        if name in _DECIDED:
+            raise InputError(
+                f"{name} = {options[name]!r}: the section sets it. Use {_DECIDED[name]}."
+            )
+        if name not in allowed:
+            raise InputError(f"{name}: no such option. {nearest(name, allowed)}")
+
+
+def _whole(name: str, value: Any) -> None:
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not 0 <= value <= _MOST:
+        raise InputError(f"{name} = {value!r}: must be a whole number, 0 to {_MOST}.")
+
+
+def _seconds(name: str, value: Any) -> None:
+    plain = isinstance(value, int | float | np.integer | np.floating)
+    if not plain or isinstance(value, bool) or not 0.0 <= value <= 1e12:
+        raise InputError(f"{name} = {value!r}: must be a number of seconds in [0, 1e+12].")

@@ -1,0 +1,107 @@
+"""How a motion is judged: how long a transient is left out, and how much is looked at."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.part import shown
+from wedgebrake.solvers.simulate import check_limits
+
+AUTO: Literal["auto"] = "auto"
+# What the paper does: 25 s of which the first 20 s are left out, about 250 and 200 periods.
+PERIODS, TRANSIENT = 250, 200
+RECORDED = PERIODS - TRANSIENT
+LIMIT = 20_000
+_MOST = 5_000_000
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """What is run, left out and recorded, in periods of the torque.
+
+    transient : periods before the record, or "auto": as many as it takes to settle
+    recorded  : periods of the record, and of the judgement where ``transient`` is a number
+    limit     : most periods to wait for a motion to settle, with "auto"
+    max_events, rtol, step, max_steps : limits and tolerances of the solvers, as for ``simulate``
+    """
+
+    transient: int | Literal["auto"]
+    recorded: int
+    limit: int = LIMIT
+    max_events: int = 10_000_000
+    rtol: float = 1e-9
+    step: float = 1e-4
+    max_steps: int = 100_000_000
+
+    @property
+    def automatic(self) -> bool:
+        """Whether the transient is judged, not assumed."""
+        return self.transient == AUTO
+
+    @property
+    def first(self) -> int:
+        """Number of the first recorded period, counted from the settled motion with "auto"."""
+        return 0 if self.transient == AUTO else self.transient
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
+
+
+def protocol(
+    periods: int | None,
+    transient: int | str,
+    limit: int = LIMIT,
+    *,
+    rtol: float = 1e-9,
+    step: float = 1e-4,
+    max_events: int = 10_000_000,
+    max_steps: int = 100_000_000,
+) -> Protocol:
+    """The protocol that a user asks for.
+
+    periods   : with a number for ``transient``, the number of the last period (default 250);
+                with "auto", how many are recorded after the transient (default 50)
+    transient : number of the first recorded period, or "auto"
+    rtol ...  : as for ``simulate``
+
+    Raises ``InputError`` for what makes no sense.
+    """
+    check_limits(rtol, step, max_events, max_steps)
+    limits: dict[str, Any] = {
+        "rtol": rtol,
+        "step": step,
+        "max_events": max_events,
+        "max_steps": max_steps,
+    }
+    _whole("limit", limit, 1, " It is the longest wait for a motion to settle, in periods.")
+    if isinstance(transient, str):
+        if transient != AUTO:
+            raise InputError(
+                f"transient = {transient!r}: must be a number of periods or 'auto', which runs"
+                " until the motion has settled."
+            )
+        recorded = RECORDED if periods is None else periods
+        _whole("periods", recorded, 1, " With transient='auto', those recorded after settling.")
+        return Protocol(AUTO, int(recorded), int(limit), **limits)
+    last = PERIODS if periods is None else periods
+    _whole("periods", last, 1)
+    _whole("transient", transient, 0)
+    if transient >= last:
+        raise InputError(
+            f"transient = {transient!r}: must be below periods = {last!r}, or nothing is left to"
+            f" look at. Raise periods, for example periods={transient + 50}, or lower transient."
+        )
+    return Protocol(int(transient), int(last - transient), int(limit), **limits)
+
+
+def _whole(name: str, value: Any, least: int, why: str = "") -> None:
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not least <= value <= _MOST:
+        raise InputError(
+            f"{name} = {shown(value)}: must be a whole number, {least} to {_MOST}.{why}"
+        )

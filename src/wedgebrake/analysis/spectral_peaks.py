@@ -1,0 +1,307 @@
+"""The lines of an amplitude spectrum, and what they are in terms of the known frequencies."""
+
+from __future__ import annotations
+
+import ast
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.spectrum import window_weights
+from wedgebrake.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+# The window's transform is that of at most so many samples: in bins, a longer window has the
+# same to a millionth. For leakage it is tabulated, so finely within a bin.
+_LONGEST, _FINE = 4096, 32
+# A peak counts if it is so many times what stronger lines leak into its bin.
+_CLEAR = 2.0
+# What is below this share of the largest value is rounding.
+_ROUNDING = 1e-12
+# Fractions p/q of f_e are tried up to this q.
+_LARGEST_Q = 12
+
+_SPEC = {
+    "frequency": ("Hz", "frequency of the line"),
+    "amplitude": ("", "amplitude of the line"),
+    "order": ("1", "frequency / f_e"),
+    "multiple": ("1", "m, the nearest multiple of f_e"),
+    "offset": ("Hz", "frequency - m f_e"),
+    "numerator": ("1", "p, where the frequency is p/q f_e; else 0"),
+    "denominator": ("1", "q, where the frequency is p/q f_e; else 0"),
+    "natural": ("1", "s, where the frequency is a f_e + s f_n with a whole number a; else 0"),
+    "label": ("1", "what the line is"),
+}
+
+
+class _Names(NamedTuple):
+    """Known frequencies and what counts as equal to them [Hz]; 0 where not known."""
+
+    forcing: float
+    natural: float
+    tolerance: float
+
+
+def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -> xr.Dataset:
+    """The lines of a spectrum, strongest first, each with its name.
+
+    A line is a peak that stands out of what the window leaks from stronger lines. Its
+    frequency and amplitude are interpolated: the ratio of the highest bin to the higher of
+    its neighbours gives the distance from the bin, by the transform of the window itself
+    (for "hann" in closed form 2 - 3/(1 + ratio), Grandke 1983), and that the amplitude. It is
+    exact for a line alone; two lines closer than the main lobe (4 bins of "hann") are not
+    told apart.
+
+    Names, with the tolerance of half the resolution (docs/theory.md, section 10):
+
+    "mean"            : 0 Hz
+    "2 f_e"           : a multiple of the torque's frequency; "f_e = f_n" where both agree
+    "f_n"             : the natural frequency of the driveline without brake
+    "2/3 f_e"         : q <= 12, as in a motion of q torque periods; p/q must agree to
+                        f_e/(8 q^2) too, because there are ever more fractions
+    "2 f_e - f_n"     : a side band of the natural frequency
+    "f_e + 1.23 Hz"   : anything else, by its distance from the nearest multiple
+
+    Parameters
+    ----------
+    spectrum : xarray.Dataset
+        As ``wb.spectrum`` gives it.
+    count : int
+        At most so many lines.
+    floor : float
+        Lines below this share of the strongest one (but 0 Hz) are left out, in [0, 1).
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``line`` (1, 2, ...): frequency [Hz], amplitude (the spectrum's unit), order
+        (frequency/f_e), multiple m (the nearest), offset (frequency - m f_e) [Hz], numerator
+        and denominator of p/q (0: none), natural (+1, -1: the offset is that of f_n from its
+        nearest multiple, or the negative; 0: neither), label. Where f_e is not known or no
+        torque acts, order and offset are nan.
+        ``attrs``: quantity, window, resolution, tolerance [Hz], forcing_frequency and
+        natural_frequency [Hz] where known, floor.
+
+    Raises
+    ------
+    InputError
+        For a dataset that is no spectrum, a count below 1 or a floor outside [0, 1).
+    """
+    _check(spectrum, count, floor)
+    attrs = spectrum.attrs
+    resolution = float(attrs["resolution"])
+    bins, amplitudes = _peaks(spectrum, int(count), float(floor))
+    found = bins * resolution
+    names = _Names(
+        float(attrs.get("forcing_frequency", 0.0)),
+        float(attrs.get("natural_frequency", 0.0)),
+        0.5 * resolution,
+    )
+    return _dataset(spectrum, found, amplitudes, names, float(floor))
+
+
+def _check(spectrum: Any, count: Any, floor: Any) -> None:
+    attrs = getattr(spectrum, "attrs", {})
+    known = {"window", "resolution", "samples"} <= set(attrs)
+    if "amplitude" not in getattr(spectrum, "data_vars", {}) or not known:
+        raise InputError(
+            f"spectrum = {type(spectrum).__name__}: must be the result of wb.spectrum(response)."
+        )
+    if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
+        raise InputError(f"count = {count!r}: must be a whole number, at least 1.")
+    plain = isinstance(floor, int | float | np.integer | np.floating)
+    if not plain or isinstance(floor, bool) or not 0.0 <= floor < 1.0:
+        raise InputError(
+            f"floor = {floor!r}: must be a share of the strongest line in [0, 1), for example 1e-3."
+        )
+
+
+def _peaks(spectrum: xr.Dataset, count: int, floor: float) -> tuple[FloatArray, FloatArray]:
+    """(frequencies in bins, amplitudes) of the lines, strongest first."""
+    n = int(spectrum.attrs["samples"])
+    window = _Window(str(spectrum.attrs["window"]), n)
+    # As in the two-sided spectrum, where the window's transform is the same at every line.
+    height = spectrum["amplitude"].to_numpy().astype(float)
+    height[1 : (n + 1) // 2] *= 0.5
+    rising = np.append(True, height[1:] > height[:-1])
+    falling = np.append(height[:-1] >= height[1:], True)
+    peaks = np.flatnonzero(rising & falling)
+    peaks = peaks[np.argsort(-height[peaks], kind="stable")]
+    oscillating = height[peaks[peaks > 0]].max(initial=0.0)
+    least = max(floor * oscillating, _ROUNDING * float(height.max()))
+    found: list[tuple[float, float]] = []
+    for k in peaks[height[peaks] > least]:
+        places, heights = np.array(found).reshape(-1, 2).T
+        leaked = heights @ window.leak(np.abs(places - k))
+        leaked += heights[places > 0.0] @ window.leak(places[places > 0.0] + k)
+        if height[k] > _CLEAR * leaked:
+            found.append(_interpolated(height, int(k), window))
+        if len(found) == count:
+            break
+    places, heights = np.array(found).reshape(-1, 2).T
+    alone = (places == 0.0) | (places == 0.5 * n)
+    amplitudes = np.where(alone, heights, 2.0 * heights)
+    order = np.argsort(-amplitudes, kind="stable")
+    return places[order], amplitudes[order]
+
+
+class _Window:
+    """|Transform| of a window of n samples over the distance in bins, 1 at 0."""
+
+    def __init__(self, window: str, n: int) -> None:
+        try:
+            name = ast.literal_eval(window)
+        except (ValueError, SyntaxError):
+            name = window
+        size = min(n, _LONGEST)
+        weights = window_weights(name, size)
+        self.weights = weights / weights.sum()
+        self.table = np.abs(np.fft.rfft(self.weights, _FINE * size))
+
+    def at(self, distance: float) -> float:
+        """The transform at a distance in bins."""
+        turns = distance / self.weights.size * np.arange(self.weights.size)
+        return float(abs(self.weights @ np.exp(-2j * np.pi * turns)))
+
+    def leak(self, distance: FloatArray) -> FloatArray:
+        """The same at many distances, from the table."""
+        return np.interp(distance * _FINE, np.arange(self.table.size), self.table)
+
+    def distance(self, ratio: float) -> float:
+        """Distance of a line from the highest bin, whose neighbour is ``ratio`` times as high."""
+        from scipy.optimize import brentq
+
+        if ratio <= self.at(1.0) or ratio >= 1.0:
+            return 0.0 if ratio < 1.0 else 0.5
+        return float(brentq(lambda x: self.at(1.0 - x) - ratio * self.at(x), 0.0, 0.5))
+
+
+def _interpolated(height: FloatArray, k: int, window: _Window) -> tuple[float, float]:
+    """(place in bins, height) of the line whose highest bin is ``k``."""
+    if k in (0, height.size - 1):
+        return float(k), float(height[k])
+    left, right = height[k - 1], height[k + 1]
+    distance = window.distance(float(max(left, right) / height[k]))
+    place = k + distance if right > left else k - distance
+    return place, float(height[k]) / window.at(distance)
+
+
+def _dataset(
+    spectrum: xr.Dataset, found: FloatArray, amplitudes: FloatArray, names: _Names, floor: float
+) -> xr.Dataset:
+    """The lines as a labelled dataset."""
+    import xarray as xr
+
+    described = [_describe(float(f), names) for f in found]
+    values: dict[str, Any] = {"frequency": found, "amplitude": amplitudes}
+    for name in _Line._fields:
+        values[name] = np.array([getattr(one, name) for one in described], dtype=_TYPES[name])
+    unit = spectrum["amplitude"].attrs.get("units", "1")
+    dataset = xr.Dataset(
+        {
+            name: ("line", values[name], {"units": units or unit, "long_name": meaning})
+            for name, (units, meaning) in _SPEC.items()
+        },
+        coords={"line": ("line", np.arange(1, found.size + 1), {"long_name": "rank of the line"})},
+    )
+    dataset["natural"].attrs |= {"flag_values": [-1, 0, 1], "flag_meanings": "minus neither plus"}
+    kept = ("quantity", "window", "resolution", "forcing_frequency", "natural_frequency")
+    dataset.attrs = {name: spectrum.attrs[name] for name in kept if name in spectrum.attrs}
+    dataset.attrs |= {"tolerance": names.tolerance, "floor": floor}
+    return dataset
+
+
+class _Line(NamedTuple):
+    """What a line is; the fields are those of the dataset."""
+
+    order: float
+    multiple: int
+    offset: float
+    numerator: int
+    denominator: int
+    natural: int
+    label: str
+
+
+_TYPES: dict[str, Any] = {
+    "order": float,
+    "multiple": np.int64,
+    "offset": float,
+    "numerator": np.int64,
+    "denominator": np.int64,
+    "natural": np.int8,
+    "label": str,
+}
+
+
+def _describe(f: float, names: _Names) -> _Line:
+    """What a line at a frequency [Hz] is."""
+    forcing, tolerance = names.forcing, names.tolerance
+    if forcing <= 0.0:
+        free = names.natural > 0.0 and abs(f - names.natural) <= tolerance
+        label = "mean" if f == 0.0 else "f_n" if free else _hertz(f, names)
+        return _Line(math.nan, 0, math.nan, 0, 0, int(free), label)
+    # Half way between two, the lower one, also where rounding lifts the line a little.
+    multiple = math.ceil((f - tolerance) / forcing - 0.5)
+    offset = f - multiple * forcing
+    fraction = _fraction(f / forcing, tolerance / forcing)
+    side, whole = _side_band(f, names)
+    if f == 0.0:
+        label = "mean"
+    elif fraction[1] == 1 and multiple:
+        label = _times(multiple, "f_e") + (" = f_n" if (side, whole) == (1, 0) else "")
+    elif (side, whole) == (1, 0):
+        label = "f_n"
+    elif fraction[1] > 1:
+        label = f"{fraction[0]}/{fraction[1]} f_e"
+    elif side:
+        label = _side_band_label(side, whole)
+    elif multiple:
+        sign = "+" if offset > 0.0 else "-"
+        label = f"{_times(multiple, 'f_e')} {sign} {_hertz(abs(offset), names)}"
+    else:
+        label = _hertz(f, names)
+    return _Line(f / forcing, multiple, offset, *fraction, side, label)
+
+
+def _fraction(order: float, tolerance: float) -> tuple[int, int]:
+    """(p, q) of the fraction with the smallest q that agrees with an order; (0, 0): none."""
+    for q in range(1, _LARGEST_Q + 1):
+        p = round(order * q)
+        allowed = tolerance if q == 1 else min(tolerance, 0.125 / q**2)
+        if abs(order - p / q) <= allowed:
+            return p, q
+    return 0, 0
+
+
+def _side_band(f: float, names: _Names) -> tuple[int, int]:
+    """(s, a) where f = a f_e + s f_n; s = 0: it is not."""
+    forcing, natural, tolerance = names
+    if natural > 0.0:
+        for side in (1, -1):
+            whole = round((f - side * natural) / forcing)
+            if abs(f - side * natural - whole * forcing) <= tolerance:
+                return side, whole
+    return 0, 0
+
+
+def _side_band_label(side: int, whole: int) -> str:
+    if whole < 0:
+        return f"f_n - {_times(-whole, 'f_e')}"
+    return f"{_times(whole, 'f_e')} {'+' if side > 0 else '-'} f_n"
+
+
+def _times(number: int, symbol: str) -> str:
+    return symbol if number == 1 else f"{number} {symbol}"
+
+
+def _hertz(f: float, names: _Names) -> str:
+    """A frequency to a tenth of the tolerance [Hz]."""
+    digits = max(0, math.ceil(-math.log10(0.1 * names.tolerance)))
+    return f"{f:.{digits}f} Hz"

@@ -1,0 +1,171 @@
+"""Sticks: the intervals of rest relative to the brake, and the class of stick-slip."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.errors import InputError
+from wedgebrake.solvers.solution import SIDE_FLAGS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AT_REST = "at rest"
+NON_STICK_SLIP = "non-stick-slip"
+UNIDIRECTIONAL = "unidirectional stick-slip"
+BIDIRECTIONAL = "bidirectional stick-slip"
+
+# The paper simulates 25 s and takes the last 5 s as the steady motion (its section 4).
+STEADY_SHARE = 0.2
+# Slip for less than this share of a window is rounding.
+_NO_SLIP = 1e-12
+
+_SPEC = {
+    "start": ("s", "beginning of rest"),
+    "end": ("s", "end of rest"),
+    "duration": ("s", "length of rest"),
+    "entry": ("1", "sign of the sliding velocity before; 0: at rest from the start"),
+    "exit": ("1", "sign of the sliding velocity after; 0: still at rest at the end"),
+}
+
+
+def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
+    """The sticks of a response, those that reach past ``start``.
+
+    Of "exact" responses they are exact. Of "smooth" and "ode14x" ones, where velocity
+    never rests, they are the times inside the steep layer of the friction law.
+
+    Parameters
+    ----------
+    response : xarray.Dataset
+        As ``simulate`` gives it.
+    start : float
+        Beginning of the window [s]; the window ends where the response does. Default: the
+        whole response, but only its last fifth for the class.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``stick``: start, end, duration [s], whole even if cut by the window; entry
+        and exit: sign of the sliding velocity before and after, 0 if there is none.
+        ``attrs``: window_start, window_end [s]; count, the sticks entered from slip inside
+        the window, and of these count_forward (entry > 0) and count_backward; share of
+        the window spent at rest [1]; class, as ``stick_slip_class`` gives it from
+        class_start [s] on; status and message of the response.
+
+    Raises
+    ------
+    InputError
+        For a dataset without sticks' variables, or a start outside the response.
+    """
+    import xarray as xr
+
+    begin, end = span(response)
+    low = begin if start is None else inside(start, begin, end)
+    class_start = steady_start(response) if start is None else low
+    data = _window(response, low, end)
+    entered = data["entry"][data["start"] >= low]
+    dataset = xr.Dataset(
+        {
+            name: ("stick", data[name], {"units": unit, "long_name": meaning})
+            for name, (unit, meaning) in _SPEC.items()
+        }
+    )
+    for name in ("entry", "exit"):
+        dataset[name].attrs.update(SIDE_FLAGS)
+    dataset.attrs = {
+        "window_start": low,
+        "window_end": end,
+        "count": int(np.count_nonzero(entered)),
+        "count_forward": int(np.count_nonzero(entered > 0)),
+        "count_backward": int(np.count_nonzero(entered < 0)),
+        "share": _share(data, low, end),
+        "class": stick_slip_class(response, class_start),
+        "class_start": class_start,
+    }
+    dataset.attrs |= {
+        name: response.attrs[name] for name in ("status", "message") if name in response.attrs
+    }
+    return dataset
+
+
+def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
+    """The class of the motion from ``start`` on (docs/theory.md, section 6).
+
+    "at rest"                   : no slip at all
+    "non-stick-slip"            : no stick is entered
+    "unidirectional stick-slip" : sticks are entered from one direction of motion only
+    "bidirectional stick-slip"  : from both
+
+    A stick counts if it is entered, from slip, inside the window. ``start`` [s] defaults
+    to the last fifth of the response, as the paper takes the last 5 s of 25 s.
+
+    Raises ``InputError`` as ``sticks`` does.
+    """
+    begin, end = span(response)
+    low = steady_start(response) if start is None else inside(start, begin, end)
+    data = _window(response, low, end)
+    if _share(data, low, end) >= 1.0 - _NO_SLIP:
+        return AT_REST
+    sides = set(np.sign(data["entry"][data["start"] >= low]).tolist()) - {0}
+    return (NON_STICK_SLIP, UNIDIRECTIONAL, BIDIRECTIONAL)[len(sides)]
+
+
+def span(response: xr.Dataset) -> tuple[float, float]:
+    """(first, last) time that the response covers [s], also where it was not sampled."""
+    if "stick_start" not in getattr(response, "data_vars", {}):
+        raise InputError(
+            f"response = {type(response).__name__}: must be a dataset with stick_start,"
+            " stick_end and stick_entry. Use the result of wb.simulate(...)."
+        )
+    times = response["time"].to_numpy() if "time" in response.coords else np.empty(0)
+    first = float(times[0]) if times.size else 0.0
+    last = float(times[-1]) if times.size else first
+    options = json.loads(response.attrs.get("options", "{}"))
+    first = float(options.get("start_time", first))
+    return first, float(response.attrs.get("final_time", last))
+
+
+def steady_start(response: xr.Dataset) -> float:
+    """Beginning of the steady motion [s]: the last fifth of the response."""
+    begin, end = span(response)
+    return end - STEADY_SHARE * (end - begin)
+
+
+def inside(start: Any, begin: float, end: float) -> float:
+    """``start`` as a time of the response [s]; ``InputError`` if it is none."""
+    plain = isinstance(start, int | float | np.integer | np.floating)
+    if not plain or isinstance(start, bool) or not math.isfinite(start):
+        raise InputError(f"start = {start!r}: must be a finite number of seconds, or None.")
+    if not begin <= start <= end:
+        raise InputError(
+            f"start = {start!r}: must be a time of the response, {begin:g} s to {end:g} s."
+            " Choose an earlier one, or simulate for longer."
+        )
+    return float(start)
+
+
+def _window(response: xr.Dataset, low: float, end: float) -> dict[str, Any]:
+    """The sticks with a part between low and end."""
+    starts = response["stick_start"].to_numpy()
+    ends = response["stick_end"].to_numpy()
+    part = (starts <= end) & ((ends > low) | (starts >= low) | (ends >= end))
+    return {
+        "start": starts[part],
+        "end": ends[part],
+        "duration": ends[part] - starts[part],
+        "entry": response["stick_entry"].to_numpy()[part],
+        "exit": response["stick_exit"].to_numpy()[part],
+    }
+
+
+def _share(data: dict[str, Any], low: float, end: float) -> float:
+    """Share of the time between low and end spent at rest."""
+    if end <= low:
+        return float(data["start"].size > 0)
+    rest = np.minimum(data["end"], end) - np.maximum(data["start"], low)
+    return min(1.0, float(np.sum(np.maximum(rest, 0.0))) / (end - low))

@@ -1,1 +1,0 @@
-"""Charts of one motion: history, phase portrait, Poincare section, spectrum."""

@@ -1,0 +1,65 @@
+"""The command ``app``: the explorer, served until Ctrl-C."""
+
+from __future__ import annotations
+
+import gc
+import re
+import sys
+import webbrowser
+from importlib.util import find_spec
+from pathlib import Path
+
+from wedgebrake.cli.main import USUAL_COLLECTIONS
+from wedgebrake.errors import InputError
+from wedgebrake.model.part import shown
+from wedgebrake.model.study import load_study
+
+_LOCAL = ("127.0.0.1", "localhost", "::1")
+_ORIGIN = re.compile(r"[A-Za-z0-9.*-]+(:\d{1,5})?|\[[0-9a-fA-F:]+\](:\d{1,5})?")
+
+
+def explore(
+    path: Path | None, port: int, address: str, allowed: tuple[str, ...], browser: bool
+) -> None:
+    """Serve the explorer, say where it is, and open it in a browser if wanted."""
+    missing = [name for name in ("panel", "bokeh") if find_spec(name) is None]
+    if missing:
+        raise InputError(
+            f"app: needs {' and '.join(missing)}. Install the extra: pip install"
+            " 'wedgebrake[app]'; in a clone, make app does it."
+        )
+    if not 0 <= port <= 65535:
+        raise InputError(f"--port {port}: must be 0 to 65535; 0 takes any that is free.")
+    for one in allowed:
+        if not _ORIGIN.fullmatch(one):
+            raise InputError(
+                f"--allow {shown(one)}: must be HOST or HOST:PORT, as in the browser's address"
+                " line, for example lab.example.org:5006."
+            )
+    study = None if path is None else load_study(path)
+    from wedgebrake.explorer.core.presets import START, preset
+    from wedgebrake.explorer.core.studies import opened
+    from wedgebrake.explorer.ui.server import serve
+
+    gc.set_threshold(*USUAL_COLLECTIONS)  # what is served for days must give back what it leaves
+
+    desk = preset(START).desk() if study is None else opened(study)
+
+    def ready(url: str) -> None:
+        _say(f"The explorer is at {url} until Ctrl-C.")
+        if address not in _LOCAL:
+            _say("Whoever can reach this address can use this machine's processors.")
+        if browser:
+            webbrowser.open(url)
+
+    try:
+        serve(desk, address=address, port=port, origins=allowed, ready=ready)
+    except InputError as error:
+        raise InputError(re.sub(r"^(port|address) = ", r"--\1 ", str(error))) from None
+    _say("stopped")
+
+
+def _say(words: str) -> None:
+    if sys.stderr is not None:
+        sys.stderr.write(words + "\n")
+        sys.stderr.flush()

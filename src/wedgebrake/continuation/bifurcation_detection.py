@@ -1,0 +1,179 @@
+"""Bifurcations between two points of a branch, located to rounding."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Generic, NamedTuple, TypeVar
+
+import numpy as np
+from scipy.optimize import brentq
+
+from wedgebrake.continuation.bifurcation_types import Kind
+from wedgebrake.continuation.curves import OrbitCurve
+from wedgebrake.continuation.discontinuity_induced import Margin
+from wedgebrake.continuation.equations import FloatArray
+from wedgebrake.continuation.palc import Curve, NotConvergedError, newton, tangent
+
+# A margin that jumps through zero has no root there.
+_ROOT = 1e-6
+# Between points so near (as a share of the step) a solution may be interpolated.
+_NARROW = 0.5
+# A multiplier that goes through infinity, as where the end of a rest becomes tangent, is no root.
+_POLE = 1e-6
+# Functions larger than this at both ends of a step are not expected to vanish twice between.
+_FAR = 0.1
+# Margins that vanish within this share of a step vanish together.
+_TOGETHER = 1e-6
+
+
+class Solution(NamedTuple):
+    """A point of a curve: scaled unknowns, derivative of the equations, direction."""
+
+    y: FloatArray
+    matrix: FloatArray
+    direction: FloatArray
+
+
+AnyCurve = TypeVar("AnyCurve", bound=Curve)
+
+
+class Step(Generic[AnyCurve]):
+    """The curve between two of its points, by the distance ``s`` along the first's direction."""
+
+    def __init__(self, curve: AnyCurve, start: Solution, end: Solution) -> None:
+        self.curve, self.start = curve, start
+        self.length = float(start.direction @ (end.y - start.y))
+        self._found: dict[float, Solution] = {0.0: start, self.length: end}
+
+    def at(self, s: float) -> Solution:
+        """The point at s; raises ``NotConvergedError`` and ``NoOrbitError``."""
+        if s not in self._found:
+            direction = self.start.direction
+            # From the nearest point known, along its direction.
+            near = min(self._found, key=lambda known: abs(known - s))
+            base = self._found[near]
+            slope = max(float(direction @ base.direction), 0.1)
+            guess = base.y + (s - near) / slope * base.direction
+            guess += (s - float(direction @ (guess - self.start.y))) * direction
+            try:
+                y, matrix = newton(self.curve, guess, direction)
+                self._found[s] = Solution(y, matrix, tangent(matrix, base.direction))
+            except NotConvergedError:
+                self._found[s] = self._between(s)
+        return self._found[s]
+
+    def _between(self, s: float) -> Solution:
+        """Between its neighbours, where the equations are singular: branches meet there."""
+        below = [known for known in self._found if known < s]
+        above = [known for known in self._found if known > s]
+        if not below or not above or min(above) - max(below) > _NARROW * self.length:
+            raise NotConvergedError
+        low, high = max(below), min(above)
+        one, other = self._found[low], self._found[high]
+        y = one.y + (s - low) / (high - low) * (other.y - one.y)
+        return Solution(y, self.curve.linearize(y)[1], one.direction)
+
+    def root(
+        self,
+        function: Callable[[Solution], float],
+        until: float | None = None,
+        since: float = 0.0,
+    ) -> float:
+        """Where a function that changes sign between the ends vanishes."""
+        last = self.length if until is None else until
+        try:
+            found = brentq(
+                lambda s: function(self.at(s)), since, last, xtol=1e-15, rtol=1e-14, maxiter=500
+            )
+        except (RuntimeError, ValueError):  # no change of sign after all, or one without a root
+            raise NotConvergedError from None
+        return float(found)
+
+
+def tests(curve: OrbitCurve, y: FloatArray) -> dict[str, float]:
+    """Functions that vanish where a multiplier is 1, -1, or a pair has modulus 1."""
+    trace, determinant = curve.invariants(y)
+    return {
+        "one": 1.0 - trace + determinant,
+        "minus one": 1.0 + trace + determinant,
+        "torus": determinant - 1.0,
+    }
+
+
+def smooth_bifurcations(step: Step[OrbitCurve], until: float) -> list[tuple[float, Kind]]:
+    """(s, kind) of the bifurcations of the orbit's derivative, in order of s up to ``until``."""
+    first, last = tests(step.curve, step.start.y), tests(step.curve, step.at(until).y)
+    found: list[tuple[float, Kind]] = []
+    for name in first:
+
+        def value(at: Solution, name: str = name) -> float:
+            return tests(step.curve, at.y)[name]
+
+        size = max(abs(first[name]), abs(last[name]), 1.0)
+        for begin, end in _changes(step, value, until, first[name], last[name]):
+            s = step.root(value, end, begin)
+            kind = _kind(name, step, s, (begin, end))
+            if kind is not None and abs(value(step.at(s))) <= _POLE * size:
+                found.append((s, kind))
+    return sorted(found, key=lambda one: one[0])
+
+
+def _changes(
+    step: Step[OrbitCurve],
+    value: Callable[[Solution], float],
+    until: float,
+    first: float,
+    last: float,
+) -> list[tuple[float, float]]:
+    """Intervals of s in each of which a function changes its sign, two if it does so twice."""
+    if first * last < 0.0:
+        return [(0.0, until)]
+    if min(abs(first), abs(last)) > _FAR:
+        return []
+    half = 0.5 * until
+    middle = value(step.at(half))
+    turn = half
+    if middle * first > 0.0:
+        # The extreme of the parabola through the three.
+        bend = first - 2.0 * middle + last
+        turn = half + 0.25 * until * (first - last) / bend if bend != 0.0 else half
+        if not 0.0 < turn < until or middle * bend < 0.0:
+            return []
+        middle = value(step.at(turn))
+    return [(0.0, turn), (turn, until)] if middle * first < 0.0 else []
+
+
+def _kind(name: str, step: Step[OrbitCurve], s: float, ends: tuple[float, float]) -> Kind | None:
+    """Which bifurcation it is at s, between the ends; None: none after all."""
+    if name == "minus one":
+        return Kind.PERIOD_DOUBLING
+    if name == "torus":
+        trace, _ = step.curve.invariants(step.at(s).y)
+        # Two real multipliers, one the inverse of the other, are no torus.
+        return Kind.NEIMARK_SACKER if abs(trace) < 2.0 else None
+    begin, end = (step.at(one).direction[-1] for one in ends)
+    turns = begin * end < 0.0
+    return Kind.FOLD if turns else Kind.BRANCH_POINT
+
+
+def first_end(
+    step: Step[OrbitCurve], candidates: list[Margin]
+) -> tuple[float, list[Margin]] | None:
+    """(s, margins) where the first of some margins, and those with it, vanish; None: none does."""
+    roots: list[tuple[float, Margin]] = []
+    for margin in candidates:
+
+        def value(at: Solution, margin: Margin = margin) -> float:
+            found = step.curve.margins(at.y)[margin.piece, margin.column]
+            return float(min(found, 1.0)) if np.isfinite(found) else 1.0
+
+        if value(step.start) <= 0.0:
+            continue
+        s = step.root(value)
+        if abs(value(step.at(s))) <= _ROOT:
+            roots.append((s, margin))
+    if not roots:
+        return None
+    s = min(root for root, _ in roots)
+    together = [margin for root, margin in roots if root - s <= _TOGETHER * step.length]
+    return s, together

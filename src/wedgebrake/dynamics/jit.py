@@ -1,0 +1,67 @@
+"""How every kernel is compiled: once, cached on disk, strict floating point.
+
+Only contraction (fused multiply-add) is allowed beyond IEEE rules; reassociation and the
+assumption of finite values would break the proofs of ``bound`` and the tests for infinity.
+Division by zero gives infinity, as in NumPy.
+
+Numba's disk cache looks at the time stamp of the one file that holds a function, and would
+serve a stale kernel after a change in another kernel that it calls. Here every cache
+carries the stamp of all files of these folders together.
+"""
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from numba import njit
+from numba.core.errors import NumbaExperimentalFeatureWarning
+
+# Function pointers have been "experimental" since 2020; the tests cover our use of them.
+warnings.filterwarnings(
+    "ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning
+)
+
+_OPTIONS: dict[str, Any] = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+}
+
+
+PACKAGE = Path(__file__).parents[1]
+# Folders with kernels.
+FOLDERS = ("dynamics", "solvers", "analysis", "continuation")
+
+
+def _stamp() -> tuple[tuple[str, int, int], ...]:
+    files = sorted(file for folder in FOLDERS for file in (PACKAGE / folder).rglob("*.py"))
+    return tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in files)
+
+
+SOURCE_STAMP = _stamp()
+
+
+def compiled(function: Callable[..., Any]) -> Any:
+    """Compile a kernel at its first call."""
+    dispatcher = njit(**_OPTIONS)(function)
+    # Private, since Numba has no public way; test_compiling fails if this stops working.
+    dispatcher._cache._cache_file._source_stamp = SOURCE_STAMP
+    return dispatcher
+
+
+def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a kernel at once, for one signature: laws come as function pointers.
+
+    Called with laws it has not seen, a kernel without a fixed signature would be compiled
+    again for each of them.
+    """
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        dispatcher = compiled(function)
+        dispatcher.compile(signature)
+        dispatcher.disable_compile()
+        return dispatcher
+
+    return decorate

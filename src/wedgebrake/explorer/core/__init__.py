@@ -1,0 +1,1 @@
+"""State and computations of the explorer, without Panel or Bokeh."""

@@ -1,0 +1,196 @@
+"""The range of a parameter: of its slider, and of pictures over it where the user set none."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+from pydantic.fields import FieldInfo
+
+from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
+from wedgebrake.explorer.core.state import Desk
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.part import Part, is_number, labels
+from wedgebrake.model.study import Run
+from wedgebrake.model.system import PARTS, BrakedDriveline
+
+Span = tuple[float, float]
+
+# On the paper's scales; what a group sets follows from the group's.
+_SPANS: dict[str, Span] = {
+    "eta": (-60.0, 12.0),
+    "f": (0.2, 2.2),
+    "F0": (0.01, 0.12),
+    "alpha": (0.9, 1.6),
+    "inertia": (0.1, 10.0),
+    "damping": (0.01, 10.0),
+    "stiffness": (1e3, 1e5),
+    "radius": (0.05, 0.5),
+    "wrap_angle": (0.5, 10.0),
+    "initial_force": (0.0, 1000.0),
+    "kinetic": (0.05, 0.6),
+    "static": (0.05, 0.8),
+    "decay": (0.0, 20.0),
+    "steepness": (10.0, 1000.0),
+    "periods": (20.0, float(MOST_PERIODS)),
+    "shown": (1.0, float(MOST_SHOWN)),
+}
+# Where the group that sets it is not defined.
+_WITHOUT_GROUP: dict[str, Span] = {
+    "slope": (-100.0, 20.0),
+    "frequency": (2.0, 50.0),
+    "amplitude": (0.0, 2000.0),
+    "angle": (0.1, 1.0),
+}
+_GROUP_OF = {setter.target: name for name, setter in SETTERS.items()}
+# Of these, ratios count more than differences. 0, where it is allowed, is left to the number.
+_LOGARITHMIC = frozenset({"inertia", "damping", "stiffness", "steepness", "periods", "shown"})
+# What has no span of its own reaches so far about its example.
+_DOWN, _UP = 0.2, 5.0
+# Of a logarithmic span whose beginning is none, its end over this is the beginning.
+_DECADES = 1e3
+# What is smaller counts as 0, what is larger as this.
+_LEAST, _MOST = 1e-300, 1e300
+
+
+def span(desk: Desk, name: str) -> Span:
+    """The (lowest, highest) value of a parameter in pictures over it, and of its slider.
+
+    What the user set in ``desk.view.spans``, as far as the parameter may have it; otherwise
+    round numbers on the paper's scales, which change with the value only where it lies outside.
+
+    Raises ``InputError`` for what this machine does not have.
+    """
+    value = desk.value(name)
+    low, high = _usual(desk, name)
+    if name in desk.view.spans:
+        return _possible(desk, name, desk.view.spans[name], (low, high))
+    return _possible(desk, name, reaching((low, high), value, scale(name)), (low, high))
+
+
+def scale(name: str) -> Literal["linear", "log"]:
+    """Whether a parameter goes by equal steps or by equal ratios."""
+    return "log" if name in _LOGARITHMIC else "linear"
+
+
+def reaching(usual: Span, value: Any, how: str) -> Span:
+    """A span that contains a value, extended to the next of 1, 2, 5, 10, ... where it does not.
+
+    A value that is no number, and one not above 0 on a logarithmic scale, changes nothing.
+    """
+    low, high = usual
+    if not is_number(value) or (how == "log" and value <= 0.0):
+        return usual
+    return (_round(value, up=False) if value < low else low,
+            _round(value, up=True) if value > high else high)  # fmt: skip
+
+
+def field(system: BrakedDriveline, name: str) -> FieldInfo | None:
+    """The field of a parameter of the machine or its run; None for groups and the like."""
+    models: list[type[Part]] = [*(type(getattr(system, part)) for part in PARTS), Run]
+    for model in models:
+        if name in model.model_fields:
+            return model.model_fields[name]
+    return None
+
+
+def _usual(desk: Desk, name: str) -> Span:
+    """The span of a parameter whatever its value."""
+    system = desk.system
+    if name in _SPANS:
+        low, high = _SPANS[name]
+    elif name in _GROUP_OF:
+        return _set_by_group(desk, name)
+    elif name in ("initial_angle", "initial_velocity", "drive_speed"):
+        return _of_motion(system, name)
+    else:
+        one = field(system, name)
+        example = labels(one).get("example", 1.0) if one is not None else 1.0
+        low, high = _round(_DOWN * example, up=False), _round(_UP * example, up=True)
+    if name == "static":  # never below kinetic friction
+        low = max(low, system.friction.reference)
+        high = max(high, _round(1.5 * low, up=True))
+    return low, high
+
+
+def _set_by_group(desk: Desk, name: str) -> Span:
+    """The span of what a group sets, from that of the group whatever its value."""
+    group = _GROUP_OF[name]
+    if desk.system.groups.as_dict()[group] is None:
+        return _WITHOUT_GROUP[name]
+    usual = _SPANS[group]
+    wanted = _possible(desk, group, desk.view.spans.get(group, usual), usual)
+    try:
+        ends = [SETTERS[group].value(desk.system, one) for one in wanted]
+    except InputError:
+        return _WITHOUT_GROUP[name]
+    return _two_digits(min(ends), up=False), _two_digits(max(ends), up=True)
+
+
+def _of_motion(system: BrakedDriveline, name: str) -> Span:
+    """Spans on the scale of the motion that the torque gives the driveline."""
+    line, torque = system.driveline, system.excitation.amplitude
+    impedance = math.sqrt(line.stiffness * line.inertia)
+    if torque == 0.0 or impedance == 0.0:
+        torque, impedance = 500.0, 100.0
+    most = _round(2.0 * torque / impedance, up=True)
+    if name == "initial_angle":
+        most = _round(4.0 * torque / (impedance * (line.natural_frequency or 100.0)), up=True)
+    most = most or 1.0
+    return -most, most
+
+
+def _possible(desk: Desk, name: str, wanted: Span, usual: Span) -> Span:
+    """As much of a span as the parameter may have; the usual one where that is nothing."""
+    low, high = wanted
+    least, most, without = _limits(desk, name)
+    if low < least or (without and low <= least):
+        low = usual[0] if usual[0] < high else max(least, high / _DECADES)
+    high = min(high, most)
+    return (low, high) if low < high else usual
+
+
+def _limits(desk: Desk, name: str) -> tuple[float, float, bool]:
+    """(least, most) that a parameter may be, and whether the least itself is ruled out."""
+    least, most, without = -math.inf, math.inf, False
+    if name == "static":
+        return desk.system.friction.reference, 5.0, False
+    if name in ("periods", "shown"):
+        return *_SPANS[name], False
+    if name in ("f", "F0", "alpha") or scale(name) == "log":
+        least, without = 0.0, True
+    one = field(desk.system, name)
+    for limit in [] if one is None else one.metadata:
+        for key in ("gt", "ge"):
+            bound = getattr(limit, key, None)
+            if bound is not None and bound >= least:
+                without = without if bound == least else False
+                least, without = float(bound), without or key == "gt"
+        most = min(most, getattr(limit, "le", most))
+        if hasattr(limit, "lt"):
+            most = min(most, math.nextafter(limit.lt, -math.inf))
+    return least, most, without
+
+
+def _round(value: float, *, up: bool) -> float:
+    """The next of 1, 2, 5, 10, ... times a power of ten, with its sign; 0 stays."""
+    if abs(value) < _LEAST:
+        return 0.0
+    size, outwards = min(abs(value), _MOST), up == (value > 0.0)
+    power = 10.0 ** math.floor(math.log10(size))
+    steps = [float(f"{one * power:.9g}") for one in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0)]
+    found = min(one for one in steps if one >= size) if outwards else max(
+        one for one in steps if one <= size
+    )  # fmt: skip
+    return math.copysign(found, value)
+
+
+def _two_digits(value: float, *, up: bool) -> float:
+    """The next number of two digits."""
+    if not _LEAST < abs(value) < _MOST:
+        return 0.0 if abs(value) <= _LEAST else math.copysign(_MOST, value)
+    power = 10.0 ** (math.floor(math.log10(abs(value))) - 1)
+    shares = value / power
+    whole = math.ceil(shares - 1e-9) if up else math.floor(shares + 1e-9)
+    return float(f"{whole * power:.9g}")

@@ -1,0 +1,201 @@
+"""Machines by name, as one finds them on the page: the paper's figures, and other brakes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.explorer.core.state import Desk, View
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.brakes import BandBrake, ConventionalBrake, LeadingShoeBrake, WedgeBrake
+from wedgebrake.model.driveline import Driveline
+from wedgebrake.model.excitation import HarmonicTorque
+from wedgebrake.model.friction import CoulombFriction, TabulatedFriction
+from wedgebrake.model.part import shown
+from wedgebrake.model.study import Run, Study
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.paper.assumptions import AS_PRINTED, CORRECTED, WEDGE, Assumptions, Case
+from wedgebrake.paper.diagrams import HERTZ, PLANS, Plan
+from wedgebrake.paper.figures import responses
+from wedgebrake.paper.figures.responses import Rows
+from wedgebrake.paper.laboratory import DURATION
+from wedgebrake.paper.parameters import KINETIC
+
+START = "start"
+"""Name of the preset to begin with."""
+
+_RESPONSES, _DIAGRAMS, _OTHERS = (
+    "Responses of the paper",
+    "Diagrams of the paper",
+    "Other machines",
+)
+_SYMBOLS = {"eta": "η", "f": "f", "F0": "F₀", "alpha": "α"}
+# The printed cases of figure 6: the laboratory adds a row to them.
+_PRINTED = Rows(responses.NO_STICK.cases, responses.STICK_SLIP.varied)
+_FIGURES: dict[int, Rows] = {
+    6: Rows(tuple(case.at(brake=WEDGE) for case in _PRINTED.cases), _PRINTED.varied),
+    7: _PRINTED,
+    9: responses.SLOPES,
+    10: responses.SLOPES.conventional(),
+    12: responses.FORCES,
+    13: responses.FORCES.conventional(),
+    15: responses.OVER_F,
+    16: responses.OVER_F.conventional(),
+    18: responses.ANGLES,
+}
+# The diagram whose axis a figure's cases lie on.
+_OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A desk by name.
+
+    name  : as in "fig9c"
+    title : for a list that one chooses from
+    group : heading of the part of the list
+    desk  : makes the desk
+    """
+
+    name: str
+    title: str
+    group: str
+    desk: Callable[[], Desk]
+
+
+def preset(name: str) -> Preset:
+    """The preset of a name; raises ``InputError`` for one that there is not."""
+    if not isinstance(name, str) or name not in PRESETS:
+        raise InputError(f"preset = {shown(name)}: not known. {nearest(str(name), PRESETS)}")
+    return PRESETS[name]
+
+
+def _of_case(case: Case, over: str, assumptions: Assumptions = CORRECTED) -> Desk:
+    """A case of the paper as the paper runs it, with the diagram that it lies in."""
+    plan = PLANS[over]
+    spans = MappingProxyType({plan.name: (plan.low, plan.high)})
+    system = assumptions.system(case, "coulomb")
+    return Desk.of(Study(system, Run(duration=DURATION)), View(axis=plan.name, spans=spans))
+
+
+def _responses() -> Iterator[Preset]:
+    yield Preset(
+        START,
+        f"Start here: {_title(Case(), ('eta',))}",
+        _RESPONSES,
+        partial(_of_case, Case(), "8a"),
+    )
+    for number, rows in _FIGURES.items():
+        for letter, case in zip("abcdef", rows.cases, strict=False):
+            yield Preset(
+                f"fig{number}{letter}",
+                f"Fig. {number} {letter}: {_title(case, rows.varied)}",
+                _RESPONSES,
+                partial(_of_case, case, _OVER[rows.varied[-1]]),
+            )
+    yield Preset(
+        "as-printed",
+        "Fig. 9 b with the parameters as printed: diverges",
+        _RESPONSES,
+        partial(_of_case, responses.SLOPES.cases[1], "8a", AS_PRINTED),
+    )
+
+
+def _title(case: Case, varied: tuple[str, ...]) -> str:
+    """The brake and what tells the case apart: "wedge, η = −30"."""
+    return ", ".join([case.brake, *(_equation(name, getattr(case, name)) for name in varied)])
+
+
+def _equation(name: str, value: float) -> str:
+    hertz = value / HERTZ
+    if name == "f" and math.isclose(hertz, round(hertz)):
+        return f"f = {value:.2g} ({round(hertz)} Hz)"
+    if name == "alpha":
+        return f"angle {math.atan(value * KINETIC):.2g} rad"
+    return f"{_SYMBOLS[name]} = {value:g}".replace("-", "−")
+
+
+def _diagrams() -> Iterator[Preset]:
+    for name, plan in PLANS.items():
+        yield Preset(
+            f"fig{name}",
+            f"Fig. {name[:-1]} {name[-1]}: {_over(plan)}" if name[-1].isalpha()
+            else f"Fig. {name}: {_over(plan)}",
+            _DIAGRAMS,
+            partial(_of_case, plan.base, name),
+        )  # fmt: skip
+
+
+def _over(plan: Plan) -> str:
+    """What a diagram shows: "wedge over η, −120 to 12"."""
+    ends = f"{plan.low:g} to {plan.high:g}".replace("-", "−")
+    return f"{plan.base.brake} over {_SYMBOLS[plan.name]}, {ends}"
+
+
+def _others() -> Iterator[Preset]:
+    for name, title, make in (
+        ("band", "Band brake on a turning shaft: stick-slip without a torque", _band),
+        ("leading-shoe", "Leading shoe brake, its force falls with speed", _leading_shoe),
+        ("self-locking", "Wedge so acute that it locks itself", _self_locking),
+        ("falling-friction", "Friction that falls with speed: judder at 10 Hz", _falling),
+    ):
+        yield Preset(name, title, _OTHERS, make)
+
+
+def _band() -> Desk:
+    system = BrakedDriveline(
+        driveline=Driveline(inertia=1.0, damping=0.02, stiffness=1e4, drive_speed=2.0),
+        brake=BandBrake(radius=0.2, wrap_angle=4.0),
+        friction=CoulombFriction(kinetic=0.25, static=0.30),
+        actuation=Actuation(initial_force=300.0),
+        excitation=HarmonicTorque(amplitude=0.0, frequency=15.0),
+    )
+    # At rest relative to the drum.
+    return _desk(system, initial=(0.0, -2.0))
+
+
+def _leading_shoe() -> Desk:
+    system = BrakedDriveline(
+        driveline=Driveline(inertia=1.0, damping=0.1, stiffness=1e4),
+        brake=LeadingShoeBrake(radius=0.2, actuation_arm=0.2, normal_arm=0.1, friction_arm=0.08),
+        friction=CoulombFriction(kinetic=0.30),
+        actuation=Actuation(initial_force=300.0, slope=-40.0),
+        excitation=HarmonicTorque(amplitude=500.0, frequency=10.0),
+    )
+    return _desk(system)
+
+
+def _self_locking() -> Desk:
+    system = BrakedDriveline(
+        driveline=Driveline(inertia=1.0, damping=0.1, stiffness=1e4),
+        brake=WedgeBrake(angle=0.28, radius=0.2),  # tan(0.28 rad) < kinetic
+        friction=CoulombFriction(kinetic=0.30, static=0.33),
+        actuation=Actuation(initial_force=300.0, slope=-40.0),
+        excitation=HarmonicTorque(amplitude=500.0, frequency=10.0),
+    )
+    return _desk(system)
+
+
+def _falling() -> Desk:
+    system = BrakedDriveline(
+        driveline=Driveline(inertia=1.0, damping=0.5, stiffness=4e3, drive_speed=3.0),
+        brake=ConventionalBrake(radius=0.2),
+        friction=TabulatedFriction(
+            speeds=(0.0, 0.2, 0.5, 1.0, 2.0), coefficients=(0.45, 0.40, 0.35, 0.31, 0.29)
+        ),
+        actuation=Actuation(initial_force=1000.0),
+        excitation=HarmonicTorque(amplitude=0.0, frequency=10.0),
+    )
+    return _desk(system, initial=(-0.02, 0.0))
+
+
+def _desk(system: BrakedDriveline, initial: tuple[float, float] = (0.0, 0.0)) -> Desk:
+    return Desk.of(Study(system, Run(initial=initial)), View(axis="initial_force"))
+
+
+PRESETS: dict[str, Preset] = {one.name: one for one in (*_responses(), *_diagrams(), *_others())}
+"""All presets, in the order of a list."""

@@ -1,0 +1,177 @@
+"""A sweep whose points are computed some at a time, coarse ones first.
+
+Each point is bitwise identical to that of ``wb.sweep`` on the same machine; only the order of
+computation differs.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.sweeps.compute import Chunk
+from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.sweep import make_plan
+from wedgebrake.sweeps.system_tables import Parts
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Places = NDArray[np.int64]
+
+# How long a step takes [s]; points that are computed before it is known how fast they go.
+STEP = 0.08
+# Of points that went fast, so many times as many are dared at once.
+_PROBE, _GROWTH = 4, 8
+
+
+class Filling:
+    """Points of a sweep over one or two parameters, as far as they are known.
+
+    known   : over the parameters, bool
+    results : name of a result -> values over the parameters in ascending order
+    level   : points along each parameter of the finest grid that is complete; zeros before
+    """
+
+    def __init__(
+        self,
+        system: BrakedDriveline,
+        parameters: Mapping[str, NDArray[np.float64]],
+        levels: Sequence[tuple[int, ...]],
+        **settings: Any,
+    ) -> None:
+        """Raises ``InputError`` as ``wb.sweep``.
+
+        parameters : ascending values by name
+        levels     : points along each parameter of grids one after another, each of them part
+                     of the next; the last has all
+        """
+        self._values = [np.asarray(one) for one in parameters.values()]
+        sizes = [one.size for one in self._values]
+        self._levels = list(levels)
+        self._orders = [order(size, [level[i] for level in levels]) for i, size in enumerate(sizes)]
+        shuffled = {
+            name: values[places]
+            for (name, values), places in zip(parameters.items(), self._orders, strict=True)
+        }
+        self.plan: Plan = make_plan("sweep", system, shuffled, **settings)
+        self._parts = Parts(self.plan.system, self.plan.grid.axes)
+        self._dims = list(self.plan.grid.sizes)
+        self._layout = self.plan.layout(1)
+        self.results: dict[str, NDArray[Any]] = {
+            one.name: np.full([self._layout.dims[dim] for dim in dims], one.fill, dtype=one.dtype)
+            for one, dims in self._layout.variables
+        }
+        self.known = np.zeros(sizes, dtype=bool)
+        self.level: tuple[int, ...] = (0,) * len(sizes)
+
+    def steps(self, first: float = STEP, step: float = STEP) -> Iterator[None]:
+        """Compute all points, in steps of about so many seconds, none across a level."""
+        pace = _Pace(first, _PROBE if self.plan.method == "exact" else 1)
+        for runs, level in zip(self._runs(), self._levels, strict=True):
+            for fixed, start, stop in runs:
+                while start < stop:
+                    count = min(pace.count(), stop - start)
+                    if not count:
+                        yield
+                        pace.restart(step)
+                        continue
+                    self._compute((*fixed, slice(start, start + count)))
+                    pace.took(count)
+                    start += count
+            self.level = level
+            yield
+            pace.restart(step)
+
+    def dataset(self) -> xr.Dataset:
+        """As ``wb.sweep`` gives it, with all points that are not known marked so."""
+        import xarray as xr
+
+        coords = {name: (name, *one) for name, one in self._layout.coords.items()}
+        for dim, values in zip(self._dims, self._values, strict=True):
+            coords[dim] = (dim, values, self._layout.coords[dim][1])
+        return xr.Dataset(
+            {
+                one.name: (tuple(dims), self.results[one.name].copy(), one.attributes())
+                for one, dims in self._layout.variables
+            },
+            coords=coords,
+            attrs=dict(self._layout.attrs),
+        )
+
+    def complete(self, name: str) -> tuple[list[Places], NDArray[Any]]:
+        """A result on the finest grid that is complete, with its places along each parameter."""
+        places = [
+            np.sort(places[:count]) for places, count in zip(self._orders, self.level, strict=True)
+        ]
+        return places, self.results[name][np.ix_(*places)]
+
+    def _runs(self) -> Iterator[list[tuple[tuple[slice, ...], int, int]]]:
+        """For each level its points, in runs along the last parameter: (others, from, to)."""
+        for before, after in pairwise([(0,) * len(self._dims), *self._levels]):
+            if len(after) == 1:
+                yield [((), before[0], after[0])]
+                continue
+            yield [
+                ((slice(row, row + 1),), before[1] if row < before[0] else 0, after[1])
+                for row in range(after[0])
+            ]
+
+    def _compute(self, where: tuple[slice, ...]) -> None:
+        """Compute some points, and put them where they belong in ascending order."""
+        chunk = Chunk(self.plan, self._parts, dict(zip(self._dims, where, strict=True)))
+        for work in chunk.work:
+            work()
+        places = np.ix_(*(one[part] for one, part in zip(self._orders, where, strict=True)))
+        for name, values in chunk.results().items():
+            self.results[name][places] = values
+        self.known[places] = True
+
+
+class _Pace:
+    """How many points fit into what is left of a step, by how long the last ones took."""
+
+    def __init__(self, seconds: float, probe: int) -> None:
+        self._next, self._rate = probe, 0.0
+        self.restart(seconds)
+
+    def restart(self, seconds: float) -> None:
+        """Begin a step of so many seconds."""
+        self._end = time.perf_counter() + seconds
+        self._fresh = True
+
+    def count(self) -> int:
+        """Points to compute now; 0 where the step is over. At least one in each step."""
+        self._before = time.perf_counter()
+        if not self._rate:
+            return self._next
+        fit = int(self._rate * (self._end - self._before))
+        return max(min(fit, self._next), int(self._fresh))
+
+    def took(self, count: int) -> None:
+        """So many have been computed since they were asked for."""
+        self._rate = count / max(time.perf_counter() - self._before, 1e-6)
+        self._next, self._fresh = _GROWTH * count, False
+
+
+def order(count: int, levels: Sequence[int]) -> Places:
+    """The order in which places 0 ... count - 1 are computed, (count,).
+
+    The first ``levels[i]`` of them are evenly spaced, for each i, and those that a level adds
+    come so that they spread evenly from the beginning.
+    """
+    offset = count // levels[0] // 2
+    taken: list[int] = []
+    for level in levels:
+        stride = count // level
+        new = [one for one in range(offset % stride, count, stride) if one not in set(taken)]
+        bits = max(1, (len(new) - 1).bit_length())
+        ranks = np.argsort([int(f"{rank:0{bits}b}"[::-1], 2) for rank in range(len(new))])
+        taken += [new[rank] for rank in ranks]
+    return np.array(taken, dtype=np.int64)

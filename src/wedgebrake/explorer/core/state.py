@@ -1,0 +1,293 @@
+"""What lies on a user's desk: a study, and how it is looked at. Every edit gives a new desk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
+from typing import Any, Literal, get_args
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS, MOST_SHOWN, MOST_STEPS
+from wedgebrake.model.brakes import Brake
+from wedgebrake.model.friction import Friction, TabulatedFriction
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.part import Part, is_finite, is_number, labels, named, shown
+from wedgebrake.model.study import Run, Study
+from wedgebrake.model.sweep_settings import INITIAL, sweepable
+from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.tables import refuse_of_another_kind
+
+Plate = Literal["diagram", "regimes", "stability", "basins"]
+PLATES: tuple[str, ...] = get_args(Plate)
+Quantity = Literal["velocity", "angle"]
+_FEWEST, _RECORD = 20, 50
+# Settings of the run that can be edited; "initial" by its two components.
+_SETTINGS = ("periods", "method")
+# A coefficient that falls with speed, for a table that begins from a constant one.
+_FALLING = ((0.0, 1.2), (0.1, 1.1), (1.0, 1.0))
+_LARGEST_COEFFICIENT = 5.0
+# Ends of pictures reach no farther: their distance must be a number too.
+_FARTHEST = 1e300
+
+
+@dataclass(frozen=True)
+class View:
+    """How a study is looked at.
+
+    ghost    : the conventional brake beside the study's own
+    shown    : periods of the torque in history and phase portrait
+    plate    : the picture over parameters that lies open
+    quantity : what the bifurcation diagram shows of the Poincare section
+    axis     : parameter of the bifurcation diagram
+    across, up : parameters of the map of regimes
+    spans    : (first, last) value of a parameter in pictures, where the user set it
+    """
+
+    ghost: bool = False
+    shown: int = 12
+    plate: Plate = "diagram"
+    quantity: Quantity = "velocity"
+    axis: str = "eta"
+    across: str = "eta"
+    up: str = "F0"
+    spans: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True)
+class Desk:
+    """A study and its view; immutable.
+
+    put_aside : parts of other kinds as they were left, by (table, kind)
+    """
+
+    study: Study
+    view: View = View()
+    put_aside: Mapping[tuple[str, str], Part] = field(
+        default_factory=lambda: MappingProxyType({}), repr=False
+    )
+
+    @classmethod
+    def of(cls, study: Study, view: View = View()) -> Desk:
+        """A desk with a study on it, its run counted in periods and within the limits.
+
+        Raises ``InputError`` for brakes and friction laws that a study file cannot name.
+        """
+        for table, part in (("brake", study.system.brake), ("friction", study.system.friction)):
+            if not part.kind:
+                raise InputError(
+                    f"{table} = {type(part).__name__}: the explorer takes parts that a study file"
+                    f" can name. Give one with a kind, or use wb.simulate and wb.plot."
+                )
+        run = study.run
+        periods = run.periods
+        if run.duration is not None:
+            periods = math.ceil(run.duration * study.system.excitation.frequency * (1.0 - 1e-12))
+        periods = min(max(250 if periods is None else periods, _FEWEST), MOST_PERIODS)
+        return cls(study.changed(periods=periods), view)
+
+    @property
+    def system(self) -> BrakedDriveline:
+        """The machine."""
+        return self.study.system
+
+    @property
+    def periods(self) -> int:
+        """Periods of the torque that are run."""
+        return self.study.run.periods or 250
+
+    @property
+    def recorded(self) -> int:
+        """Periods at the end of the run that are taken as the settled motion."""
+        return max(min(_RECORD, self.periods // 2), 1)
+
+    @property
+    def transient(self) -> int:
+        """Periods before them."""
+        return self.periods - self.recorded
+
+    @property
+    def limits(self) -> dict[str, int]:
+        """Largest numbers of events and steps: those of the study, within those of the explorer."""
+        run = self.study.run
+        return {
+            "max_events": min(run.max_events, MOST_EVENTS),
+            "max_steps": min(run.max_steps, MOST_STEPS),
+        }
+
+    def value(self, name: str) -> Any:
+        """The value of a parameter, group (None: not defined), setting or kind, by name."""
+        if name in ("brake", "friction"):
+            return getattr(self.system, name).kind
+        if name in INITIAL:
+            return self.study.run.initial[list(INITIAL).index(name)]
+        if name in (one.name for one in fields(View)):
+            return getattr(self.view, name)
+        groups = self.system.groups.as_dict()
+        if name in groups and name != "kinetic":
+            return groups[name]
+        for part in (*(getattr(self.system, part) for part in PARTS), self.study.run):
+            if name in type(part).model_fields:
+                return getattr(part, name)
+        raise InputError(f"{name}: no such parameter of this machine. Choose one that it has.")
+
+    def edited(self, /, **changes: Any) -> Desk:
+        """A desk with changed parameters, groups, settings, kinds or view, by name.
+
+        ``brake`` and ``friction`` take a kind; parameters that the kinds share are kept, and
+        those of a kind that was there before come back. ``initial_angle`` and
+        ``initial_velocity`` set the start; ``spans`` are added to those there. Static friction
+        stays equal to kinetic friction where it was, and is raised where that passes it.
+
+        Raises ``InputError`` that names the parameter, the value and what is allowed.
+        """
+        desk = self
+        for name in ("brake", "friction"):
+            if name in changes:
+                desk = desk._with_kind(name, changes.pop(name))
+        of_view = {one.name for one in fields(View)}
+        view = {name: value for name, value in changes.items() if name in of_view}
+        rest = {name: value for name, value in changes.items() if name not in of_view}
+        study = desk._with_values(rest) if rest else desk.study
+        return replace(desk, study=study, view=_viewed(desk.view, view, study.system))
+
+    def _with_values(self, changes: dict[str, Any]) -> Study:
+        parts = [getattr(self.system, part) for part in PARTS]
+        own = [name for part in parts for name in type(part).model_fields]
+        allowed = [*own, *SETTERS, *INITIAL, *_SETTINGS]
+        for name in changes:
+            if name not in allowed:
+                refuse_of_another_kind(name, self.system)
+                raise InputError(f"{named(name)}: cannot be edited. {nearest(name, allowed)}")
+        initial = list(self.study.run.initial)
+        for place, name in enumerate(INITIAL):
+            if name in changes:
+                initial[place] = changes.pop(name)
+                changes["initial"] = tuple(initial)
+        if "periods" in changes:
+            _check_whole("periods", changes["periods"], _FEWEST, MOST_PERIODS)
+        kinetic, friction = changes.get("kinetic"), self.system.friction
+        if is_number(kinetic) and "static" not in changes and hasattr(friction, "static"):
+            equal = friction.static == friction.reference
+            if equal or kinetic > friction.static:
+                changes["static"] = kinetic
+        return self.study.changed(**changes)
+
+    def _with_kind(self, table: str, kind: Any) -> Desk:
+        kinds: Mapping[str, type[Part]] = Brake.kinds if table == "brake" else Friction.kinds
+        if not isinstance(kind, str) or kind not in kinds:
+            raise InputError(
+                f"{table}.kind = {shown(kind)}: not known. {nearest(str(kind), kinds)}"
+            )
+        before: Brake | Friction = getattr(self.system, table)
+        if before.kind == kind:
+            return self
+        aside = {**self.put_aside, (table, before.kind): before}
+        known = aside.get((table, kind))
+        if isinstance(before, Brake):
+            part = _brake(kinds[kind], before, known)
+        else:
+            part = _friction(kinds[kind], before, known)
+        changes: dict[str, Any] = {table: part}
+        if table == "friction":
+            changes["method"] = None  # a solver chosen for the other law may not fit
+        study = self.study.changed(**changes)
+        return replace(self, study=study, put_aside=MappingProxyType(aside))
+
+
+def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> View:
+    """A changed view, checked; its parameters are such as the machine has."""
+    for name, allowed in (("plate", PLATES), ("quantity", get_args(Quantity))):
+        if name in changes and changes[name] not in allowed:
+            raise InputError(f"{name} = {shown(changes[name])}: must be one of {allowed}.")
+    if "ghost" in changes and not isinstance(changes["ghost"], bool):
+        raise InputError(f"ghost = {shown(changes['ghost'])}: must be true or false.")
+    if "shown" in changes:
+        _check_whole("shown", changes["shown"], 1, MOST_SHOWN)
+    possible = axes(system)
+    for name in ("axis", "across", "up"):
+        if name in changes and changes[name] not in possible:
+            raise InputError(f"{name} = {shown(changes[name])}: must be one of {possible}.")
+    if "spans" in changes:
+        new = _spans(changes["spans"], [*possible, *INITIAL])
+        changes["spans"] = MappingProxyType({**view.spans, **new})
+    view = replace(view, **changes)
+    # A parameter may have gone with the brake or friction law that was there before.
+    axis, across, up = (
+        name if name in possible else possible[-1] for name in (view.axis, view.across, view.up)
+    )
+    if across == up:
+        up = next(name for name in ("F0", "eta", "amplitude") if name in possible and name != up)
+    return replace(view, axis=axis, across=across, up=up)
+
+
+def axes(system: BrakedDriveline) -> list[str]:
+    """Parameters that pictures can go over: those of the machine and the groups it has."""
+    groups = system.groups.as_dict()
+    lost = {name for name, value in groups.items() if value is None}
+    if groups["F0"] == 0.0:  # no amplitude of the torque makes it another one
+        lost.add("F0")
+    return [name for name in sweepable(system) if name not in INITIAL and name not in lost]
+
+
+def _spans(given: Any, possible: list[str]) -> dict[str, tuple[float, float]]:
+    if not isinstance(given, Mapping):
+        raise InputError(f"spans = {shown(given)}: must give from and to for each parameter.")
+    spans = {}
+    for name, span in given.items():
+        if name not in possible:
+            raise InputError(f"{named(str(name))}: no span. {nearest(str(name), possible)}")
+        pair = isinstance(span, list | tuple) and len(span) == 2
+        if not pair or not all(is_number(one) and is_finite(one) for one in span):
+            raise InputError(f"{name} from, to = {shown(span)}: must be two finite numbers.")
+        low, high = float(span[0]), float(span[1])
+        if max(abs(low), abs(high)) > _FARTHEST:
+            raise InputError(
+                f"{name} from {low:g} to {high:g}: must lie in [{-_FARTHEST:g}, {_FARTHEST:g}]."
+            )
+        if not low < high:
+            raise InputError(
+                f"{name} from {low:g} to {high:g}: the first value must lie below the last one."
+            )
+        spans[name] = (low, high)
+    return spans
+
+
+def _brake(model: type[Part], before: Brake, known: Part | None) -> Part:
+    if known is not None:
+        kept = {name: getattr(known, name) for name in type(known).model_fields}
+        return model(**{**kept, "radius": before.radius})
+    values = {name: labels(one)["example"] for name, one in model.model_fields.items()}
+    return model(**{**values, "radius": before.radius})
+
+
+def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
+    """A law of another kind with the coefficients of the one before."""
+    if known is not None and TabulatedFriction in (model, type(before)):
+        return known  # a table and a constant say too different things
+    kinetic, static = before.reference, float(getattr(before, "static", before.reference))
+    if isinstance(before, TabulatedFriction):
+        kinetic = min(before.coefficients[-1], static)
+    if issubclass(model, TabulatedFriction):
+        top = _LARGEST_COEFFICIENT
+        coefficients = tuple(min(share * kinetic, top) for _, share in _FALLING)
+        speeds = tuple(speed for speed, _ in _FALLING)
+        static = max(static, coefficients[0])
+        return model(speeds=speeds, coefficients=coefficients, static=static)
+    others = {} if known is None else dict(known)
+    return model(**{**others, "kinetic": kinetic, "static": max(static, kinetic)})
+
+
+def _check_whole(name: str, value: Any, least: int, most: int) -> None:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if not whole or not least <= value <= most:
+        raise InputError(
+            f"{name} = {shown(value)}: must be a whole number, {least} to {most} (a limit of the"
+            " explorer; wb.simulate and wb.sweep go further)."
+        )
+
+
+def new_desk(system: BrakedDriveline) -> Desk:
+    """A desk with a machine on it, to be run as by default."""
+    return Desk.of(Study(system, Run()))

@@ -1,0 +1,175 @@
+"""The front door from Python: the explorer in a notebook cell."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import secrets
+import threading
+from concurrent.futures import Future
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.part import shown
+from wedgebrake.model.study import Run, Study, load_study
+from wedgebrake.model.system import BrakedDriveline
+
+if TYPE_CHECKING:
+    from wedgebrake.explorer.core.state import Desk
+    from wedgebrake.explorer.ui.session import Explorer
+
+_LEAST_HEIGHT, _MOST_HEIGHT = 200, 5000
+_UNKNOWN = "This page belongs to no cell of the notebook. Run the cell again."
+
+
+class Cell:
+    """The explorer as a notebook cell shows it.
+
+    url  : where the page is, for a window of its own
+    desk : what lies on the desk of the page that was opened last
+    """
+
+    def __init__(self, desk: Desk, port: int, height: int) -> None:
+        self._desk, self._height = desk, height
+        self._explorer: Explorer | None = None
+        # Not to be guessed by others on this machine.
+        key = secrets.token_urlsafe(16)
+        self.url = f"{_served(port)}?cell={key}"
+        _CELLS[key] = self
+
+    @property
+    def desk(self) -> Desk:
+        """The study and how it is looked at, as they are on the page now; immutable."""
+        return self._desk if self._explorer is None else self._explorer.desk
+
+    @property
+    def study(self) -> Study:
+        """The study as the sliders left it."""
+        return self.desk.study
+
+    @property
+    def system(self) -> BrakedDriveline:
+        """The machine as the sliders left it."""
+        return self.desk.system
+
+    def page(self) -> Explorer:
+        """A page for a browser; a second one begins with what the first has on its desk."""
+        import panel as pn
+
+        from wedgebrake.explorer.core.scheduler import common_turns
+        from wedgebrake.explorer.ui.session import Explorer
+
+        explorer = self._explorer = Explorer(self.desk, common_turns())
+
+        def gone(_: Any) -> None:
+            if self._explorer is explorer:  # its desk is kept, its page is not
+                self._desk, self._explorer = explorer.desk, None
+
+        pn.state.on_session_destroyed(gone)
+        return explorer
+
+    def _repr_html_(self) -> str:
+        return (
+            f'<iframe src="{self.url}" title="wedgebrake explorer" width="100%"'
+            f' height="{self._height}" style="border: 1px solid #DFE3E8; border-radius: 8px">'
+            "</iframe>"
+        )
+
+    def __repr__(self) -> str:
+        return f"The explorer is at {self.url} as long as this process lives."
+
+
+_CELLS: dict[str, Cell] = {}
+
+
+def explore(
+    subject: BrakedDriveline | Study | str | os.PathLike[str] | None = None,
+    *,
+    port: int = 0,
+    height: int = 900,
+) -> Cell:
+    """The explorer in a notebook cell: the page of ``wedgebrake app``, served by this process.
+
+    subject : the machine, a study, or the path of a study file; by default the brake of the
+              source paper
+    port    : where this process listens, at 127.0.0.1 alone; 0 takes any that is free
+    height  : of the page in the cell [px]
+
+    The result's ``system`` and ``study`` are the machine and the study as the sliders left
+    them. The browser must be on the machine that Python runs on, or have ``port`` forwarded to
+    it. Needs the extra ``app``.
+
+    Raises ``InputError`` for another subject, a machine with a brake or friction law that has
+    no name in study files, a port that cannot be had, and where the extra is not installed.
+    """
+    missing = [name for name in ("panel", "bokeh") if find_spec(name) is None]
+    if missing:
+        raise InputError(
+            f"explore: needs {' and '.join(missing)}. Install the extra: pip install"
+            " 'wedgebrake[app]'."
+        )
+    for name, value, least, most in (
+        ("port", port, 0, 65535),
+        ("height", height, _LEAST_HEIGHT, _MOST_HEIGHT),
+    ):
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            raise InputError(f"{name} = {shown(value)}: must be a whole number, {least} to {most}.")
+    return Cell(_laid(subject), port, height)
+
+
+def _laid(subject: Any) -> Desk:
+    """A desk with the subject on it."""
+    from wedgebrake.explorer.core.presets import START, preset
+    from wedgebrake.explorer.core.studies import opened
+
+    if subject is None:
+        return preset(START).desk()
+    if isinstance(subject, BrakedDriveline):
+        return opened(Study(subject, Run()))
+    if isinstance(subject, Study):
+        return opened(subject)
+    if isinstance(subject, str | os.PathLike):
+        return opened(load_study(Path(subject)))
+    raise InputError(
+        f"subject = {shown(subject)}: must be a BrakedDriveline, a Study or the path of a study"
+        " file."
+    )
+
+
+@cache
+def _served(port: int) -> str:
+    """The URL of this process's server, on an event loop and a thread of its own.
+
+    So the page answers while a cell computes, and no comm of the notebook is needed.
+    """
+    begun: Future[str] = Future()
+
+    def listen() -> None:
+        from tornado.ioloop import IOLoop
+
+        from wedgebrake.explorer.ui.server import started
+
+        asyncio.set_event_loop(asyncio.new_event_loop())
+        loop = IOLoop.current()
+        try:
+            _, url = started(_asked_for, port=port)
+        except BaseException as error:
+            begun.set_exception(error)
+            return
+        begun.set_result(url)
+        loop.start()
+
+    threading.Thread(target=listen, name="wedgebrake-explorer", daemon=True).start()
+    return begun.result()
+
+
+def _asked_for() -> Any:
+    """The page of the cell that a browser asks for."""
+    import panel as pn
+
+    keys = pn.state.session_args.get("cell", [b""])
+    cell = _CELLS.get(keys[0].decode("ascii", "replace"))
+    return pn.pane.Alert(_UNKNOWN) if cell is None else cell.page()

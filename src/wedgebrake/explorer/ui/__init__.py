@@ -1,0 +1,1 @@
+"""The page of the explorer: server, session, widgets and plots (Panel and Bokeh)."""

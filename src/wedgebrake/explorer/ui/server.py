@@ -1,0 +1,184 @@
+"""The server of the explorer: one process, one page of its own for every browser."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import gc
+import logging
+import secrets
+import signal
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import panel as pn
+from bokeh.settings import settings
+from tornado.ioloop import IOLoop
+from tornado.websocket import WebSocketClosedError
+
+from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.limits import MOST_MESSAGE, MOST_SESSIONS
+from wedgebrake.explorer.core.scheduler import Turns
+from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.ui.request_filter import Names, guard, own_names
+from wedgebrake.explorer.ui.session import Explorer
+
+_TITLE = "wedgebrake explorer"
+_FULL = (
+    f"This explorer already keeps {MOST_SESSIONS} pages open, which is its limit. Close another"
+    " page, or try again in a minute."
+)
+# How often pages are looked for that nobody looks at any more, and how long they are kept [ms].
+_LOOK, _KEEP = 5_000, 15_000
+
+
+def serve(
+    desk: Desk,
+    *,
+    address: str = "127.0.0.1",
+    port: int = 5006,
+    origins: tuple[str, ...] = (),
+    ready: Callable[[str], None],
+) -> None:
+    """Serve the explorer until the event loop is stopped.
+
+    desk    : what lies on a new page
+    address : to listen on; port : 0 takes any free one
+    origins : "host:port" of pages that may connect, beside the server's own
+    ready   : called with the URL when browsers can come
+
+    Raises ``InputError`` for an address or port that cannot be listened on.
+    """
+    pn.extension()
+    # The validation searches all models of each page for errors that the tests would have found.
+    settings.perform_document_validation = False
+    turns = Turns()
+    server, url = started(
+        lambda: Explorer(desk, turns), address=address, port=port, origins=origins
+    )
+    loop = IOLoop.current()
+    loop.add_callback(ready, url)
+    _warm(turns, desk)
+    # The objects that exist now are permanent; the garbage collector need not scan them again.
+    gc.collect()
+    gc.freeze()
+    try:
+        with _stopped_by_signals(loop):
+            loop.start()
+    finally:
+        turns.close()
+        server.stop()
+
+
+def started(
+    new: Callable[[], Any],
+    *,
+    address: str = "127.0.0.1",
+    port: int = 0,
+    origins: tuple[str, ...] = (),
+) -> tuple[Any, str]:
+    """Begin to listen on the event loop of this thread: the server, and its URL.
+
+    new : gives every browser an ``Explorer`` of its own, or something else to show
+
+    Raises ``InputError`` for an address or port that cannot be listened on.
+    """
+    pages: set[Any] = set()
+    number = _free_port(address, port)
+    names = Names([*own_names(address, number), *origins])
+
+    def page() -> Any:
+        pn.config.raw_css = ["html, body { margin: 0; background: #F4F5F7; }"]
+        if len(pages) >= MOST_SESSIONS:
+            return pn.pane.Alert(_FULL)
+        opened = new()
+        if isinstance(opened, Explorer):
+            pages.add(opened)
+
+            def gone(_: Any) -> None:
+                pages.discard(opened)
+                opened.close()
+
+            pn.state.on_session_destroyed(gone)
+        return opened
+
+    # A browser that goes away while it is written to is no news.
+    for name in ("tornado.access", "bokeh.server.views.ws"):
+        logging.getLogger(name).setLevel(logging.ERROR)
+    server = pn.serve(
+        {"/": page}, port=number, address=address, sign_sessions=True,
+        secret_key=secrets.token_bytes(32), show=False, start=False, title=_TITLE, verbose=False,
+        websocket_max_message_size=MOST_MESSAGE,
+        check_unused_sessions_milliseconds=_LOOK, unused_session_lifetime_milliseconds=_KEEP,
+    )  # fmt: skip
+    guard(server._tornado, names)
+    server.start()
+    IOLoop.current().asyncio_loop.set_exception_handler(_heard)  # type: ignore[attr-defined]
+    return server, f"http://{_host(address)}:{number}/"
+
+
+def _heard(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Report what went wrong in the loop, but not that a browser has gone."""
+    if not isinstance(context.get("exception"), WebSocketClosedError):
+        loop.default_exception_handler(context)
+
+
+def _warm(turns: Turns, desk: Desk) -> None:
+    """Compile what the first page needs, before there is one."""
+    turns.lane(lambda call: call()).start((look(one) for one in [desk]), _ignore, _ignore)
+
+
+def _ignore(_: Any) -> None:
+    """Nobody is there yet."""
+
+
+@contextmanager
+def _stopped_by_signals(loop: IOLoop) -> Iterator[None]:
+    """Inside, Ctrl-C and a polite kill end the loop, not whatever it does just then."""
+    signals = (signal.SIGINT, signal.SIGTERM)
+    before = {one: signal.getsignal(one) for one in signals}
+    for one in signals:
+        signal.signal(one, lambda *_: loop.add_callback(loop.stop))
+    try:
+        yield
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
+
+
+def _host(address: str) -> str:
+    """The address as a browser on this machine takes it."""
+    if address in ("0.0.0.0", "::", ""):  # noqa: S104 - read, not bound
+        return "localhost"
+    return f"[{address}]" if ":" in address else address
+
+
+def _free_port(address: str, port: int) -> int:
+    """The port, tried; for 0 one that is free."""
+    try:
+        found = socket.getaddrinfo(address, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, kind, protocol, _, place = found[0]
+        with socket.socket(family, kind, protocol) as trial:
+            trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            trial.bind(place)
+            return int(trial.getsockname()[1])
+    except OverflowError:
+        raise InputError(f"port = {port}: must be 0 to 65535.") from None
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise InputError(
+                f"port = {port}: is in use, perhaps by another explorer. Choose another one, or 0"
+                " for any that is free."
+            ) from None
+        if error.errno == errno.EACCES:
+            raise InputError(
+                f"port = {port}: may not be used by this user. Choose one above 1023, or 0 for"
+                " any that is free."
+            ) from None
+        raise InputError(
+            f"address = {address!r}: cannot be listened on ({error.strerror or error}). Give an"
+            " address of this machine, for example 127.0.0.1."
+        ) from None

@@ -1,0 +1,148 @@
+"""The front door: the picture that suits a dataset."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.model.part import shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+# Widths of a figure [inch] that its type can live with.
+_NARROW, _WIDE = 2.5, 40.0
+_RESULTS = (
+    "wb.simulate(...), wb.poincare(...), wb.spectrum(...), wb.bifurcation(...),"
+    " wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
+    " wb.stability_map(...), or wb.sweep(...) over one or two parameters"
+)
+
+
+def plot(dataset: xr.Dataset, **options: Any) -> Figure:
+    """The picture of a result: a new figure, without pyplot.
+
+    ======================================  =============================================
+    result of                               picture
+    ======================================  =============================================
+    ``simulate``                            overview: history, phase portrait, Poincare
+                                            section, spectrum
+    ``poincare``                            Poincare section
+    ``spectrum``                            amplitude spectrum
+    ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram
+    ``regime_map``, ``sweep`` (two axes)    map of a class or another result
+    ``basins``                              basins of attraction
+    ``branches``                              branches of periodic orbits, bifurcations
+    ``boundary``                            line of a bifurcation over two parameters
+    ``stability_map`` (two axes)            map of linear stability
+    ======================================  =============================================
+
+    dataset : xarray.Dataset
+    options : of the picture, see ``wedgebrake.figures.matplotlib``; for example ``quantity``,
+              ``width`` [inch], ``beneath`` (of orbits), ``boundaries`` (of a map)
+
+    A notebook displays the figure if it is the last expression of a cell, or with ``display``.
+    ``figure.savefig(path)`` writes it to a file in the format of the suffix (.png, .svg, .pdf).
+
+    Raises ``InputError`` for anything else, an option that the picture does not have, and
+    as the picture does.
+    """
+    picture, arguments = _choice(dataset)
+    allowed = list(inspect.signature(picture).parameters)[len(arguments) :]
+    for name in options:
+        if name not in allowed:
+            raise InputError(
+                f"{name}: no option of the picture {picture.__name__!r}. {nearest(name, allowed)}"
+            )
+    width = options.get("width", style.PAGE)
+    plain = isinstance(width, int | float) and not isinstance(width, bool)
+    if not plain or not _NARROW <= width <= _WIDE:
+        raise InputError(
+            f"width = {shown(width)}: must be a number of inches, {_NARROW:g} to {_WIDE:g}."
+        )
+    try:
+        return picture(*arguments, **options)
+    except KeyError as error:
+        raise InputError(
+            f"dataset: lacks {error}, which the picture needs. Give the result of {_RESULTS}, with"
+            " all its variables."
+        ) from None
+
+
+def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
+    """The function that draws a dataset, and its first arguments."""
+    from wedgebrake.figures.matplotlib.heatmap import axes_of
+    from wedgebrake.figures.matplotlib.stability import VARIABLES as STABILITY
+
+    names = getattr(dataset, "data_vars", {})
+    kind = getattr(dataset, "attrs", {}).get("kind")
+    if kind == "orbits":
+        from wedgebrake.figures.matplotlib.orbit_branches import orbits
+
+        return orbits, (dataset,)
+    if kind == "boundary":
+        from wedgebrake.figures.matplotlib.codim2 import boundary
+
+        return boundary, (dataset,)
+    if all(name in names for name in STABILITY):
+        from wedgebrake.figures.matplotlib.stability import stability_map
+
+        return stability_map, (dataset,)
+    swept = axes_of(dataset)
+    if swept:
+        return _of_sweep(swept, "attractor" in names), (dataset,)
+    if "stick_start" in names and "time" in dataset.coords:
+        from wedgebrake.figures.matplotlib.overview import overview
+
+        return overview, (_system(dataset), dataset)
+    if "amplitude" in names and "frequency" in dataset.dims:
+        from wedgebrake.figures.matplotlib.spectrum import spectrum
+
+        return spectrum, (dataset,)
+    if "angle" in names and "velocity" in names and dataset["angle"].dims == ("period",):
+        from wedgebrake.figures.matplotlib.section import section
+
+        return section, (dataset,)
+    raise InputError(
+        f"dataset = {type(dataset).__name__}: there is no picture of it. Give the result of"
+        f" {_RESULTS}."
+    )
+
+
+def _of_sweep(swept: list[str], has_basins: bool) -> Callable[..., Figure]:
+    """The picture of a sweep, by the number of its axes."""
+    if len(swept) == 1:
+        from wedgebrake.figures.matplotlib.bifurcation import bifurcation
+
+        return bifurcation
+    if len(swept) == 2 and has_basins:
+        from wedgebrake.figures.matplotlib.basins import basins
+
+        return basins
+    if len(swept) == 2:
+        from wedgebrake.figures.matplotlib.regime import regime_map
+
+        return regime_map
+    raise InputError(
+        f"dataset: is swept over {', '.join(swept)}; there are pictures of sweeps over one or two"
+        f" parameters. Choose values of the others, for example dataset.isel({swept[-1]}=0)."
+    )
+
+
+def _system(response: xr.Dataset) -> Any:
+    """The system that a response was computed for."""
+    from wedgebrake.model.study import parse_study
+
+    try:
+        return parse_study(dict(json.loads(response.attrs["system"]))).system
+    except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
+        raise InputError(
+            "dataset: does not say, in attrs['system'], what was simulated, or with a part that"
+            " has no name in study files. Use"
+            " wedgebrake.figures.matplotlib.overview.overview(system, response)."
+        ) from None

@@ -1,0 +1,133 @@
+"""The page of a picture of a sweep: panels, legends below them, above them what was computed."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.figures.matplotlib import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpec
+
+# A panel that is alone is at most so high [inch].
+HIGHEST = 4.0
+# Size of captions [pt]; height of a line of a legend, and space above the legend [inch].
+_CAPTION = 6.0
+_LINE = 0.135
+_ABOVE = 0.06
+
+
+@contextmanager
+def page(
+    width: float,
+    rows: Sequence[float],
+    legends: Sequence[tuple[str, list[Any]]],
+    sentences: Sequence[str],
+    *,
+    beside: float = 0.2,
+    more: float = 0.5,
+    across: int = 1,
+) -> Iterator[tuple[Figure, GridSpec]]:
+    """A new figure and its grid, ``rows`` times ``across`` places for panels to be drawn in.
+
+    width, rows  : of the figure, and the heights of its panels [inch]
+    legends      : heading and entries of each
+    sentences    : of the caption
+    beside, more : width that legends leave free, height that labels and ticks need [inch]
+    """
+    room = width - beside
+    legends = [one for one in legends if one[1]]
+    below = [_legend_height(entries, room) for _, entries in legends]
+    height = sum(rows) + sum(below) + _caption_height(sentences, width) + more
+    figure = style.new_figure(width, height)
+    heights = [*rows, *below]
+    grid = figure.add_gridspec(len(heights), across, height_ratios=heights)
+    yield figure, grid
+    for row, (heading, entries) in enumerate(legends, start=len(rows)):
+        _draw_legend(figure.add_subplot(grid[row, :]), entries, room, heading)
+    write_caption(figure, sentences)
+
+
+def write_caption(figure: Figure, sentences: Sequence[str]) -> None:
+    """The sentences above all that is on a figure."""
+    lines = caption_lines(sentences, float(figure.get_figwidth()))
+    figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=_CAPTION, linespacing=1.35)
+
+
+def caption_lines(sentences: Sequence[str], width: float) -> list[str]:
+    """The sentences in lines for a width [inch]; each begins a line."""
+    room = 72.0 * width / _CAPTION - 2.0
+    lines: list[str] = []
+    for sentence in sentences:
+        line = ""
+        # A formula is one word.
+        for word in re.findall(r"(?:\$[^$]*\$|[^\s$])+", sentence):
+            longer = f"{line} {word}".strip()
+            if line and _length(longer) > room:
+                lines.append(line)
+                longer = word
+            line = longer
+        lines.append(line)
+    return lines
+
+
+def _caption_height(sentences: Sequence[str], width: float) -> float:
+    """Height of such a caption [inch]."""
+    return 1.45 * _CAPTION / 72.0 * len(caption_lines(sentences, width))
+
+
+def _legend_height(entries: Sequence[Any], width: float) -> float:
+    """Height of a legend [inch], with the space above it."""
+    return math.ceil(len(entries) / _columns(entries, width)) * _LINE + _ABOVE
+
+
+def _columns(entries: Sequence[Any], width: float) -> int:
+    """How many columns of a legend fit in a width [inch]."""
+    words = [str(one.get_label()) for one in entries]
+    room = width / (style.SMALL / 72.0)
+    for columns in range(len(words), 1, -1):
+        longest = [max(map(_length, words[start::columns])) for start in range(columns)]
+        if sum(longest) + columns * 3.0 <= room:
+            return columns
+    return 1
+
+
+def _length(words: str) -> float:
+    """About how long words are [em], formulas included."""
+    seen = re.sub(r"\\[a-zA-Z]+|[\^]", "x", words)
+    return 0.58 * len(re.sub(r"[${}_\\]", "", seen))
+
+
+def _draw_legend(axes: Axes, entries: list[Any], width: float, heading: str) -> None:
+    """A legend of a width [inch] in axes of its own, read row by row; its heading at the left."""
+    axes.set_axis_off()
+    columns = _columns(entries, width)
+    legend = axes.legend(
+        handles=[one for start in range(columns) for one in entries[start::columns]],
+        loc="lower left",
+        bbox_to_anchor=(0.0, 0.0),
+        ncols=columns,
+        borderpad=0.0,
+        labelspacing=_LINE * 72.0 / style.SMALL - 1.0,
+        handleheight=0.8,
+    )
+    rows = math.ceil(len(entries) / columns)
+    title = axes.annotate(
+        heading,
+        (0.0, 0.0),
+        xytext=(-3.5, 72.0 * _LINE * (rows - 0.5) - 2.2),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        ha="right",
+        va="center",
+        fontsize=style.TICKS,
+    )
+    # The axes were made for them: they are not to push the other axes about.
+    for artist in (legend, title):
+        artist.set_in_layout(False)

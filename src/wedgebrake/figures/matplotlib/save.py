@@ -1,0 +1,86 @@
+"""Files of figures with a given width in pixels, for the command line and the report."""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.errors import InputError
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.model.files import write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Metadata by format, without a creation date: the same figure gives the same bytes.
+METADATA: dict[str, dict[str, Any]] = {
+    "png": {},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+
+
+def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> Path:
+    """Write a figure as PNG, SVG or PDF, by the suffix of the path.
+
+    The file is complete or, after an error, as it was before.
+
+    figure : matplotlib.figure.Figure
+    path   : ends in .png, .svg or .pdf
+    width  : of a PNG [pixels]; the height follows. A page-wide overview at the default is
+             1600 x 1200
+
+    Returns the path.
+
+    Raises ``InputError`` for another suffix or a width outside 16 to 20000, ``OutputError``
+    where nothing can be written.
+    """
+    target = Path(path)
+    kind = target.suffix.lower().removeprefix(".")
+    if kind not in METADATA:
+        raise InputError(
+            f"path = {str(path)!r}: must end in .png, .svg or .pdf. For example"
+            f" {target.with_suffix('.png').name!r}."
+            if target.name
+            else f"path = {str(path)!r}: must name a file that ends in .png, .svg or .pdf."
+        )
+    write(target, image(figure, kind, width=width))
+    return target
+
+
+def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
+    """What stands in the file of a figure.
+
+    kind  : "png", "svg" or "pdf"
+    width : of a PNG [pixels]
+
+    Raises ``InputError`` for a width outside 16 to 20000.
+    """
+    if not isinstance(width, int) or isinstance(width, bool) or not 16 <= width <= 20_000:
+        raise InputError(f"width = {width!r}: must be a whole number of pixels, 16 to 20000.")
+    # Just above, as the size in pixels is cut to whole numbers.
+    dpi = width / figure.get_figwidth() * (1.0 + 1e-9)
+    with style.use():
+        if kind == "png":
+            return paint(figure, dpi)
+        content = io.BytesIO()
+        figure.savefig(content, format=kind, dpi=dpi, metadata=METADATA[kind])
+    return content.getvalue()
+
+
+def paint(figure: Figure, dpi: float) -> bytes:
+    """PNG of a figure: the bytes of ``savefig``, but drawn once instead of twice."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    content = io.BytesIO()
+    canvas, usual = figure.canvas, figure.dpi
+    try:
+        painter: Any = FigureCanvasAgg(figure)  # in part without types
+        figure.dpi = dpi
+        painter.print_png(content, metadata=METADATA["png"])
+    finally:
+        figure.dpi = usual
+        figure.set_canvas(canvas)
+    return content.getvalue()

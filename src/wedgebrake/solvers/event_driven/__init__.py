@@ -1,0 +1,1 @@
+"""Exact solution for set-valued friction: closed forms joined at located events."""

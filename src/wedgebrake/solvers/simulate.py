@@ -1,0 +1,243 @@
+"""The front door of the solvers: ``simulate``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
+from wedgebrake.model.part import shown
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.solution import Clock, FloatArray, Task, Trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+METHODS: dict[str, str] = {
+    "exact": "closed forms from event to event; Coulomb or tabulated friction",
+    "smooth": "adaptive, eighth order; smoothed or custom friction",
+    "ode14x": "the paper's fixed step; smoothed or Coulomb friction (banded)",
+}
+_MAX_SAMPLES = 50_000_000
+_MAX_PERIODS = 5_000_000  # half a kilobyte of events in each
+_MAX_PHASE = 1e15  # periods before the start that leave the phase some digits
+
+
+def simulate(
+    system: BrakedDriveline,
+    duration: float | None = None,
+    *,
+    periods: int | None = None,
+    initial: tuple[float, float] = (0.0, 0.0),
+    start_time: float = 0.0,
+    method: str | None = None,
+    times: ArrayLike | None = None,
+    samples_per_period: int = 200,
+    rtol: float = 1e-9,
+    step: float = 1e-4,
+    max_events: int = 10_000_000,
+    max_steps: int = 100_000_000,
+) -> xr.Dataset:
+    """The response of a braked driveline.
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        The machine.
+    duration : float
+        How long [s]. Give either this or ``periods``.
+    periods : int
+        How long, in periods of the torque.
+    initial : (float, float)
+        Angle theta [rad] and velocity theta' [rad/s] at the start.
+    start_time : float
+        Time of the start [s]; it sets the phase of the torque.
+    method : {"exact", "smooth", "ode14x"}
+        Default: "exact" for Coulomb and tabulated friction, "smooth" for smooth laws.
+    times : array of float
+        Times at which the response is wanted [s], ascending; default
+        ``samples_per_period`` equally spaced times in each period of the torque.
+    samples_per_period : int
+        See ``times``.
+    rtol : float
+        Relative tolerance of "smooth", 1e-13 to 1e-2; the absolute tolerances are rtol
+        times the system's own scales of angle and velocity.
+    step : float
+        Fixed step of "ode14x" [s].
+    max_events : int
+        Limit of "exact".
+    max_steps : int
+        Limit of "smooth" and "ode14x".
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``time``: angle [rad], velocity [rad/s], brake_torque, drive_torque [N m],
+        sticking. Over ``period``: the Poincare section. Over ``event`` and ``stick``: the
+        events, and the intervals of rest. How it ended is in ``attrs["status"]`` and
+        ``attrs["message"]``: divergence and self-locking are answers, not exceptions.
+
+    Raises
+    ------
+    InputError
+        For arguments that are wrong or do not fit the friction law.
+    """
+    _require(isinstance(system, BrakedDriveline), "system", system, "a BrakedDriveline")
+    method = choose_method(system, method)
+    task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
+    check_limits(rtol, step, max_events, max_steps)
+    options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
+    choices: dict[str, dict[str, Any]] = {
+        "exact": {"max_events": max_events},
+        "smooth": {"rtol": rtol, "max_steps": max_steps},
+        "ode14x": {"step": step, "max_steps": max_steps},
+    }
+    limits = choices[method]
+    trajectory = interruptible(
+        lambda: _solver(method)(system, task, **limits), stop=lambda: task.stop.fill(True)
+    )
+    from wedgebrake.solvers.response import assemble
+
+    return assemble(system, trajectory, method, {**options, **limits})
+
+
+def _solver(method: str) -> Callable[..., Trajectory]:
+    """The solver itself, imported (and with it Numba) only now."""
+    if method == "exact":
+        from wedgebrake.solvers.event_driven.solve import solve
+
+        return solve
+    if method == "smooth":
+        from wedgebrake.solvers.smooth.solve import solve as smooth_solve
+
+        return smooth_solve
+    from wedgebrake.solvers import ode14x
+
+    return ode14x.solve
+
+
+def choose_method(system: BrakedDriveline, method: str | None) -> str:
+    """The solver's name: the given one, checked, or the friction law's default.
+
+    Raises ``InputError`` for one that is unknown or does not fit the friction law.
+    """
+    set_valued = isinstance(system.friction, SetValuedFriction)
+    if method is None:
+        return "exact" if set_valued else "smooth"
+    if method not in METHODS:
+        raise InputError(f"method = {method!r}: not known. {nearest(str(method), METHODS)}")
+    name = type(system.friction).__name__
+    if method == "exact" and not set_valued:
+        raise InputError(
+            f"method = 'exact': needs CoulombFriction or TabulatedFriction, not {name}. Use"
+            " method='smooth', or friction of kind 'coulomb' (wb.CoulombFriction)."
+        )
+    if method == "smooth" and not isinstance(system.friction, SmoothFriction):
+        raise InputError(
+            f"method = 'smooth': needs SmoothedFriction or CustomFriction, not {name}. Use"
+            " method='exact', or friction of kind 'smoothed' (wb.SmoothedFriction)."
+        )
+    return method
+
+
+def _task(
+    system: BrakedDriveline,
+    duration: float | None,
+    periods: int | None,
+    initial: tuple[float, float],
+    start_time: float,
+    times: ArrayLike | None,
+    samples: int,
+) -> Task:
+    clock = Clock(system.excitation.angular_frequency)
+    if (duration is None) == (periods is None):
+        raise InputError(
+            f"duration = {duration!r} and periods = {periods!r}: give exactly one of them,"
+            " for example duration=25.0 (seconds) or periods=250 (of the torque)."
+        )
+    _number("start_time", start_time, 0.0, min(1e12, _MAX_PHASE * clock.period))
+    angle, velocity = check_state("initial", initial)
+    number, rest = clock.split(start_time)
+    start = (int(number), float(rest))
+    if periods is not None:
+        _whole("periods", periods, _MAX_PERIODS)
+        end = (start[0] + periods, start[1])
+    else:
+        assert duration is not None  # noqa: S101 - one of the two is given, checked above
+        _number(
+            "duration", duration, 0.0, _MAX_PERIODS * clock.period,
+            " It is in seconds, at most 5000000 periods of the torque at once; go on from the"
+            " final state with initial and start_time.",
+        )  # fmt: skip
+        number, rest = clock.split(start_time + duration)
+        end = (int(number), float(rest))
+    stop = float(clock.join(*end))
+    if times is None:
+        _whole("samples_per_period", samples, _MAX_SAMPLES)
+        count = max(1, math.ceil((stop - start_time) / clock.period * samples - 1e-6))
+        if count > _MAX_SAMPLES:
+            raise InputError(
+                f"samples_per_period = {samples}: would give {count} samples, at most"
+                f" {_MAX_SAMPLES}. Lower it, shorten the run, or give the times themselves."
+            )
+        wanted = np.linspace(start_time, stop, count + 1)
+    else:
+        wanted = _wanted(times, start_time, stop)
+    return Task(clock, start, end, angle, velocity, wanted)
+
+
+def check_limits(rtol: Any, step: Any, max_events: Any, max_steps: Any) -> None:
+    """Refuse, with ``InputError``, what no solver can work with."""
+    _number("rtol", rtol, 1e-13, 1e-2, " Smaller asks for more accuracy than doubles have.")
+    _number("step", step, 1e-9, 1.0)
+    _whole("max_events", max_events)
+    _whole("max_steps", max_steps)
+
+
+def check_state(name: str, state: Any) -> tuple[float, float]:
+    """A state as two floats; raises ``InputError`` for anything else."""
+    pair = isinstance(state, tuple | list) and len(state) == 2
+    _require(pair, name, state, "two numbers, angle [rad] and velocity [rad/s]")
+    angle = _number(f"{name}[0]", state[0], -1e12, 1e12)
+    return angle, _number(f"{name}[1]", state[1], -1e12, 1e12)
+
+
+def _wanted(times: ArrayLike, start: float, stop: float) -> FloatArray:
+    try:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError("times: must be an array of numbers [s].") from None
+    slack = 1e-9 * max(abs(stop), 1e-9)
+    inside = wanted.size == 0 or (wanted.min() >= start - slack and wanted.max() <= stop + slack)
+    if wanted.ndim != 1 or not np.all(np.isfinite(wanted)) or not inside:
+        raise InputError(
+            f"times: must be finite, one-dimensional and between {start:g} s (start_time) and"
+            f" {stop:g} s (the end). Lengthen duration, or drop the times outside."
+        )
+    if np.any(np.diff(wanted) < 0.0):
+        raise InputError("times: must ascend. Sort them, for example with numpy.sort.")
+    return np.asarray(np.clip(wanted, start, stop))
+
+
+def _require(fits: bool, name: str, value: object, allowed: str) -> None:
+    if not fits:
+        raise InputError(f"{name} = {value!r}: must be {allowed}.")
+
+
+def _number(name: str, value: Any, low: float, high: float, why: str = "") -> float:
+    plain = isinstance(value, int | float | np.integer | np.floating)
+    if not plain or isinstance(value, bool) or not low <= value <= high:
+        raise InputError(f"{name} = {shown(value)}: must be a number in [{low:g}, {high:g}].{why}")
+    return float(value)
+
+
+def _whole(name: str, value: Any, most: int = 10**12) -> None:
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not 0 < value <= most:
+        raise InputError(f"{name} = {shown(value)}: must be a whole number, 1 to {most}.")

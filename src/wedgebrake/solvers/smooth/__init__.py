@@ -1,0 +1,1 @@
+"""Adaptive solution for smooth friction laws: Taylor series and Runge-Kutta."""

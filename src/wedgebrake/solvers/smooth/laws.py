@@ -1,0 +1,91 @@
+"""Friction and brake laws as compiled functions of one type, for the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from numba import njit, types
+
+from wedgebrake.dynamics.brake_torque import LAW_SIGNATURE, SHAPE_SIZE, gather
+from wedgebrake.errors import InputError
+from wedgebrake.model.brakes import Brake
+from wedgebrake.model.friction import CustomFriction, SmoothedFriction, SmoothFriction
+
+Shape = tuple[float, ...]
+
+
+@cache
+def compiled_law(function: Callable[..., float]) -> Any:
+    """``function(x, shape) -> float`` compiled for the kernels.
+
+    Raises ``InputError`` where Numba cannot compile it.
+    """
+    # Only our own laws are cached on disk: Numba would not notice a change in another file
+    # that a user's law calls.
+    return _compile(function, LAW_SIGNATURE, cache=function.__module__.startswith("wedgebrake."))
+
+
+@cache
+def _custom_law(function: Callable[[float], float]) -> Any:
+    """A user's m(v_r), a straight line near rest, with the shape of ``CustomFriction``."""
+    compiled = hasattr(function, "py_func")
+    scalar = function if compiled else _compile(function, types.float64(types.float64))
+
+    def law(speed: float, shape: Shape) -> float:
+        if abs(speed) < shape[0]:
+            return speed * (shape[1] if speed >= 0.0 else shape[2])
+        return float(scalar(speed))
+
+    law.__qualname__ = _name(function)
+    return _compile(law, LAW_SIGNATURE)
+
+
+def _compile(function: Callable[..., float], signature: Any, **options: Any) -> Any:
+    try:
+        return njit(signature, error_model="numpy", **options)(function)
+    except Exception as error:  # whatever Numba stumbles on, not only its own errors
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        reasons = [line for line in lines if not line.startswith("Failed in ")]
+        reason = reasons[0].rstrip(".") if reasons else type(error).__name__
+        raise InputError(
+            f"law = {_name(function)}: Numba cannot compile it ({reason}). Use numbers and"
+            " functions of the math module only, and numba.njit on functions of your own that"
+            " it calls."
+        ) from None
+
+
+def _name(function: Callable[..., float]) -> str:
+    return str(getattr(function, "__qualname__", function))
+
+
+def friction_law(friction: SmoothFriction) -> tuple[Any, Shape]:
+    """(compiled m(v_r, shape), shape) of a smooth friction law."""
+    if isinstance(friction, SmoothedFriction):
+        return compiled_law(SmoothedFriction.law), _padded(friction.shape())
+    if isinstance(friction, CustomFriction):
+        return _custom_law(friction.law), _padded(friction.shape())
+    raise InputError(
+        f"friction = {type(friction).__name__}: not a law that the solver knows. Use"
+        " SmoothedFriction, or CustomFriction with your own function."
+    )
+
+
+def brake_law(brake: Brake) -> tuple[Any, Shape]:
+    """(compiled g(m, shape), shape) of a brake."""
+    return compiled_law(type(brake).law), _padded(brake.shape())
+
+
+@cache
+def gathered(friction: Any, brake: Any) -> Any:
+    """Two compiled laws as the list that kernels take which are called often."""
+    return gather()(friction, brake)
+
+
+def _padded(shape: Shape) -> Shape:
+    if len(shape) > SHAPE_SIZE:
+        raise InputError(
+            f"shape = {shape!r}: must have at most {SHAPE_SIZE} numbers. Combine them in shape()."
+        )
+    return (*(float(number) for number in shape), *[0.0] * (SHAPE_SIZE - len(shape)))
