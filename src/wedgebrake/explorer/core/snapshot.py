@@ -43,10 +43,10 @@ class Moment:
     """What a machine does; of a run that ended early, what there is.
 
     status, message  : how the simulation ended, as in the attributes of a response
-    time, angle, velocity, torque, drive, sticking
+    time, angle, velocity, torque, drive, force, sticking
                      : (n,) the last shown periods [s] [rad] [rad/s], torque of the brake and of
-                       the drive [N m], whether the brake sticks; all empty below 2 samples. Of
-                       a run that met a limit, of its beginning
+                       the drive [N m], actuation force [N], whether the brake sticks; all empty
+                       below 2 samples. Of a run that met a limit, of its beginning
     settled          : (r,) velocity over the recorded periods [rad/s]; empty where the run
                        ended early
     sticks           : (k, 3) start, end [s], sign of the sliding velocity before (0: none)
@@ -69,6 +69,7 @@ class Moment:
     velocity: FloatArray
     torque: FloatArray
     drive: FloatArray
+    force: FloatArray
     sticking: NDArray[np.bool_]
     sticks: FloatArray
     settled: FloatArray
@@ -108,10 +109,13 @@ def _look(desk: Desk, settle: bool) -> Moment:
     natural = desk.system.driveline.natural_frequency / (2.0 * math.pi)
     complete = recorded.attrs["status"] == "completed"
     frequency, amplitude = run.spectrum(recorded, forcing, natural) if complete else _NO_LINES
+    samples = _samples(seen, run.first_shown - run.early)
+    sliding = samples["velocity"] + desk.system.driveline.drive_speed
     return Moment(
         status=recorded.attrs["status"],
         message=recorded.attrs["message"],
-        **_samples(seen, run.first_shown - run.early),
+        **samples,
+        force=np.array([desk.system.actuation.force(one) for one in sliding.tolist()]),
         settled=run.settled(recorded) if complete else np.empty(0),
         section_angle=_section(recorded, desk, "poincare_angle"),
         section_velocity=_section(recorded, desk, "poincare_velocity"),

@@ -16,7 +16,8 @@ from bokeh.models import (
 from wedgebrake.explorer.core.snapshot import Moment
 from wedgebrake.explorer.ui.plots import look
 
-# What the stage listens to, and what it moves (app/parts/stage.js).
+# Sources of the brake animation, and the cursor that it moves (widgets/brake_animation.js).
+_COLUMNS = ("time", "angle", "velocity", "torque", "drive", "force", "sticking")
 MOTION, POINTED, CURSOR = "motion", "scrub-to", "scrub-history"
 
 
@@ -24,7 +25,7 @@ class History:
     """Velocity [rad/s] over time [s] in the last periods of a run.
 
     figure : the picture
-    motion : source "motion" of all that animates: time, angle, velocity, torque, sticking
+    motion : source "motion" of the animation: time, angle, velocity, torques, force, sticking
     """
 
     def __init__(self) -> None:
@@ -35,7 +36,7 @@ class History:
         self._words = look.Words(self.figure)
         empty: list[float] = []
         self.motion = ColumnDataSource(
-            dict.fromkeys(("time", "angle", "velocity", "torque", "sticking"), empty),
+            dict.fromkeys(_COLUMNS, empty),
             name=MOTION,
         )
         self._ghost = ColumnDataSource({"time": empty, "velocity": empty})
@@ -88,6 +89,8 @@ class History:
             angle=moment.angle[shown][places],
             velocity=velocity[places],
             torque=moment.torque[shown][places],
+            drive=moment.drive[shown][places],
+            force=moment.force[shown][places],
             sticking=moment.sticking[shown][places].astype("uint8"),
         )
         sticks = look.rests(moment)
@@ -126,7 +129,7 @@ class History:
 
     def say(self, sentence: str) -> None:
         """Show nothing but a sentence."""
-        look.put(self.motion, time=[], angle=[], velocity=[], torque=[], sticking=[])
+        look.put(self.motion, **{name: [] for name in _COLUMNS})
         look.put(self._sticks, start=[], end=[], colour=[])
         self._show_ghost(None)
         self._words.key()
