@@ -49,7 +49,7 @@ def test_a_study_is_loaded(screen, path):
     choosing.value.set_files(path)
     expect(screen("notice")).to_contain_text(f"{path.name} lies on the desk")
     desk = opened(study)
-    screen.headline(said_of(desk))
+    screen.says(desk)
     for name in ("brake", "inertia", "damping", "radius", "kinetic", "slope", "amplitude"):
         wanted = desk.value(name)
         if isinstance(wanted, str):
@@ -150,7 +150,7 @@ def desk(screen):
     desk = preset("start").desk()
     for name, value in edits.items():
         desk = desk.edited(**{name: value})
-    screen.headline(said_of(desk))
+    screen.says(desk)
     return desk
 
 
@@ -217,7 +217,7 @@ def test_the_study(screen, desk):
     assert set(study.sweep.parameters()) == {"eta", "F0"}
     assert export(screen, "study")[1].decode() == text
     before = values(screen)
-    screen("preset").select_option("band")
+    screen.choose("band")
     expect(screen("input-brake")).to_have_value("band")
     load(screen, "mine.toml", text)
     expect(screen("notice")).to_contain_text("mine.toml lies on the desk")

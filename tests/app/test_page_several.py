@@ -13,11 +13,11 @@ DESK = preset("start").desk()
 def test_two_users_do_not_disturb_each_other(visit):
     one, other = visit(), visit(1300, 850)
     one.type("eta", 6)
-    other("preset").select_option("band")
-    one.headline(said_of(DESK.edited(eta=6.0)))
-    other.headline(said_of(preset("band").desk()))
+    other.choose("band")
+    one.says(DESK.edited(eta=6.0))
+    other.says(preset("band").desk())
     one("tab-regimes").click()
-    other("ghost").check()
+    other("comparison").check()
     expect(one("legend")).to_contain_text("linear stability limit")
     expect(other.card("history").get_by_text("conventional brake")).to_be_visible()
     other.type("wrap_angle", "-1")
@@ -25,7 +25,7 @@ def test_two_users_do_not_disturb_each_other(visit):
     # Each has what it had.
     assert one.number("eta") == 6
     expect(one("input-brake")).to_have_value("wedge")
-    expect(one("ghost")).not_to_be_checked()
+    expect(one("comparison")).not_to_be_checked()
     expect(one.card("history").get_by_text("conventional brake")).to_have_count(0)
     expect(one("tab-regimes")).to_have_attribute("aria-selected", "true")
     expect(other("tab-diagram")).to_have_attribute("aria-selected", "true")
@@ -39,14 +39,14 @@ def test_two_users_do_not_disturb_each_other(visit):
 
 def test_of_many_fast_moves_the_last_one_counts(screen):
     for share in (0.9, 0.1, 0.8, 0.3, 0.75):
-        screen.drag("slider-eta", share, steps=20)
+        screen.drag("eta", share, steps=20)
     last = screen.number("eta")
     # Between two moves of the slider others are moved, and come out as they were left.
     for share in (0.2, 0.9, 0.4):
-        screen.drag("slider-f", share, steps=15)
+        screen.drag("f", share, steps=15)
     f = screen.number("f")
     desk = DESK.edited(eta=last, f=f)
-    screen.headline(said_of(desk))
+    screen.says(desk)
     assert screen.number("eta") == last
     assert screen.number("f") == f
     assert screen.number("frequency") == float(f"{desk.value('frequency'):.5g}")
@@ -64,8 +64,8 @@ def test_clicks_in_a_hurry(screen):
     for name in ("regimes", "stability", "basins", "diagram", "regimes", "diagram"):
         screen(f"tab-{name}").click()
     for name in ("fig9a", "as-printed", "band", "start"):
-        screen("preset").select_option(name)
+        screen.choose(name)
     screen.headline(START)
     expect(screen("input-brake")).to_have_value("wedge")
-    expect(screen("panel-diagram")).to_be_visible()
+    expect(screen("plot-diagram")).to_be_visible()
     expect(screen("notice")).to_be_empty()

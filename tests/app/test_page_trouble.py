@@ -7,10 +7,10 @@ from screen import Screen
 
 def test_a_machine_without_a_picture_says_so_and_goes_on(visit):
     screen = visit()
-    screen("preset").select_option("falling-friction")
+    screen.choose("falling-friction")
     expect(screen("headline")).to_contain_text("Vibrates by itself at 10 Hz")
     screen("tab-stability").click()
-    expect(screen("panel-stability")).to_contain_text("a table of friction has many")
+    expect(screen("plot-stability")).to_contain_text("a table of friction has many")
     expect(screen("legend")).to_be_empty()
     screen.type("damping", 20.0)
     expect(screen("headline")).to_contain_text("linearly stable")
@@ -18,11 +18,11 @@ def test_a_machine_without_a_picture_says_so_and_goes_on(visit):
 
 def test_the_list_of_machines_says_what_lies_on_the_desk(visit):
     screen = visit()
-    screen("preset").select_option("fig9c")
+    screen.choose("fig9c")
     expect(screen("input-eta")).to_have_value("-30")
     screen.type("eta", -5.0)
     expect(screen("preset")).to_have_value("")
-    screen("preset").select_option("fig9c")
+    screen.choose("fig9c")
     expect(screen("input-eta")).to_have_value("-30")
     expect(screen("preset")).to_have_value("fig9c")
 

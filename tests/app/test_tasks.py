@@ -95,9 +95,9 @@ def test_is_my_brake_stable(user):
 
 def test_the_conventional_brake_has_less_torque(user):
     user.sees("torque", "106 N m")
-    user.screen("ghost").check()
+    user.screen("comparison").check()
     user.sees("torque", "conventional: 9.44 N m")
-    user.screen("ghost").uncheck()
+    user.screen("comparison").uncheck()
 
 
 def test_why_does_it_judder_at_10_hz(user):
@@ -109,7 +109,7 @@ def test_why_does_it_judder_at_10_hz(user):
     user.types("frequency", 20)
     user.reads("Vibrates by itself at 10 Hz")
 
-    expect(user.screen("row-natural")).to_contain_text("10.07 Hz")
+    expect(user.screen("natural")).to_contain_text("10.07 Hz")
     user.types("stiffness", 16000)
     user.reads("Vibrates by itself at 20 Hz")
     user.types("stiffness", 4000)
@@ -201,9 +201,9 @@ def place(value, low, high):
 
 def spread(screen, share):
     """The share of a diagram's height over which points lie, in a few columns of pixels."""
-    left, top, right, bottom = screen.frame("panel-diagram")
-    box = screen("panel-diagram").bounding_box()
-    pixels = screen.pixels(screen("panel-diagram")).astype(int)
+    left, top, right, bottom = screen.frame("plot-diagram")
+    box = screen("plot-diagram").bounding_box()
+    pixels = screen.pixels(screen("plot-diagram")).astype(int)
     middle = round(left - box["x"] + share * (right - left))
     high = bottom - top
     rows = slice(round(top - box["y"]) + 3, round(top - box["y"] + 0.88 * high))
@@ -213,9 +213,9 @@ def spread(screen, share):
 
 def dashes(screen):
     """Where dashed lines stand in the diagram, as shares of its width."""
-    left, top, right, bottom = screen.frame("panel-diagram")
-    box = screen("panel-diagram").bounding_box()
-    pixels = screen.pixels(screen("panel-diagram")).astype(int)
+    left, top, right, bottom = screen.frame("plot-diagram")
+    box = screen("plot-diagram").bounding_box()
+    pixels = screen.pixels(screen("plot-diagram")).astype(int)
     rows = slice(round(top - box["y"]) + 3, round(bottom - box["y"] - 0.15 * (bottom - top)))
     dark = (pixels[rows].sum(axis=2) < 400).mean(axis=0)
     columns = ((dark > 0.3) & (dark < 0.9)).nonzero()[0]

@@ -87,6 +87,9 @@ class _Section:
         if facts:
             update(self._facts, object=facts)
             widgets.append(self._facts)
+        # Bokeh puts children that are added later behind those that are there already.
+        for place, widget in enumerate(widgets):
+            update(widget, styles={**widget.styles, "order": str(place)})
         if list(self.view) != widgets:
             self.view.objects = widgets
 
