@@ -26,7 +26,7 @@ _ELEMENTS = {
     "export": ".export button", "comparison": ".comparison input", "help": ".help summary",
     "notice": ".notyf__message", "dismiss": ".notyf__dismiss-btn", "natural": ".fact-natural",
     "axis": ".across select", "across": ".across select", "up": ".up select",
-    "quantity": ".quantity select",
+    "quantity": ".quantity select", "from": ".across-from input", "to": ".across-to input",
 }  # fmt: skip
 _STILL = """
 () => new Promise((done) => {
@@ -85,6 +85,13 @@ class Screen:
         """The number that stands in an input."""
         return float(self(f"input-{name}").input_value())
 
+    def refused(self, words: str) -> None:
+        """Wait for a notice that has some words, and dismiss what there is."""
+        self("notice").filter(has_text=words).first.wait_for()
+        while self("dismiss").count():
+            self("dismiss").first.click(force=True, timeout=5000)
+            self.page.wait_for_timeout(350)
+
     def place(self, name: str) -> float:
         """The place of a slider's handle, as a share of its way."""
         handle = self(f"slider-{name}").locator(".noUi-handle")
@@ -137,8 +144,8 @@ class Screen:
         self("tab-diagram").click()
         self.choose("start")
         expect(self("input-eta")).to_have_value("-24")
-        for _ in range(self("dismiss").count()):
-            self("dismiss").first.click()
+        if self("dismiss").count():
+            self.refused("")
         self.says(preset("start").desk())
 
     def says(self, desk: Desk) -> None:

@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import expect
 from screen import CARDS, CURSOR, MOTION, colours, near
 
+from wedgebrake.explorer.core.fields import _KINDS as KINDS
 from wedgebrake.explorer.core.presets import preset
 from wedgebrake.explorer.core.snapshot import look
 from wedgebrake.explorer.core.verdict import verdict
@@ -119,8 +120,8 @@ def test_every_picture_is_painted(screen):
 def test_fits_a_laptop(screen, brake, friction):
     """1440 x 900: all of it is seen at once, whatever the machine."""
     if brake != "wedge":
-        screen("input-brake").select_option(brake)
-        screen("input-friction").select_option(friction)
+        screen("input-brake").select_option(KINDS[brake])
+        screen("input-friction").select_option(KINDS[friction])
         expect(screen("input-steepness")).to_be_visible()
         expect(screen("input-friction_arm")).to_be_visible()
     size = screen.page.evaluate(_SIZE)

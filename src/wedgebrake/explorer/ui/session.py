@@ -42,8 +42,8 @@ _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 # Time without a change after which finer work begins [s].
 _STILL = 0.3
 _STARTING = "Starting; the first start on a machine compiles the solver, about half a minute."
-# How long a notice stays [ms]; 0: until it is dismissed.
-_BRIEF, _LASTING = 6000, 0
+# How long a notice stays [ms].
+_BRIEF, _LASTING = 6000, 12_000
 
 
 def _answered(action: Callable[..., None]) -> Callable[..., None]:
@@ -126,12 +126,11 @@ class Explorer(pn.viewable.Viewer):
             lane.stop()
 
     def refuse(self, words: str) -> None:
-        """Show why something cannot be done, until it is dismissed."""
+        """Show why something cannot be done."""
         self._notify(words, "error", _LASTING)
 
     def _notify(self, words: str, kind: str = "success", duration: int = _BRIEF) -> None:
         if self._notices is not None:
-            self._notices.clear()
             self._notices.send(html.escape(words), duration=duration, type=kind)
 
     # Actions of the user
