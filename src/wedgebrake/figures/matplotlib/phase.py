@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.analysis.sticking import steady_start, sticks
-from wedgebrake.figures.matplotlib import caption, style
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import write_caption
 from wedgebrake.model.system import BrakedDriveline
 

@@ -9,7 +9,8 @@ import numpy as np
 from wedgebrake.analysis.spectrum import frequencies, is_driven
 from wedgebrake.analysis.sticking import steady_start
 from wedgebrake.errors import InputError
-from wedgebrake.figures.matplotlib import caption, style
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import write_caption
 
 if TYPE_CHECKING:

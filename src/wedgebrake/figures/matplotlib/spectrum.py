@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.errors import InputError
-from wedgebrake.figures.matplotlib import caption, style
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import write_caption
 
 if TYPE_CHECKING:
