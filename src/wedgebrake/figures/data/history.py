@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -63,7 +64,7 @@ class History:
             end,
             time[window],
             **samples,
-            sticks=sticks_between(response, begin, end),
+            sticks=sticks_between(response, begin, end if np.any(window) else -math.inf),
             diverged=response.attrs.get("status") == "diverged",
         )
 

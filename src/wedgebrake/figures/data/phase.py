@@ -57,10 +57,17 @@ class Phase:
         begin, end = span(response)
         low = steady_start(response) if start is None else inside(start, begin, end)
         angle, velocity = (response[one].to_numpy() for one in ("angle", "velocity"))
-        least = (_LEAST * float(np.ptp(one)) if one.size else 0.0 for one in (angle, velocity))
-        width, height = least
-        speeds = system.driveline.drive_speed, system.actuation.release_speed
-        return cls(History.between(response, low, end), (width, height), *speeds)
+        width, height = (
+            _LEAST * float(np.ptp(one)) if one.size else 0.0 for one in (angle, velocity)
+        )
+        return cls.over(system, History.between(response, low, end), (width, height))
+
+    @classmethod
+    def over(
+        cls, system: BrakedDriveline, history: History, least: tuple[float, float] = (0.0, 0.0)
+    ) -> Phase:
+        """Portrait of what a history shows."""
+        return cls(history, least, system.driveline.drive_speed, system.actuation.release_speed)
 
     @property
     def switching(self) -> float:

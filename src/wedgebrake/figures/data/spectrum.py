@@ -18,10 +18,10 @@ FloatArray = NDArray[np.float64]
 
 
 class Mark(NamedTuple):
-    """A marked frequency [Hz], 0 if there is none: its index, as "e" of f_e, colour and dashes."""
+    """A marked frequency [Hz], 0 if there is none; subscript as "e" of f_e, colour, dashes."""
 
     frequency: float
-    index: str
+    subscript: str
     colour: str
     dashes: tuple[float, float]
 

@@ -64,7 +64,7 @@ def draw(
             linewidth=0.9,
             linestyle=(0, mark.dashes),
             zorder=2,
-            label=f"$f_{mark.index} = {style.number(mark.frequency)}$ Hz",
+            label=f"$f_{mark.subscript} = {style.number(mark.frequency)}$ Hz",
         )
         for mark in data.marks
         if mark.frequency > 0.0

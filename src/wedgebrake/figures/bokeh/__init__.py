@@ -1,0 +1,5 @@
+"""Pictures drawn with Bokeh for the page: thin renderers of ``wedgebrake.figures.data``.
+
+history, phase, section, spectrum : the pictures of one motion
+chart     empty figures, text over them, and updates that send only what changed
+"""
