@@ -41,7 +41,7 @@ class AttractorSet:
         self._count = 0
 
     def add(self, runs: dict[str, NDArray[Any]]) -> tuple[Codes, dict[int, int]]:
-        """Numbers of the attractors of some runs, (n,), and known numbers that are merged into others.
+        """Number the attractors of some runs, (n,); also return known numbers merged into others.
 
         runs : results of a sweep at n points, (n,) or (n, recorded)
 

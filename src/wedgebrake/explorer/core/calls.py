@@ -63,7 +63,7 @@ def picture(desk: Desk) -> Picture:
         return Picture("regime_map", _axes(desk, regimes.parameters(desk), cells), judged)
     if desk.view.plate == "basins":
         judged.pop("initial", None)
-        return Picture("basins", _axes(desk, basins.PARAMETERS, cells), judged)
+        return Picture("basins", _axes(desk, basins.parameters(desk), cells), judged)
     stability.key(desk)  # refuses what has no such map
     return Picture("stability_map", _axes(desk, stability.parameters(desk), FINE_MAP), {})
 

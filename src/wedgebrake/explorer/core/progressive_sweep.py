@@ -72,7 +72,7 @@ class ProgressiveSweep:
         self.level: tuple[int, ...] = (0,) * len(sizes)
 
     def steps(self, first: float = STEP, step: float = STEP) -> Iterator[None]:
-        """Compute all points in steps of a duration [s], the first of another; none spans two levels."""
+        """Compute all points, in steps of a duration [s]; no step spans two levels."""
         pace = _Pace(first, _PROBE if self.plan.method == "exact" else 1)
         for runs, level in zip(self._runs(), self._levels, strict=True):
             for fixed, start, stop in runs:

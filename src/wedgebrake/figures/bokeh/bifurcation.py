@@ -17,7 +17,7 @@ from wedgebrake.figures.bokeh.canvas import (
     palette,
     put_image,
 )
-from wedgebrake.figures.bokeh.chart import INK, float32, set_range, update_source
+from wedgebrake.figures.bokeh.chart import INK, clear_source, float32, set_range, update_source
 from wedgebrake.figures.data.class_styles import MOTIONS
 from wedgebrake.figures.data.limits import about
 from wedgebrake.figures.data.parameter_axis import number
@@ -56,7 +56,6 @@ class BifurcationPlot(Canvas):
         drawn.add_glyph(self._band, cells, **share)
         drawn.add_glyph(self._limits, limit, **share)
         self.hover(drawn.add_glyph(self._probes, invisible_boxes(), **share), "vline")
-        self.say("")
 
     def show(self, picture: PartialDiagram) -> None:
         """Draw a diagram."""
@@ -70,7 +69,6 @@ class BifurcationPlot(Canvas):
         band = picture.band[None].astype(np.uint8)
         put_image(self._band, band, (first, last), (0.0, _BAND), right=[last])
         update_source(self._limits, x=picture.limits)
-        self.end_sentence()
         self._draw_points(picture)
 
     def choose(self, quantity: str) -> None:
@@ -89,8 +87,11 @@ class BifurcationPlot(Canvas):
         cloud = picture.clouds[self._quantity]
         if not cloud.index.size:
             words = {MOTIONS[code].plain for code in np.unique(picture.codes)}
-            super().say(f"No settled motion at any value: {', '.join(sorted(words))}.")
+            self.explain(f"No settled motion at any value: {', '.join(sorted(words))}.")
+            clear_source(self._points)
+            self.note("")
             return
+        self.explain("")
         low, high = cloud.span
         if low == high:  # all at rest
             low, high = about(low, high)

@@ -69,6 +69,7 @@ class Canvas(Chart):
         self._axes: list[ParameterAxis | None] = [None] * len(self._tickers)
         self._grid = labelled  # maps fill the plane
         self._cursors = [_Cursor(drawn, way, labelled) for way in range(len(self._tickers))]
+        self.explain(" ")
 
     def set_axes(self, axes: Sequence[ParameterAxis]) -> None:
         """Set the parameters across and, if there is a second one, up."""
@@ -97,12 +98,15 @@ class Canvas(Chart):
     def say(self, sentence: str) -> None:
         """Show nothing but a sentence."""
         super().say(sentence)
-        self._show_axes(visible=False)
+        self.explain(sentence)
 
-    def end_sentence(self) -> None:
-        """Remove a sentence; show axes and grid."""
-        self._overlay.say("")
-        self._show_axes(visible=True)
+    def explain(self, sentence: str) -> None:
+        """Show a sentence in place of the axes; an empty one brings axes and grid back."""
+        self._overlay.say(sentence.strip())
+        for axis in (self.figure.xaxis[0], self.figure.yaxis[0]):
+            update_model(axis, visible=not sentence)
+        for grid in self.figure.grid:
+            update_model(grid, visible=not sentence and self._grid)
 
     def note(self, words: str) -> None:
         """Write a remark in the upper right corner."""
@@ -113,12 +117,6 @@ class Canvas(Chart):
         tip = f'<div style="{TOOLTIP}">@text</div>'
         options = {"point_policy": "follow_mouse", "show_arrow": False}
         self.figure.add_tools(HoverTool(renderers=[renderer], mode=mode, tooltips=tip, **options))
-
-    def _show_axes(self, *, visible: bool) -> None:
-        for axis in (self.figure.xaxis[0], self.figure.yaxis[0]):
-            update_model(axis, visible=visible)
-        for grid in self.figure.grid:
-            update_model(grid, visible=visible and self._grid)
 
 
 class _Cursor:

@@ -54,7 +54,6 @@ class MapPlot(Canvas):
         self._cross = self.source("x", "y")
         for options in outlined(2.0):
             drawn.add_glyph(self._cross, ring(11, **options), level="overlay")
-        self.say("")
 
     def show(self, picture: PartialMap) -> None:
         """Draw a map."""
@@ -70,15 +69,13 @@ class MapPlot(Canvas):
         if isinstance(data, Basins):
             self._mark_attractors(data)
         update_model(self._hatching, visible=True)
-        self.end_sentence()
+        self.explain("")
 
     def mark(self, axes: Sequence[ParameterAxis], values: Sequence[Any]) -> list[float | None]:
         """Mark a value of each parameter, with a ring where they meet."""
         places = super().mark(axes, values)
         known = None not in places
-        update_source(
-            self._cross, x=[places[0]] if known else [], y=[places[1]] if known else []
-        )
+        update_source(self._cross, x=[places[0]] if known else [], y=[places[1]] if known else [])
         return places
 
     def say(self, sentence: str) -> None:

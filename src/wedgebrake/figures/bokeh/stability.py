@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from bokeh.core.properties import value
 from bokeh.models import HoverTool, Image, MultiLine, Text
 
@@ -43,7 +42,8 @@ class StabilityPlot(MapPlot):
         """Draw a map of linear stability."""
         super().show(picture)
         data, (x, y) = picture.data, picture.axes
-        assert isinstance(data, StabilityMap)
+        if not isinstance(data, StabilityMap):
+            return
         self._hover.tooltips = (
             f'<div style="{TOOLTIP}">margin in η: @image{{0.00}}<br>'
             f"{x.symbol} = $x{{0.00}}, {y.symbol} = $y{{0.000}}</div>"

@@ -32,7 +32,8 @@ class LegendEntry:
         if isinstance(self.style, ClassStyle):
             return self.style.css, words
         if isinstance(self.style, MarkerStyle):
-            return f"radial-gradient({self.style.face} 2px, {self.style.edge} 2px 3px, #0000 3px)", words
+            face, edge = self.style.face, self.style.edge
+            return f"radial-gradient({face} 2px, {edge} 2px 3px, transparent 3px)", words
         colour, half = self.style.colour, 8 if self.style == STABILITY_LIMIT else 5
         edges = f"{50 - half}%", f"{50 + half}%"
         line = f"transparent {edges[0]}, {colour} {edges[0]} {edges[1]}, transparent {edges[1]}"

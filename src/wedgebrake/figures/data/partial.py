@@ -116,7 +116,8 @@ class PartialDiagram:
     @property
     def codes(self) -> Codes:
         """Codes of the motions, (known,)."""
-        return next(iter(self.data.values())).motions[0]
+        codes: Codes = next(iter(self.data.values())).motions[0]
+        return codes
 
     @property
     def positions(self) -> FloatArray:

@@ -53,8 +53,8 @@ class StabilityMap(ClassMap):
 
     def lines(self, level: float) -> list[FloatArray]:
         """Lines of equal margin, (n, 2) each, as positions along x and y."""
-        places = (one.positions(one.values) for one in (self.x, self.y))
-        return level_lines(*places, self.known, level)
+        x, y = (one.positions(one.values) for one in (self.x, self.y))
+        return level_lines(x, y, self.known, level)
 
 
 def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) -> StabilityMap:

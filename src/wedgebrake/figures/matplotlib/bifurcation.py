@@ -139,9 +139,9 @@ def _draw_exponents(axes: Axes, data: BifurcationDiagram) -> None:
     for branch, exponent, error in zip(data.branches, data.exponent, data.error, strict=True):
         values = np.where(np.isfinite(exponent), exponent, np.nan)
         width = np.nan_to_num(error, posinf=0.0)
-        band = {"facecolor": branch.colour, "edgecolor": "none", "alpha": 0.3}
+        band: Any = {"facecolor": branch.colour, "edgecolor": "none", "alpha": 0.3}
         axes.fill_between(data.x.values, values - width, values + width, **band, zorder=2)
-        dots = {"marker": "o", "markersize": 0.9, "markeredgewidth": 0.0}
+        dots: Any = {"marker": "o", "markersize": 0.9, "markeredgewidth": 0.0}
         axes.plot(data.x.values, values, color=branch.colour, linewidth=0.6, **dots, zorder=3)
     # The few deepest belong to motions whose sticks erase the initial state: they say little.
     top, low = float(np.max(finite)), float(np.quantile(finite, _DEEP))

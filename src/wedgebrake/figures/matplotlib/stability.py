@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -52,7 +52,7 @@ def _draw(axes: Axes, data: StabilityMap) -> None:
     draw_map(axes, data)
     if not data.levels:
         return
-    thin = {"colors": LEVEL_LINE.colour, "linewidths": LEVEL_LINE.width, "linestyles": "-"}
+    thin: Any = {"colors": LEVEL_LINE.colour, "linewidths": LEVEL_LINE.width, "linestyles": "-"}
     known = np.ma.masked_invalid(data.known)
     lines = axes.contour(data.x.values, data.y.values, known, levels=list(data.levels), **thin)
     axes.clabel(lines, fontsize=style.SMALL, fmt=lambda value: f"${value:+g}$")

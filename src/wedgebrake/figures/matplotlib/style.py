@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.figures.style import *  # noqa: F403 - extended here
-from wedgebrake.figures.style import COLUMN, GREY, LABELS, SMALL, TICKS, number
+from wedgebrake.figures.style import COLUMN, GREY, LABELS, RASTER_FROM, SMALL, TICKS, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -136,6 +136,33 @@ def ink(colour: Any) -> str:
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
     luminance = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
     return "black" if luminance > 0.18 else "white"
+
+
+def plot_line(axes: Axes, x: Any, y: Any, **look: Any) -> None:
+    """Draw a line; one of very many points as pixels inside vector files."""
+    axes.plot(x, y, rasterized=len(x) > RASTER_FROM, **look)
+
+
+def plot_points(axes: Axes, x: Any, y: Any, size: float, **look: Any) -> list[Any]:
+    """Draw round points of a size [pt]; very many as pixels inside vector files."""
+    dots = {"linestyle": "none", "marker": "o", "markersize": size, "markeredgewidth": 0.0}
+    return axes.plot(x, y, **{"rasterized": len(x) > RASTER_FROM, **dots, **look})
+
+
+def logarithmic_beyond(
+    axes: Axes, linear: float, limits: tuple[float, float], ticks: int = 3
+) -> None:
+    """Set a vertical scale that is linear up to ``linear`` from 0 and logarithmic beyond."""
+    from matplotlib.ticker import FixedLocator, NullLocator
+
+    axes.set_yscale("symlog", linthresh=linear, linscale=0.7)
+    axes.set_ylim(*limits)
+    decades = math.ceil(math.log10(max(*map(abs, limits), 10.0 * linear) / linear))
+    stride = math.ceil(decades / ticks)
+    first = 0 if stride == 1 else stride
+    powers = [linear * 10.0**n for n in range(first, decades, stride)]
+    axes.yaxis.set_major_locator(FixedLocator([*(-p for p in powers[::-1]), 0.0, *powers]))
+    axes.yaxis.set_minor_locator(NullLocator())
 
 
 def legend_above(axes: Axes, handles: list[Any], columns: int = 4) -> None:

@@ -134,7 +134,7 @@ def _controls(desk: Desk) -> list[dict[str, Any]]:
     if plate == "diagram":
         return [_control(desk, "axis", diagram.parameter(desk), choices=True)]
     names = {"regimes": regimes.parameters, "stability": stability.parameters}
-    pair = names[plate](desk) if plate in names else basins.PARAMETERS
+    pair = names[plate](desk) if plate in names else basins.parameters(desk)
     try:
         return [
             _control(desk, role, name, choices=plate == "regimes")
