@@ -88,6 +88,21 @@ class DenseMotion:
         first, last = ((external - brake) / line.inertia).T
         return first, last
 
+    def _torque(self, x: FloatArray, sliding: FloatArray) -> FloatArray:
+        """Torque of the sliding brake [N m], (n, m).
+
+        An interpolated velocity may pass the speed at which a self-locking brake locks, where the
+        torque is infinite: the torque at the nearer end of the segment then replaces it.
+        """
+        torque = self.law(sliding)
+        infinite = ~np.isfinite(torque)
+        if not np.any(infinite):
+            return torque
+        ends = np.column_stack((self.segments.start_velocity, self.segments.end_velocity))
+        at_ends = self.law(ends + self.given.driveline.drive_speed)
+        nearer = np.where(x < 0.5, at_ends[:, :1], at_ends[:, 1:])
+        return np.where(infinite, nearer, torque)
+
     def state(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return velocity, sliding velocity [rad/s] and brake torque [N m], (n, m) each."""
         segments, line = self.segments, self.given.driveline
@@ -96,7 +111,7 @@ class DenseMotion:
         else:
             velocity = self.closed_form.velocity(x)
         sliding = velocity + line.drive_speed
-        torque = self.law(sliding)
+        torque = self._torque(x, sliding)
         if not np.any(self.at_rest):
             return velocity, sliding, torque
         rest = self.at_rest[:, None]
