@@ -181,8 +181,8 @@ def _samples(
     if np.count_nonzero(inside) < 2:
         raise InputError(
             f"start = {start!r}, stop = {stop!r}: this window contains"
-            f" {np.count_nonzero(inside)} samples, but a spectrum needs at least 2. The response has"
-            f" {times.size} from {first:g} s to {last:g} s. Choose a longer window."
+            f" {np.count_nonzero(inside)} samples, but a spectrum needs at least 2. The response"
+            f" has {times.size} from {first:g} s to {last:g} s. Choose a longer window."
         )
     times, values = times[inside], values[inside]
     if not np.all(np.isfinite(values)):
