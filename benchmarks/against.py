@@ -28,7 +28,8 @@ smooth = wb.paper.system(eta=12.0, F0=0.036, friction="smoothed")
 etas = np.linspace(-60.0, 12.0, 400)
 def branch(system):
     first = wb.orbit(system)
-    return lambda: [point.multipliers for point in wb.continuation(first, step=0.005, eta=(12, -60))]
+    over = {"step": 0.005, "eta": (12.0, -60.0)}
+    return lambda: [point.multipliers for point in wb.continuation(first, **over)]
 cases = {
     "diagram of 400 points, exact": lambda: wb.bifurcation(exact, eta=etas, threads=1),
     "diagram of 40 points, smoothed": lambda: wb.bifurcation(smooth, eta=etas[::10], threads=1),
