@@ -16,6 +16,7 @@ from typing import Any
 
 from numba import njit
 from numba.core.errors import NumbaExperimentalFeatureWarning
+from numba.extending import overload
 
 # Function pointers have been "experimental" since 2020; the tests cover our use of them.
 warnings.filterwarnings(
@@ -65,3 +66,20 @@ def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
         return dispatcher
 
     return decorate
+
+
+def chosen_by_class(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
+    """Return a kernel that calls the one which belongs to the class of its first argument.
+
+    The classes are named tuples. Kernels choose when they are compiled, at no cost at run time.
+    """
+
+    def chosen(first: Any, *rest: Any) -> Any:
+        return kernels[type(first)](first, *rest)
+
+    def choose(first, *rest):  # noqa: ARG001 - Numba's signature
+        kernel = kernels.get(getattr(first, "instance_class", None))
+        return None if kernel is None else lambda first, *rest: kernel(first, *rest)
+
+    overload(chosen)(choose)
+    return chosen
