@@ -31,16 +31,15 @@ class Closed:
     def __init__(
         self, given: Machine, along: Arcs, local: FloatArray, rest: NDArray[np.bool_]
     ) -> None:
-        from wedgebrake.dynamics.linear_flow import G2
+        from wedgebrake.dynamics.segment_log import REST
         from wedgebrake.solvers.event_driven.solve import problem
-        from wedgebrake.solvers.event_driven.trajectory import REST
 
         assert given.system is not None  # noqa: S101 - a closed form needs a known system
         self.problem = problem(given.system)
         self.along, self.local = along, local
         self.piece = np.where(rest, REST, piece_of(given, along))
-        w2 = self.problem.stiffness / self.problem.inertia
-        decay = 0.5 * self.problem.table[:, G2]
+        pieces = self.problem.brake.pieces
+        w2, decay = pieces["stiffness"], 0.5 * pieces["damping"]
         split = np.sqrt(np.maximum(decay * decay - w2, 0.0))
         fast = np.where(split > 0.0, -decay - np.copysign(split, decay), 0.0)
         self.pace = np.where(rest, 0.0, fast[self.piece] * along.length)
@@ -62,15 +61,12 @@ class Closed:
         """
         from wedgebrake.solvers.smooth.torque_along import velocities
 
-        given, along = self.problem, self.along
+        along = self.along
         tau = np.ascontiguousarray(x * along.length[:, None])
         found = np.empty(tau.shape)
         starts = (self.local, along.angle, along.before)
-        velocities(
-            given.table, self.piece, given.stiffness / given.inertia,
-            given.amplitude / given.inertia, given.omega,
-            *(np.ascontiguousarray(start) for start in starts), tau, found,
-        )  # fmt: skip
+        states = (np.ascontiguousarray(start) for start in starts)
+        velocities(self.problem, self.piece, *states, tau, found)
         return found + x * self.missed[:, None]
 
     def alike(self) -> list[NDArray[np.intp]]:
@@ -85,8 +81,9 @@ class Closed:
         A composite Gauss-Legendre rule whose intervals match the time scales of the motion. For
         a fast real root the intervals grow while its part decays, until it is below rounding.
         """
-        w2 = self.problem.stiffness / self.problem.inertia
-        slow = float(np.max(self.along.length)) * max(self.problem.omega, float(np.sqrt(w2)))
+        line, omega = self.problem.driveline, self.problem.torque.angular_frequency
+        natural = float(np.sqrt(line.stiffness / line.inertia))
+        slow = float(np.max(self.along.length)) * max(omega, natural)
         cuts = np.linspace(0.0, 1.0, max(int(np.ceil(slow / _STRETCH)), 1) + 1)
         pace = self.pace[np.argmax(np.abs(self.pace))]
         if abs(pace) > _STRETCH:

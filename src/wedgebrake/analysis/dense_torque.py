@@ -66,9 +66,8 @@ class Along:
 
     def drive(self, x: FloatArray) -> FloatArray:
         """The torque T [N m], (n, m)."""
-        phase = self.local[:, None] + x * self.along.length[:, None]
-        torque = self.given.excitation
-        return np.asarray(torque.amplitude * np.sin(torque.angular_frequency * phase))
+        time = self.local[:, None] + x * self.along.length[:, None]
+        return self.given.excitation.torque(time)
 
     def _accelerations(self) -> tuple[FloatArray, FloatArray]:
         """By eq. (1)."""

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+from numba import from_dtype, njit, types
 from numba.core.errors import NumbaExperimentalFeatureWarning
 from numba.extending import overload
 
@@ -83,3 +83,8 @@ def chosen_by_class(kernels: dict[type, Callable[..., Any]]) -> Callable[..., An
 
     overload(chosen)(choose)
     return chosen
+
+
+def array_of(dtype: Any) -> Any:
+    """Type of a contiguous vector of records, for signatures."""
+    return types.Array(from_dtype(dtype), 1, "C")

@@ -1,33 +1,30 @@
 """Sums over a motion, whoever solved it: rest, sticks, heat, peak torque, range of the state."""
 
 import math
+from typing import Any
 
 import numpy as np
 
 from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.records import record
 
-SUMS = np.dtype(
-    (
-        np.record,
-        np.dtype(
-            [
-                ("rest_time", np.float64),  # [s]
-                ("sticks_forward", np.float64),  # entered from above the rest velocity
-                ("sticks_backward", np.float64),
-                ("heat", np.float64),  # of the brake's torque on the sliding velocity [J]
-                ("peak_torque", np.float64),  # largest |torque| of the brake [N m]
-                ("least_velocity", np.float64),  # extreme values met
-                ("greatest_velocity", np.float64),
-                ("least_angle", np.float64),
-                ("greatest_angle", np.float64),
-                ("last_slip", np.float64),  # when slip was seen last, in returns
-                # Smooth friction: when the stick band was entered that the motion is still
-                # in [s], nan if it is in none, and from which side.
-                ("band_entered", np.float64),
-                ("band_side", np.float64),
-            ]
-        ),
-    )
+SUMS = record(
+    fields=[
+        ("rest_time", np.float64),  # [s]
+        ("sticks_forward", np.float64),  # entered from above the rest velocity
+        ("sticks_backward", np.float64),
+        ("heat", np.float64),  # of the brake's torque on the sliding velocity [J]
+        ("peak_torque", np.float64),  # largest |torque| of the brake [N m]
+        ("least_velocity", np.float64),  # extreme values met
+        ("greatest_velocity", np.float64),
+        ("least_angle", np.float64),
+        ("greatest_angle", np.float64),
+        ("last_slip", np.float64),  # when slip was seen last, in returns
+        # Smooth friction: when the stick band was entered that the motion is still in [s], nan
+        # if it is in none, and from which side.
+        ("band_entered", np.float64),
+        ("band_side", np.float64),
+    ]
 )
 
 
@@ -59,8 +56,8 @@ def count_stick(sums, side):
         sums.sticks_backward += 1.0
 
 
-def empty_sums() -> np.record:
+def empty_sums() -> Any:
     """Sums of no motion."""
-    sums: np.record = np.zeros(1, dtype=SUMS)[0]
+    sums = np.zeros(1, dtype=SUMS)[0]
     clear(sums)
     return sums

@@ -11,22 +11,17 @@ from wedgebrake.dynamics.brake_torque import SmoothBrake, brake_torque
 from wedgebrake.dynamics.harmonic import Harmonic
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import Driveline
+from wedgebrake.dynamics.records import record
 
 # A stretch of the velocity axis, over the velocity of the driveline.
-STRETCH = np.dtype(
-    (
-        np.record,
-        np.dtype(
-            [
-                ("low", np.float64),  # its ends [rad/s]
-                ("high", np.float64),
-                ("kink_below", np.float64),  # the nearest kinks of the law below and above it
-                ("kink_above", np.float64),
-                ("linear", np.bool_),  # whether the torque is linear
-            ],
-            align=True,
-        ),
-    )
+STRETCH = record(
+    fields=[
+        ("low", np.float64),  # its ends [rad/s]
+        ("high", np.float64),
+        ("kink_below", np.float64),  # the nearest kinks of the law below and above it
+        ("kink_above", np.float64),
+        ("linear", np.bool_),  # whether the torque is linear
+    ]
 )
 
 # Distance of the poles of tanh(v/band) from the real axis, over the band.
@@ -128,11 +123,6 @@ class Samples(NamedTuple):
     period: NDArray[np.int64]
     time: NDArray[np.float64]
     state: NDArray[np.float64]
-
-
-def no_samples() -> Samples:
-    """No times wanted."""
-    return Samples(np.empty(0, dtype=np.int64), np.empty(0), np.empty((0, 2)))
 
 
 @compiled

@@ -12,6 +12,7 @@ import numpy as np
 from wedgebrake.dynamics.enums import Outcome, SearchEnd
 from wedgebrake.dynamics.harmonic import Harmonic, phase_at
 from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import phase_at_return, return_time
 from wedgebrake.solvers.smooth import taylor
 from wedgebrake.solvers.smooth.problem import POLE, Tolerances, stretch_at
@@ -22,33 +23,14 @@ from wedgebrake.solvers.smooth.trajectory import TINY
 
 WIDTH = 8
 
-# A lane: its system, and how far it has come. Angle and velocity are in the inputs of steps.
-LANE = np.dtype(
-    (
-        np.record,
-        np.dtype(
-            [
-                ("forcing", np.float64),  # amplitude of the torque over the inertia
-                ("angular_frequency", np.float64),
-                ("slope", np.float64),  # of the actuation force, over the inertia
-                ("stiffness", np.float64),  # over the inertia
-                ("rest_velocity", np.float64),
-                ("band", np.float64),
-                ("divergence_velocity", np.float64),
-                ("tolerance", np.float64, (3,)),  # the numbers of ``Tolerances``
-                ("longest_step", np.float64),
-                ("time", np.float64),  # since the last return [s]
-                ("stretch", np.int64),
-                ("stalled", np.bool_),  # whether the last step had no length
-                ("stepped", np.bool_),  # whether a step in lanes waits to be accepted
-                ("going", np.bool_),
-                ("outcome", np.int64),
-                ("completed", np.int64),  # periods
-                ("steps", np.int64),
-            ],
-            align=True,
-        ),
-    )
+# A lane: its system (torque, slope of the actuation force and stiffness over the inertia), and
+# how far it has come. Angle and velocity are in the inputs of steps. ``stalled``: the last step
+# had no length; ``stepped``: a step in lanes is to be accepted.
+LANE = record(
+    "forcing angular_frequency slope stiffness rest_velocity band divergence_velocity"
+    " relative_tolerance angle_tolerance velocity_tolerance longest_step time",
+    whole="stretch outcome completed steps",
+    fields=[("stalled", np.bool_), ("stepped", np.bool_), ("going", np.bool_)],
 )
 
 _together = traced(taylor.formula, INPUT_ROWS, WIDTH)
@@ -155,7 +137,9 @@ def _aim(lane, number, stretch, inputs):
     rest = lane.rest_velocity
     side = 1.0 if stretch.kink_below >= rest else -1.0
     inputs[INPUT.slope, number] = side * lane.slope
-    tolerances = Tolerances(lane.tolerance[0], lane.tolerance[1], lane.tolerance[2])
+    tolerances = Tolerances(
+        lane.relative_tolerance, lane.angle_tolerance, lane.velocity_tolerance
+    )
     longest = min(lane.longest_step, return_time(_harmonic(lane)) - lane.time)
     reach = taylor.POLE_SHARE * (abs(inputs[INPUT.velocity, number] - rest) + POLE * lane.band)
     taylor.limit(inputs, number, tolerances, longest, reach)

@@ -6,16 +6,15 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.log_reader import Log, events_of, returns_of, sticks_in_band, within
 from wedgebrake.solvers.smooth import assemble, trajectory
 from wedgebrake.solvers.smooth.problem import Samples, torques
-from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK, sticks_from_layer, within
-from wedgebrake.solvers.solution import Clock, Events, FloatArray, Sticks, Task, Trajectory
+from wedgebrake.solvers.solution import FloatArray, Task, Trajectory
 from wedgebrake.solvers.status import Status
 
 # Number of speeds at which the brake is checked for self-locking.
@@ -36,10 +35,7 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
     times = task.times[: ended.samples]
     angle, velocity = samples.state[: ended.samples].T.copy()
     outcome = Outcome.NO_FORWARD_SOLUTION if caught else ended.outcome
-    marks = (log["kind"] == EventKind.RETURN) | (
-        (log["time"] == 0.0) & (log["kind"] == EventKind.START)
-    )
-    sticks = _sticks(log, task.clock, end)
+    sticks = sticks_in_band(log, task.clock, end)
     detail = "" if outcome == Outcome.COMPLETED else f"Stopped at t = {end:.6g} s."
     if caught:
         detail = (
@@ -52,10 +48,8 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
         velocity=velocity,
         brake_torque=torque_at(system, velocity + system.driveline.drive_speed),
         sticking=within(times, sticks),
-        period=log["period"][marks],
-        period_angle=log["angle"][marks],
-        period_velocity=log["velocity"][marks],
-        events=_events(log, task.clock),
+        returns=returns_of(log),
+        events=events_of(log, task.clock, end),
         sticks=sticks,
         status=Status.of(outcome),
         final=(end, state.angle, state.velocity),
@@ -90,7 +84,7 @@ def winds_up(system: BrakedDriveline, velocity: float) -> bool:
 
 def _run(
     given: assemble.SmoothProblem, task: Task, max_steps: int, samples: Samples
-) -> tuple[NDArray[np.record], trajectory.Ended]:
+) -> tuple[Log, trajectory.Ended]:
     """Run the kernel, with more room for the log whenever it fills up."""
     rows = 64 + 24 * max(1, task.end[0] - task.start[0] + 1)
     start, end = State(*task.start, task.angle, task.velocity), Instant(*task.end)
@@ -108,25 +102,3 @@ def torque_at(system: BrakedDriveline, speed: FloatArray) -> FloatArray:
     torque = np.empty(speed.size)
     torques(assemble.law_data(system), np.ascontiguousarray(speed), torque)
     return torque
-
-
-def _events(log: NDArray[np.record], clock: Clock) -> Events:
-    rows = log[np.isin(log["kind"], (EventKind.REVERSAL, EventKind.BREAKPOINT))]
-    return Events(
-        time=clock.join(rows["period"], rows["time"]),
-        kind=rows["kind"].astype(np.int8),
-        angle=rows["angle"].copy(),
-        velocity=rows["velocity"].copy(),
-        side=rows["side"].astype(np.int8),
-    )
-
-
-def _sticks(log: NDArray[np.record], clock: Clock, end: float) -> Sticks:
-    times, side = clock.join(log["period"], log["time"]), log["side"]
-    entered, left = log["kind"] == EventKind.BAND_ENTERED, log["kind"] == EventKind.BAND_LEFT
-    leave_time, leave_side = times[left], side[left]
-    if leave_time.size < np.count_nonzero(entered):
-        leave_time, leave_side = np.append(leave_time, end), np.append(leave_side, 0.0)
-    return sticks_from_layer(
-        times[entered], side[entered], leave_time, leave_side, SHORTEST_STICK * clock.period
-    )

@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics import motion_sums
-from wedgebrake.dynamics.linear_flow import PIECE
+from wedgebrake.dynamics.linear_flow import PIECE, forcing_of
 from wedgebrake.dynamics.section import return_time
+from wedgebrake.solvers.log_reader import SHORTEST_STICK
 from wedgebrake.solvers.smooth import periods as kernel
 from wedgebrake.solvers.smooth import simd_batch, taylor
 from wedgebrake.solvers.smooth.problem import STRETCH, SmoothProblem, TanhLaw
 from wedgebrake.solvers.smooth.simd_batch import LANE, WIDTH
-from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK
 from wedgebrake.solvers.solution import FloatArray
 
 
@@ -125,12 +125,14 @@ def advance_together(
         assert isinstance(law, TanhLaw)  # noqa: S101 - asked by ``fits_lanes``
         taylor.load(one.driveline, one.torque, law, inputs, lane)
         inputs[[taylor.INPUT.angle, taylor.INPUT.velocity], lane] = states[number]
-        lanes[lane] = (
-            one.torque.amplitude / inertia, one.torque.angular_frequency,
-            law.actuator.slope / inertia, one.driveline.stiffness / inertia,
-            one.driveline.rest_velocity, one.band, one.divergence_velocity, one.tolerances,
-            one.longest_step, 0.0, 0, False, False, False, 0, 0, 0,
-        )  # fmt: skip
+        here, tolerances = lanes[lane], one.tolerances
+        here.forcing, here.angular_frequency = forcing_of(one.driveline, one.torque)
+        here.slope = law.actuator.slope / inertia
+        here.stiffness = one.driveline.stiffness / inertia
+        here.rest_velocity, here.band = one.driveline.rest_velocity, one.band
+        here.divergence_velocity, here.longest_step = one.divergence_velocity, one.longest_step
+        here.relative_tolerance = tolerances.relative
+        here.angle_tolerance, here.velocity_tolerance = tolerances.angle, tolerances.velocity
         stretches[lane, : one.stretches.size] = one.stretches
         pieces[lane, : one.pieces.size] = one.pieces
     points = np.empty((WIDTH, periods + 1, 2))

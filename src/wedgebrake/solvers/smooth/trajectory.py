@@ -22,6 +22,7 @@ from wedgebrake.dynamics.harmonic import phase_at, rate
 from wedgebrake.dynamics.jit import chosen_by_class, compiled
 from wedgebrake.dynamics.linear_flow import enter, forcing_of, state_at
 from wedgebrake.dynamics.problem import State
+from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import return_time
 from wedgebrake.dynamics.segment_log import write
 from wedgebrake.solvers.smooth.continuous_extension import STAGES
@@ -43,21 +44,8 @@ from wedgebrake.solvers.smooth.steps import (
 
 # The trail has a row for each step: the stretch, the state at its begin, its size; of a
 # Runge-Kutta step also the velocities of the stages.
-STEP = np.dtype(
-    (
-        np.record,
-        np.dtype(
-            [
-                ("stretch", np.int64),
-                ("time", np.float64),  # since the last return [s]
-                ("angle", np.float64),
-                ("velocity", np.float64),
-                ("size", np.float64),
-                ("stages", np.float64, (STAGES,)),
-            ],
-            align=True,
-        ),
-    )
+STEP = record(
+    "time angle velocity size", whole="stretch", fields=[("stages", np.float64, (STAGES,))]
 )
 
 # First Runge-Kutta step, as a share of the longest one.
