@@ -21,6 +21,7 @@ from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.analysis.sticking import sticks
 from wedgebrake.dynamics.enums import MotionClass, StickClass
+from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.log_reader import SHORTEST_STICK

@@ -20,7 +20,7 @@ from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK
+from wedgebrake.solvers.log_reader import SHORTEST_STICK
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -304,3 +304,23 @@ def evaluate(problem, log, periods, times, states, modes):
             entry = enter(piece, forcing, theta, w, phase_at(torque, begin.time))
             theta, w = state_at(piece, forcing, entry, tau, phase_at(torque, t))
         states[i, ANGLE], states[i, VELOCITY] = theta, w
+
+
+@compiled
+def velocities(problem, modes, start, theta, w, tau, out):
+    """Store the velocities [rad/s] at the times ``tau`` after given states in ``out``.
+
+    modes    : (n,) piece of each state, negative at rest
+    start, theta, w: (n,) time within the period, angle and velocity of each state
+    tau, out : (n, m) times after each state [s] and velocities
+    """
+    forcing = forcing_of(problem.driveline, problem.torque)
+    for i in range(modes.size):
+        if modes[i] < 0:
+            out[i, :] = w[i]
+            continue
+        piece = problem.brake.pieces[modes[i]]
+        entry = enter(piece, forcing, theta[i], w[i], phase_at(forcing, start[i]))
+        for j in range(tau.shape[1]):
+            phase = phase_at(forcing, start[i] + tau[i, j])
+            _, out[i, j] = state_at(piece, forcing, entry, tau[i, j], phase)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics import motion_sums
 from wedgebrake.dynamics.linear_flow import PIECE, forcing_of
 from wedgebrake.dynamics.section import return_time
 from wedgebrake.solvers.log_reader import SHORTEST_STICK
@@ -59,7 +58,7 @@ def advance(
     max_steps: int,
     *,
     derivative: bool = False,
-    sums: np.record | None = None,
+    sums: Any = None,
     begin: float = 0.0,
 ) -> Passed:
     """Advance some periods of the torque from its phase 0.
@@ -92,11 +91,6 @@ def period_map(
     if derivative:
         matrix = there.matrices[0] if there.matrices.size else np.full((2, 2), math.nan)
     return PeriodMap(there.outcome, *there.state, matrix)
-
-
-def no_sums() -> np.record:
-    """Sums of no motion."""
-    return motion_sums.empty_sums()
 
 
 def fits_lanes(given: SmoothProblem) -> bool:
