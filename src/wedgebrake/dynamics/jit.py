@@ -11,6 +11,7 @@ carries the stamp of all files of these folders together.
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +49,18 @@ def compiled(function: Callable[..., Any]) -> Any:
     """Compile a kernel at its first call."""
     dispatcher = njit(**_OPTIONS)(function)
     # Private, since Numba has no public way; test_compiling fails if this stops working.
-    dispatcher._cache._cache_file._source_stamp = SOURCE_STAMP
+    index = dispatcher._cache._cache_file
+    index._source_stamp = SOURCE_STAMP
+    index._load_index = partial(_index_or_none, index._load_index)
     return dispatcher
+
+
+def _index_or_none(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
+    """The index of a cache; empty where other sources wrote it, with types that are no more."""
+    try:
+        return load()
+    except (AttributeError, ImportError):
+        return {}
 
 
 def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:

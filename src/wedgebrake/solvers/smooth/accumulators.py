@@ -150,9 +150,7 @@ def _add_step(passed, sums):
         part, node = sample // NODES.size, sample % NODES.size
         tau = row.size * (part + NODES[node]) / parts if part < parts else row.size
         if part < parts and not linear:
-            here = _numeric_node(
-                passed.record, row, passed.number, part, node, driveline.inertia
-            )
+            here = _numeric_node(passed.record, row, passed.number, part, node, driveline.inertia)
         else:
             here = _inside(passed, tau)
         if part < parts:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from wedgebrake.solvers.smooth.problem import (
     POLE,
     STRETCH,
     AnyLaw,
-    LawData,
+    Assembled,
+    LawNumbers,
     SmoothProblem,
     TanhLaw,
     Tolerances,
@@ -53,8 +54,8 @@ def problem(
     velocity: float = 0.0,
     *,
     any_law: bool = False,
-) -> SmoothProblem:
-    """The kernels' argument for a system, a tolerance and an initial state.
+) -> Assembled:
+    """The kernels' arguments for a system, a tolerance and an initial state.
 
     any_law : Runge-Kutta steps also where there are series. Their derivative is that of the
               computed map itself, not of the exact one: Newton's method needs that.
@@ -73,12 +74,12 @@ def problem(
     push = torque.amplitude + float(np.max(np.abs(finite))) + _held(system)
     speed = push / (line.inertia * fastest)
     band = friction.transition / system.brake.radius
-    law = None if any_law else _tanh_law(system, friction)
+    tanh_law = None if any_law else _tanh_law(system, friction)
     largest = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.drive_speed)
-    return SmoothProblem(
+    given = SmoothProblem(
         driveline=driveline,
         torque=torque,
-        law=law or _any_law(system, friction),
+        law=tanh_law or _any_law(system, friction),
         stretches=_cut(system, cuts, [one.linear for one in ordered]),
         pieces=pieces_of(driveline, torque, slopes, offsets),
         band=band,
@@ -88,6 +89,7 @@ def problem(
         ),
         longest_step=2.0 / fastest,
     )
+    return Assembled(None if tanh_law else laws(system)[0], given)
 
 
 def smooth_friction(system: BrakedDriveline) -> SmoothFriction:
@@ -96,17 +98,13 @@ def smooth_friction(system: BrakedDriveline) -> SmoothFriction:
     return system.friction
 
 
-def law_data(system: BrakedDriveline) -> LawData:
-    """Friction and brake of a system as kernels take them."""
+def laws(system: BrakedDriveline) -> tuple[Any, LawNumbers]:
+    """Functions and numbers of friction and brake."""
     friction, friction_shape = friction_law(smooth_friction(system))
     brake, brake_shape = brake_law(system.brake)
-    return LawData(
-        gathered(friction, brake),
-        friction_shape,
-        brake_shape,
-        float(system.brake.radius),
-        actuator(system),
-    )
+    radius = float(system.brake.radius)
+    numbers = LawNumbers(friction_shape, brake_shape, radius, actuator(system))
+    return gathered(friction, brake), numbers
 
 
 def actuator(system: BrakedDriveline) -> Actuator:
@@ -138,7 +136,7 @@ def _any_law(system: BrakedDriveline, friction: SmoothFriction) -> AnyLaw:
     poles = np.array(sorted(both)) / system.brake.radius
     poles[:, 0] -= system.driveline.drive_speed
     poles[:, 1] *= POLE
-    return AnyLaw(law_data(system), tableau(), poles)
+    return AnyLaw(laws(system)[1], tableau(), poles)
 
 
 def _cut(
@@ -153,7 +151,10 @@ def _cut(
     stretches = np.empty(middles.size, dtype=STRETCH)
     stretches["low"] = np.append(-math.inf, cuts) - drive
     stretches["high"] = np.append(cuts, math.inf) - drive
-    stretches["kink_below"], stretches["kink_above"] = bends[above - 1] - drive, bends[above] - drive
+    stretches["kink_below"], stretches["kink_above"] = (
+        bends[above - 1] - drive,
+        bends[above] - drive,
+    )
     stretches["linear"] = linear
     return stretches
 

@@ -32,10 +32,11 @@ class Advanced(NamedTuple):
 
 
 @compiled
-def advance(problem, angle, velocity, max_steps, points, matrices, sums, begin, shortest):
+def advance(functions, problem, max_steps, points, matrices, sums, begin, shortest):
     """Advance periods of the torque from the phase 0, as many as ``points`` has room for.
 
-    points   : (n + 1, 2) receives the states at the begin of each period, and at the end
+    functions, problem : as in ``Assembled``
+    points   : (n + 1, 2) states at the begin of each period, and at the end; the first is given
     matrices : (n, 2, 2) receives the derivative over each period; no rows: not wanted
     sums     : None, or a record of ``motion_sums.SUMS`` to go on with, from the time ``begin`` [s]
     shortest : the shortest stick [s]
@@ -43,7 +44,7 @@ def advance(problem, angle, velocity, max_steps, points, matrices, sums, begin, 
     Returns ``Advanced``.
     """
     samples = Samples(np.empty(0, np.int64), np.empty(0), np.empty((0, 2)))
-    method = open_method(problem.law, problem)
+    method = open_method(problem.law, functions, problem)
     count, length = points.shape[0] - 1, return_time(problem.torque)
     trailing = matrices.shape[0] > 0
     if sums is not None:
@@ -51,16 +52,18 @@ def advance(problem, angle, velocity, max_steps, points, matrices, sums, begin, 
     room, steps = _ROWS, 0
     log, trail = np.empty(room, SEGMENT), np.empty(room if trailing else 0, STEP)
     record = empty_record(method, problem, trail.size)
-    points[0, 0], points[0, 1] = angle, velocity
+    angle, velocity = points[0, 0], points[0, 1]
     matrices[:] = math.nan
     for done in range(count):
         start, end = State(0, 0.0, angle, velocity), Instant(1, 0.0)
-        ended = run(problem, start, end, max_steps - steps, samples, log, trail, None)
+        ended = run(functions, problem, start, end, max_steps - steps, samples, log, trail, None)
         while ended.outcome == Outcome.LOG_FULL:
             room *= 4
             log, trail = np.empty(room, SEGMENT), np.empty(room if trailing else 0, STEP)
             record = empty_record(method, problem, trail.size)
-            ended = run(problem, start, end, max_steps - steps, samples, log, trail, None)
+            ended = run(
+                functions, problem, start, end, max_steps - steps, samples, log, trail, None
+            )
         angle, velocity = ended.state.angle, ended.state.velocity
         steps += ended.steps
         if sums is not None:

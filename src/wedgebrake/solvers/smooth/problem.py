@@ -46,14 +46,9 @@ class Tableau(NamedTuple):
     bernstein: NDArray[np.float64]
 
 
-class LawData(NamedTuple):
-    """Friction and brake as they come from Python.
+class LawNumbers(NamedTuple):
+    """The numbers of friction and brake; their functions m and g are passed beside, in a list."""
 
-    functions : m and g in a list: passing functions in a tuple costs more than a period, and
-                kernels would be compiled again for each of them
-    """
-
-    functions: Any
     friction_shape: tuple[float, ...]
     amplification_shape: tuple[float, ...]
     radius: float
@@ -66,7 +61,7 @@ class AnyLaw(NamedTuple):
     poles : (n, 2) velocity of each pole of the law and its distance from the real axis
     """
 
-    law: LawData
+    numbers: LawNumbers
     tableau: Tableau
     poles: NDArray[np.float64]
 
@@ -113,6 +108,18 @@ class SmoothProblem(NamedTuple):
     longest_step: float
 
 
+class Assembled(NamedTuple):
+    """A machine with smooth friction, as Python keeps it.
+
+    functions : m and g compiled, in a list; None where no step asks them. A list, and apart from
+                the numbers: in a tuple they cost more to pass than a period to compute, and
+                kernels would be compiled again for each of them.
+    """
+
+    functions: Any
+    problem: SmoothProblem
+
+
 class Samples(NamedTuple):
     """Times at which the state is wanted, ascending, and room for it.
 
@@ -126,16 +133,12 @@ class Samples(NamedTuple):
 
 
 @compiled
-def joined(law):
-    """``SmoothBrake`` of laws that came in a list."""
+def joined(functions, numbers):
+    """``SmoothBrake`` of functions in a list, and their ``LawNumbers``."""
     return SmoothBrake(
-        law.functions[0],
-        law.friction_shape,
-        law.functions[1],
-        law.amplification_shape,
-        law.radius,
-        law.actuator,
-    )
+        functions[0], numbers.friction_shape, functions[1], numbers.amplification_shape,
+        numbers.radius, numbers.actuator,
+    )  # fmt: skip
 
 
 @compiled
@@ -157,11 +160,8 @@ def sliding_side(problem, stretch):
 
 
 @compiled
-def torques(law, v, out):
-    """Store the brake torque [N m] at sliding velocities ``v`` (n,) [rad/s] in ``out``.
-
-    law : ``LawData``
-    """
-    brake = joined(law)
+def torques(functions, numbers, v, out):
+    """Store the brake torque [N m] at sliding velocities ``v`` (n,) [rad/s] in ``out``."""
+    brake = joined(functions, numbers)
     for i in range(v.size):
         out[i] = brake_torque(brake, v[i])

@@ -16,7 +16,7 @@ from wedgebrake.dynamics.brake_torque import SmoothBrake, brake_torque
 from wedgebrake.dynamics.harmonic import Harmonic, phase_at, value
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import Driveline
-from wedgebrake.solvers.smooth.continuous_extension import DEGREE, ROWS, STAGES, bernstein_matrix
+from wedgebrake.solvers.smooth.continuous_extension import ROWS, STAGES, bernstein_matrix
 from wedgebrake.solvers.smooth.problem import Tableau, Tolerances, joined
 
 Array = NDArray[np.float64]
@@ -102,10 +102,10 @@ def tableau() -> Tableau:
 
 
 @compiled
-def open_runge_kutta(law, problem):
+def open_runge_kutta(law, functions, problem):
     """``RungeKutta`` for an ``AnyLaw``."""
     return RungeKutta(
-        problem.driveline, problem.torque, joined(law.law), law.tableau, law.poles,
+        problem.driveline, problem.torque, joined(functions, law.numbers), law.tableau, law.poles,
         problem.tolerances,
         Work(np.empty(ROWS), np.empty(ROWS), np.empty(ROWS), np.empty(SUMS)),
     )  # fmt: skip

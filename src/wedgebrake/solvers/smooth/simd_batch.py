@@ -137,9 +137,7 @@ def _aim(lane, number, stretch, inputs):
     rest = lane.rest_velocity
     side = 1.0 if stretch.kink_below >= rest else -1.0
     inputs[INPUT.slope, number] = side * lane.slope
-    tolerances = Tolerances(
-        lane.relative_tolerance, lane.angle_tolerance, lane.velocity_tolerance
-    )
+    tolerances = Tolerances(lane.relative_tolerance, lane.angle_tolerance, lane.velocity_tolerance)
     longest = min(lane.longest_step, return_time(_harmonic(lane)) - lane.time)
     reach = taylor.POLE_SHARE * (abs(inputs[INPUT.velocity, number] - rest) + POLE * lane.band)
     taylor.limit(inputs, number, tolerances, longest, reach)

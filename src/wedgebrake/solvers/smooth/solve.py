@@ -13,7 +13,7 @@ from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.log_reader import Log, events_of, returns_of, sticks_in_band, within
 from wedgebrake.solvers.smooth import assemble, trajectory
-from wedgebrake.solvers.smooth.problem import Samples, torques
+from wedgebrake.solvers.smooth.problem import Assembled, Samples, torques
 from wedgebrake.solvers.solution import FloatArray, Task, Trajectory
 from wedgebrake.solvers.status import Status
 
@@ -83,7 +83,7 @@ def winds_up(system: BrakedDriveline, velocity: float) -> bool:
 
 
 def _run(
-    given: assemble.SmoothProblem, task: Task, max_steps: int, samples: Samples
+    given: Assembled, task: Task, max_steps: int, samples: Samples
 ) -> tuple[Log, trajectory.Ended]:
     """Run the kernel, with more room for the log whenever it fills up."""
     rows = 64 + 24 * max(1, task.end[0] - task.start[0] + 1)
@@ -91,7 +91,7 @@ def _run(
     no_trail = np.empty(0, dtype=trajectory.STEP)
     while True:
         log = empty_log(rows)
-        ended = trajectory.run(given, start, end, max_steps, samples, log, no_trail, task.stop)
+        ended = trajectory.run(*given, start, end, max_steps, samples, log, no_trail, task.stop)
         if ended.outcome != Outcome.LOG_FULL:
             return log[: ended.rows].copy(), ended
         rows *= 4
@@ -100,5 +100,5 @@ def _run(
 def torque_at(system: BrakedDriveline, speed: FloatArray) -> FloatArray:
     """R F_mu [N m] at sliding velocities (n,) [rad/s]."""
     torque = np.empty(speed.size)
-    torques(assemble.law_data(system), np.ascontiguousarray(speed), torque)
+    torques(*assemble.laws(system), np.ascontiguousarray(speed), torque)
     return torque

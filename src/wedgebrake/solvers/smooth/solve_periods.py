@@ -13,7 +13,7 @@ from wedgebrake.dynamics.section import return_time
 from wedgebrake.solvers.log_reader import SHORTEST_STICK
 from wedgebrake.solvers.smooth import periods as kernel
 from wedgebrake.solvers.smooth import simd_batch, taylor
-from wedgebrake.solvers.smooth.problem import STRETCH, SmoothProblem, TanhLaw
+from wedgebrake.solvers.smooth.problem import STRETCH, Assembled, TanhLaw
 from wedgebrake.solvers.smooth.simd_batch import LANE, WIDTH
 from wedgebrake.solvers.solution import FloatArray
 
@@ -52,7 +52,7 @@ class PeriodMap(NamedTuple):
 
 
 def advance(
-    given: SmoothProblem,
+    given: Assembled,
     state: tuple[float, float],
     periods: int,
     max_steps: int,
@@ -69,16 +69,17 @@ def advance(
     sums : ``motion_sums.SUMS`` to go on with, from the time ``begin`` [s]
     """
     points = np.empty((periods + 1, 2))
+    points[0] = state
     matrices = np.empty((periods if derivative else 0, 2, 2))
-    shortest = SHORTEST_STICK * return_time(given.torque)
+    shortest = SHORTEST_STICK * return_time(given.problem.torque)
     outcome, done, angle, velocity, steps = kernel.advance(
-        given, float(state[0]), float(state[1]), max_steps, points, matrices, sums, begin, shortest
+        *given, max_steps, points, matrices, sums, begin, shortest
     )
     return Passed(outcome, points[: done + 1], (angle, velocity), steps, matrices[:done])
 
 
 def period_map(
-    given: SmoothProblem,
+    given: Assembled,
     angle: float,
     velocity: float,
     max_steps: int,
@@ -93,13 +94,13 @@ def period_map(
     return PeriodMap(there.outcome, *there.state, matrix)
 
 
-def fits_lanes(given: SmoothProblem) -> bool:
+def fits_lanes(given: Assembled) -> bool:
     """Return True if a problem can be solved in lanes: its law has a series."""
-    return isinstance(given.law, TanhLaw)
+    return isinstance(given.problem.law, TanhLaw)
 
 
 def advance_together(
-    given: Sequence[SmoothProblem], states: FloatArray, periods: int, max_steps: int
+    given: Sequence[Assembled], states: FloatArray, periods: int, max_steps: int
 ) -> list[Passed]:
     """Advance up to ``WIDTH`` motions by some periods of the torque from its phase 0.
 
@@ -108,13 +109,14 @@ def advance_together(
 
     states : (n, 2) angle [rad] and velocity [rad/s] of each
     """
-    count, most = len(given), max(one.stretches.size for one in given)
+    problems = [one.problem for one in given]
+    count, most = len(problems), max(one.stretches.size for one in problems)
     lanes, inputs = np.zeros(WIDTH, dtype=LANE), np.zeros((taylor.INPUT_ROWS, WIDTH))
     stretches, pieces = np.zeros((WIDTH, most), STRETCH), np.zeros((WIDTH, most), PIECE)
     for lane in range(WIDTH):
         # Lanes without a motion of their own repeat the first.
         number = lane if lane < count else 0
-        one, inertia = given[number], given[number].driveline.inertia
+        one, inertia = problems[number], problems[number].driveline.inertia
         law = one.law
         assert isinstance(law, TanhLaw)  # noqa: S101 - asked by ``fits_lanes``
         taylor.load(one.driveline, one.torque, law, inputs, lane)

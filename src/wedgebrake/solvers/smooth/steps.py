@@ -100,7 +100,7 @@ class Taylor(NamedTuple):
 
 
 @compiled
-def _open_taylor(law, problem):
+def _open_taylor(law, functions, problem):  # noqa: ARG001 - one signature
     """``Taylor`` for a ``TanhLaw``."""
     driveline, torque = problem.driveline, problem.torque
     inputs, outputs = np.zeros((INPUT_ROWS, 1)), np.empty((OUTPUT_ROWS, 1))
@@ -196,9 +196,7 @@ def _series_step(taylor, point, h, limits):  # noqa: ARG001 - one signature
 @compiled
 def _attempt(method, point, h):
     """(``StepEnd``, scaled error) of a Runge-Kutta step; the error is nan beyond a wall."""
-    end = runge_kutta_stages(
-        method, point.time, point.angle, point.velocity, point.acceleration, h
-    )
+    end = runge_kutta_stages(method, point.time, point.angle, point.velocity, point.acceleration, h)
     tolerances = method.tolerances
     norm = error_norm(
         method.work.sums,
@@ -335,7 +333,7 @@ def _crossing_time_series(taylor, before, after, level):
 
 
 open_method = chosen_by_class({TanhLaw: _open_taylor, AnyLaw: open_runge_kutta})
-"""(law, problem) -> method."""
+"""(law, functions, problem) -> method."""
 
 numeric_step = chosen_by_class({Taylor: _series_step, RungeKutta: _runge_kutta_step})
 """(method, point, h, limits) -> ``Advance`` by a step of size h at most."""

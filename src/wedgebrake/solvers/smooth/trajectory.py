@@ -122,10 +122,10 @@ def _begin(method, problem, state):
 
 
 @compiled
-def run(problem, start, end, max_steps, samples, log, trail, stop):
+def run(functions, problem, start, end, max_steps, samples, log, trail, stop):
     """Advance from the ``State`` start to the ``Instant`` end.
 
-    problem : ``SmoothProblem``
+    functions, problem : as in ``Assembled``
     samples : ``Samples``, the times wanted
     log     : of dtype ``segment_log.SEGMENT``; a row for each event, its mode the stretch
     trail   : of dtype ``STEP``; a row for each step that moved; no room: not wanted
@@ -136,7 +136,7 @@ def run(problem, start, end, max_steps, samples, log, trail, stop):
     driveline, torque, stretches = problem.driveline, problem.torque, problem.stretches
     rest, band = driveline.rest_velocity, problem.band
     forcing, length = forcing_of(driveline, torque), return_time(torque)
-    method = open_method(problem.law, problem)
+    method = open_method(problem.law, functions, problem)
     steps, rows, wanted, left = 0, 0, 0, 0
     period, h, stalled = start.period, _FIRST_STEP * problem.longest_step, False
     point, stretch = _begin(method, problem, start)

@@ -110,9 +110,7 @@ def _through_runge_kutta(method, problem, row, number, deviations):  # noqa: ARG
     return deviations
 
 
-_through_numeric = chosen_by_class(
-    {SeriesRecord: propagate_step, RungeKutta: _through_runge_kutta}
-)
+_through_numeric = chosen_by_class({SeriesRecord: propagate_step, RungeKutta: _through_runge_kutta})
 
 
 @compiled
