@@ -58,7 +58,7 @@ class Problem(NamedTuple):
     edges: FloatArray
     kinks: FloatArray
     linear: NDArray[np.bool_]
-    table: FloatArray
+    table: Any
     rest_edge: int
     band: float
     w_diverged: float

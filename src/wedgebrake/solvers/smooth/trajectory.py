@@ -495,8 +495,8 @@ def _signature():
     return (
         types.UniTuple(real, 6), types.Tuple((laws, numbers, tableau, matrix)), types.none, vector,
         matrix, flags, array_of(PIECE), whole, real, real, types.UniTuple(real, 3), real, whole,
-        real, real, real, whole, real, whole, array_of(SEGMENT), indices, vector, matrix, matrix, matrix,
-        types.Array(types.boolean, 1, "C"),
+        real, real, real, whole, real, whole, array_of(SEGMENT), indices, vector, matrix, matrix,
+        matrix, types.Array(types.boolean, 1, "C"),
     )  # fmt: skip
 
 
