@@ -161,7 +161,7 @@ class _Run:
         area = float(largest.mean() + growth[:, 1].mean())
         resting = self.lasting and self.resting
         window = Window(points, self.ruler, self.size, largest, area, resting)
-        verdict = classify.classify(window)
+        verdict: Verdict = classify.classify(window)
         order = verdict.order
         if resting:
             order, _ = classify.order_of(points, self.ruler, self.size)
@@ -170,7 +170,9 @@ class _Run:
         first, second = self._multipliers(order)
         error = math.nan if math.isnan(first) else 0.0
         verdict = verdict._replace(largest=first / order, second=second / order, error=error)
-        return verdict if resting else classify.conclude(window, verdict, first, second)
+        if not resting:
+            verdict = classify.conclude(window, verdict, first, second)
+        return verdict
 
     def _advance(self, periods: int) -> None:
         """Run on, and keep the Poincare points."""
@@ -282,7 +284,7 @@ class _SmoothRun(_Run):
     def _derivatives(self) -> FloatArray:
         """(periods, 2, 2) derivatives over each period, of weighted angle and velocity."""
         scale = np.array([self.weight, 1.0])
-        return self.matrices * scale[:, None] / scale
+        return np.asarray(self.matrices * scale[:, None] / scale)
 
     def _growth(self, periods: int) -> FloatArray:
         growth = np.empty((periods, 2))
