@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
 import wedgebrake as wb
-from wedgebrake.analysis.classes import MotionClass, StickClass
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
 
 SYSTEM = wb.paper.system()

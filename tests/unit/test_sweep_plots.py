@@ -31,7 +31,7 @@ from pictures import (
 )
 
 import wedgebrake as wb
-from wedgebrake.analysis.classes import MotionClass
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.figures.data import caption, class_styles
 from wedgebrake.figures.data.basins import of_dataset as basins_data
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
