@@ -9,6 +9,8 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.analysis.classes import MotionClass, StickClass
+from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.part import parameter
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
 
 SYSTEM = wb.paper.system(eta=-24.0, F0=0.036)
@@ -144,6 +146,70 @@ def test_every_brake_and_table(brake) -> None:
         for i, frequency in enumerate((9.0, 12.0)):
             alone = wb.simulate(base.replace(frequency=frequency), periods=20, times=())
             assert found["final_angle"][i] == pytest.approx(alone.attrs["final_angle"], abs=1e-10)
+
+
+class WideningTable(SetValuedFriction):
+    """A friction law that bends at speeds, and in as many places, as its parameters say."""
+
+    width: float = parameter("speed of the first bend", symbol="-", unit="m/s", example=0.2, gt=0)
+    drop: float = parameter("drop at each bend", symbol="-", unit="1", example=0.05, ge=0)
+    bends: float = parameter("number of bends", symbol="-", unit="1", example=2.0, ge=0)
+
+    def nodes(self):
+        return tuple((self.width * i, 0.3 - self.drop * i) for i in range(int(self.bends) + 1))
+
+    @property
+    def breakaway(self):
+        return 0.35
+
+    @property
+    def reference(self):
+        return 0.3
+
+
+@pytest.mark.parametrize("follow", [None, "width", "bends"])
+def test_speeds_at_which_a_law_bends_may_depend_on_swept_parameters(follow) -> None:
+    law = WideningTable(width=0.2, drop=0.05, bends=2.0)
+    base = wb.paper.system(eta=-10.0, F0=0.05).replace(friction=law)
+    axes = {"width": [0.05, 0.4, 0.0, 1.5], "bends": [0.0, 1.0, 3.0]}
+    found = wb.sweep(base, periods=12, transient=5, follow=follow, **axes)
+    if follow is not None:
+        found = found.sel(branch="up")
+    for i, width in enumerate(axes["width"]):
+        for j, bends in enumerate(axes["bends"]):
+            point = found.isel(width=i, bends=j)
+            if width == 0.0:
+                assert point["status"] == PointStatus.INVALID
+                continue
+            before = {"width": (i - 1, j), "bends": (i, j - 1)}.get(follow, (-1, -1))
+            start = (0.0, 0.0)
+            if min(before) >= 0 and axes["width"][before[0]] != 0.0:
+                start = tuple(
+                    float(found[name][before]) for name in ("final_angle", "final_velocity")
+                )
+            system = base.replace(width=width, bends=bends)
+            alone = wb.simulate(system, periods=12, initial=start, times=())
+            assert point["final_angle"] == pytest.approx(alone.attrs["final_angle"], abs=1e-10)
+
+
+def test_a_group_follows_the_law_that_it_refers_to() -> None:
+    """The slope that gives an eta depends on the reference coefficient of the friction law."""
+
+    class Scaled(WideningTable):
+        scale: float = parameter("coefficient", symbol="-", unit="1", example=0.3, gt=0)
+
+        @property
+        def reference(self):
+            return self.scale
+
+    base = SYSTEM.replace(friction=Scaled(width=0.2, drop=0.0, bends=0.0, scale=0.3))
+    found = wb.sweep(base, eta=[-24.0, -10.0], scale=[0.2, 0.4], periods=8, transient=2)
+    for i, eta in enumerate((-24.0, -10.0)):
+        for j, scale in enumerate((0.2, 0.4)):
+            alone = wb.simulate(base.replace(scale=scale, eta=eta), periods=8, times=())
+            assert found["final_angle"][i, j] == pytest.approx(
+                alone.attrs["final_angle"], abs=1e-10
+            )
 
 
 def test_bad_points_say_so_and_end_nothing() -> None:
@@ -295,7 +361,7 @@ def test_basins_of_an_orbit_longer_than_the_record() -> None:
 
 def test_basins_tell_attractors_apart_in_any_company() -> None:
     """Two orbits of the same order; a point that is undecided has no say."""
-    from wedgebrake.sweeps.attractors import label
+    from wedgebrake.sweeps.basins import label
 
     system = wb.paper.system(eta=-30.0, f=0.6, F0=0.036)
     start = {
@@ -402,7 +468,7 @@ def test_a_store_knows_the_law_that_a_user_wrote(tmp_path) -> None:
 
 def test_the_identity_of_a_law_is_what_it_does() -> None:
     """Also what it calls, and the values outside it that it uses."""
-    from wedgebrake.sweeps.plan import _fingerprint
+    from wedgebrake.sweeps.plan import fingerprint
 
     text = "import math\nMU = {}\ndef helper(v):\n    return {} * math.tanh(v)\n"
     text += "def law(v):\n    return MU * helper(v)\n"
@@ -410,7 +476,7 @@ def test_the_identity_of_a_law_is_what_it_does() -> None:
     def made(mu, factor):
         here: dict = {}
         exec(text.format(mu, factor), here)  # noqa: S102 - our own text
-        return _fingerprint(here["law"])
+        return fingerprint(here["law"])
 
     assert made(0.3, 1.0) == made(0.3, 1.0)
     assert len({made(0.3, 1.0), made(0.2, 1.0), made(0.3, 2.0)}) == 3
@@ -420,10 +486,8 @@ def test_a_damaged_chunk_is_said_and_computed_again(tmp_path) -> None:
     path = tmp_path / "run.zarr"
     options = {"eta": ETAS, "periods": 20, "transient": 10, "store": path, "progress": False}
     whole = wb.sweep(SYSTEM, **options).load()
-    victim = max(
-        (path / "velocity" / "c").rglob("0"), key=lambda one: one.is_file() and one.stat().st_size
-    )
+    victim = next(one for one in (path / "results" / "c").rglob("*") if one.is_file())
     victim.write_bytes(victim.read_bytes()[:-7])
-    with pytest.warns(UserWarning, match="is damaged .velocity.* computed again"):
+    with pytest.warns(UserWarning, match="is damaged .* computed again"):
         again = wb.sweep(SYSTEM, resume=True, **options)
     assert again.load().identical(whole)

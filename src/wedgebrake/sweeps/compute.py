@@ -1,9 +1,10 @@
-"""The results of some points of a sweep. What a chunk gives depends on nothing but the plan."""
+"""Results of some points of a sweep, which depend on nothing but the plan."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,6 @@ from wedgebrake.analysis import batch as kernel
 from wedgebrake.analysis import evaluate_point
 from wedgebrake.dynamics import enums
 from wedgebrake.errors import InputError
-from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
@@ -21,14 +21,14 @@ from wedgebrake.solvers.status import DIVERGED_FACTOR
 from wedgebrake.sweeps.grid import batches
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
-from wedgebrake.sweeps.system_tables import Parts, system_at
+from wedgebrake.sweeps.system_tables import FRICTION, Parts, system_at
 
 FloatArray = NDArray[np.float64]
 
-# Periods that are worked on at once: some milliseconds, so that threads finish together and
-# an interrupt is heard; a slow solver's points are worked on one by one.
+# Periods of a batch: some milliseconds, so that threads finish together and interrupts take
+# effect soon. The points of a slow solver are computed one by one.
 _BATCH_PERIODS = 4000
-# What a point that is given time to settle may take.
+# Estimate of the periods in which a point settles.
 _SETTLING_PERIODS = 1000
 
 _COLUMNS = {
@@ -61,10 +61,13 @@ _STATUS = {
 }
 
 
-class Chunk:
-    """Some points of a plan, cut into batches that any threads may work on in any order.
+_FINAL = [evaluate_point.FINAL_THETA, evaluate_point.FINAL_W]
 
-    where : dim of the points -> slice of it
+
+class Chunk:
+    """Some points of a plan, divided into batches that threads may compute in any order.
+
+    where : dimension of the points -> slice of it
     """
 
     def __init__(self, plan: Plan, parts: Parts, where: dict[str, slice]) -> None:
@@ -83,14 +86,14 @@ class Chunk:
         )
         self._states = self._initial_states(count)
         if plan.method == "exact":
-            self._tables, self._chosen = parts.tables(self._indices)
+            self._tables = parts.tables(self._indices)
         self.work: list[Callable[[], None]] = [
             self._task(numbers)
             for numbers in batches(self._sizes, plan.grid.follow, self._points_at_once())
         ]
 
     def results(self) -> dict[str, Any]:
-        """The variables over the chunk, once all its work is done."""
+        """Return the variables over the chunk, once all its work is done."""
         shape = tuple(self._sizes.values())
         results: dict[str, Any] = {}
         for name, column in _COLUMNS.items():
@@ -117,7 +120,7 @@ class Chunk:
         return max(1, _BATCH_PERIODS // (wait + protocol.recorded))
 
     def _lanes(self) -> int:
-        """Points of a slow solver that are worked on at once: transients go side by side."""
+        """Return how many transients of a slow solver are computed side by side."""
         plan = self._plan
         if plan.method != "smooth" or plan.grid.follow is not None or not plan.protocol.first:
             return 1
@@ -139,57 +142,73 @@ class Chunk:
         return lambda: run(numbers)
 
     def _run_exactly(self, numbers: NDArray[np.int64]) -> None:
-        """A batch in one call of the kernel, which needs no Python and releases its lock."""
-        plan, protocol = self._plan, self._plan.protocol
-        friction = plan.system.friction
-        assert isinstance(friction, SetValuedFriction)  # noqa: S101 - checked at the front door
+        """Compute a batch with the compiled kernel, which releases Python's lock."""
+        plan, protocol, tables = self._plan, self._plan.protocol, self._tables
         answers = np.empty((numbers.size, evaluate_point.COLUMNS))
-        kept = numbers if plan.keep_points else numbers[:0]
-        record = self._record[kept]
-        kernel.run(
-            brake_law(plan.system.brake)[0],
-            np.array([speed for speed, _ in friction.nodes()]),
-            *self._tables,
-            self._chosen[numbers],
-            self._states[numbers],
-            plan.grid.follow is not None,
-            -1 if protocol.automatic else protocol.first,
-            protocol.recorded,
-            protocol.limit,
-            protocol.max_events,
-            DIVERGED_FACTOR,
-            answers,
-            record,
-        )
+        record = self._record[numbers if plan.keep_points else numbers[:0]]
+        states = self._states[numbers]
+        for part, speeds in self._equal_node_speeds(numbers):
+            start = part.start
+            if plan.grid.follow is not None and start and _completed(answers[start - 1]):
+                states[start] = answers[start - 1, _FINAL]
+            kernel.run(
+                brake_law(plan.system.brake)[0],
+                speeds,
+                tables.driveline,
+                tables.brake,
+                np.ascontiguousarray(tables.friction[:, : speeds.size + 1]),
+                tables.actuation,
+                tables.excitation,
+                tables.rows[numbers[part]],
+                states[part],
+                plan.grid.follow is not None,
+                -1 if protocol.automatic else protocol.first,
+                protocol.recorded,
+                protocol.limit,
+                protocol.max_events,
+                DIVERGED_FACTOR,
+                answers[part],
+                record[part],
+            )
         self._answers[numbers] = answers
-        self._record[kept] = record
+        if plan.keep_points:
+            self._record[numbers] = record
+
+    def _equal_node_speeds(self, numbers: NDArray[np.int64]) -> Iterator[tuple[slice, FloatArray]]:
+        """Iterate over runs of points whose friction laws bend at equal speeds."""
+        rows = self._tables.rows[numbers, FRICTION]
+        speeds = self._tables.node_speeds
+        changed = (rows[1:] != rows[:-1]) & _differ(speeds[rows[1:]], speeds[rows[:-1]])
+        ends = [0, *(np.flatnonzero(changed) + 1).tolist(), numbers.size]
+        for start, stop in pairwise(ends):
+            own = speeds[rows[start]]
+            yield slice(start, stop), own[~np.isnan(own)]
 
     def _run_simulated(self, numbers: NDArray[np.int64]) -> None:
-        """Point by point, by any solver."""
+        """Compute a batch point by point, with any solver."""
         from wedgebrake.analysis.classify_run import judge
 
         plan = self._plan
         systems = {number: self._system(number) for number in numbers}
-        begun = self._begun({n: one for n, one in systems.items() if one is not None})
+        transients = self._transients({n: one for n, one in systems.items() if one is not None})
         before: FloatArray | None = None
         for number, system in systems.items():
             initial = self._state(number)
             if plan.grid.follow is not None and before is not None:
-                initial = (
-                    float(before[evaluate_point.FINAL_THETA]),
-                    float(before[evaluate_point.FINAL_W]),
-                )
+                initial = float(before[_FINAL][0]), float(before[_FINAL][1])
             if system is None:
                 self._answers[number], before = np.nan, None
                 continue
-            answer, record = judge(system, initial, plan.method, plan.protocol, begun.get(number))
+            answer, record = judge(
+                system, initial, plan.method, plan.protocol, transients.get(number)
+            )
             self._answers[number] = answer
-            before = answer if answer[evaluate_point.OUTCOME] == enums.COMPLETED else None
+            before = answer if _completed(answer) else None
             if plan.keep_points:
                 self._record[number, : record.shape[0]] = record
 
     def _system(self, number: int) -> BrakedDriveline | None:
-        """The system of a point; None where there is none."""
+        """Return the system of a point; None if it is not valid."""
         place = tuple(int(one[number]) for one in self._indices)
         try:
             return system_at(self._plan.system, self._plan.grid.axes, place)
@@ -199,8 +218,8 @@ class Chunk:
     def _state(self, number: int) -> tuple[float, float]:
         return float(self._states[number, 0]), float(self._states[number, 1])
 
-    def _begun(self, systems: dict[int, BrakedDriveline]) -> dict[int, Any]:
-        """Transients that were run side by side."""
+    def _transients(self, systems: dict[int, BrakedDriveline]) -> dict[int, Any]:
+        """Return the ends of transients that are computed side by side."""
         protocol = self._plan.protocol
         if self._lanes() == 1:
             return {}
@@ -219,8 +238,18 @@ class Chunk:
         return dict(zip(given, passed, strict=True))
 
 
+def _completed(answer: FloatArray) -> bool:
+    return bool(answer[evaluate_point.OUTCOME] == enums.COMPLETED)
+
+
+def _differ(speeds: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
+    """Return for each row whether it differs; two rows of nan belong to invalid laws."""
+    equal = (speeds == others) | (np.isnan(speeds) & np.isnan(others))
+    return np.asarray(~equal.all(axis=1))
+
+
 def compute(plan: Plan, where: dict[str, slice]) -> dict[str, Any]:
-    """The results of a chunk, in this thread: what a worker of a cluster does."""
+    """Return the results of a chunk, computed in this thread as by a worker of a cluster."""
     chunk = Chunk(plan, Parts(plan.system, plan.grid.axes), where)
     for work in chunk.work:
         work()

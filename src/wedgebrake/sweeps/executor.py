@@ -15,8 +15,8 @@ from typing import Any
 
 from wedgebrake.errors import InputError, WedgebrakeError
 from wedgebrake.sweeps.compute import Chunk, compute
+from wedgebrake.sweeps.grid import ChunkIndex, Chunks
 from wedgebrake.sweeps.plan import Plan
-from wedgebrake.sweeps.store_layout import ChunkIndex, Layout
 from wedgebrake.sweeps.system_tables import Parts
 
 Done = tuple[ChunkIndex, dict[str, Any]]
@@ -33,7 +33,7 @@ def processors() -> int:
 
 
 def by_threads(
-    plan: Plan, layout: Layout, wanted: Sequence[ChunkIndex], threads: int
+    plan: Plan, chunks: Chunks, wanted: Sequence[ChunkIndex], threads: int
 ) -> Iterator[Done]:
     """Chunk after chunk, in order; each is shared by all threads."""
     parts = Parts(plan.system, plan.grid.axes)
@@ -46,7 +46,7 @@ def by_threads(
                 index = next(waiting, None)
                 if index is None:
                     break
-                chunk = Chunk(plan, parts, layout.slices(index))
+                chunk = Chunk(plan, parts, chunks.slices(index))
                 hand.append((index, chunk, [pool.submit(work) for work in chunk.work]))
             if not hand:
                 return
@@ -84,7 +84,7 @@ class Cluster:
                 " open client, and define custom brakes and friction laws in a module."
             ) from None
 
-    def chunks(self, layout: Layout, wanted: Sequence[ChunkIndex]) -> Iterator[Done]:
+    def chunks(self, chunks: Chunks, wanted: Sequence[ChunkIndex]) -> Iterator[Done]:
         """Iterate over the chunks in the order in which the workers finish them.
 
         If a worker dies, its chunk is computed again by another one.
@@ -101,7 +101,7 @@ class Cluster:
             if index is None:
                 return []
             with _words():
-                future = self._client.submit(compute, self._plan, layout.slices(index), pure=False)
+                future = self._client.submit(compute, self._plan, chunks.slices(index), pure=False)
             running[future.key] = index
             return [future]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.classes import MotionClass
-from wedgebrake.sweeps.attractors import label
+from wedgebrake.sweeps.basins import label
 
 if TYPE_CHECKING:
     import xarray as xr
