@@ -34,7 +34,7 @@ from wedgebrake.sweeps.sweep import make_plan
 
 # A whole chunk, and the smallest, at the end of both axes.
 INNER, CORNER = (1, 1), (5, 2)
-PRIVATE = {".lock", ".writer.json"}
+PRIVATE = {".lock", ".writer"}
 forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
 
 
@@ -108,7 +108,7 @@ def test_any_shape_reads_back(data: st.DataObject) -> None:
         part = {
             str(dim): data.draw(
                 st.integers(0, size - 1)
-                | st.slices(size)
+                | st.slices(size).filter(lambda one, n=size: len(range(n)[one]) > 0)
                 | st.lists(st.integers(0, size - 1), min_size=1)
             )
             for dim, size in dataset.sizes.items()

@@ -5,7 +5,7 @@ all. A chunk of results is one file with a checksum: an interrupted or damaged c
 again. Files are not forced to the disk (5 ms each): after a power failure the checksums reveal
 what was lost. An OS lock, which ends with its process, admits one writer.
 
-``results/.lock`` and ``results/.writer.json`` are not part of zarr; readers of zarr do not look
+``results/.lock`` and ``results/.writer`` are not part of zarr; readers of zarr do not look
 for files inside an array.
 """
 
@@ -181,7 +181,7 @@ class _Lock:
         # The thread that closes the store may be another one.
         self._lock = FileLock(store / RESULTS / ".lock", timeout=0, thread_local=False)
         # Apart from the file of the lock, which others cannot read on Windows.
-        self._writer = store / RESULTS / ".writer.json"
+        self._writer = store / RESULTS / ".writer"
         self._store = store
 
     @property
@@ -206,7 +206,9 @@ class _Lock:
             ) from None
         since = datetime.now(UTC).isoformat(sep=" ", timespec="seconds")
         with suppress(OSError):  # it serves the message above only
-            self._writer.write_text(json.dumps([os.getpid(), socket.gethostname(), since]))
+            self._writer.write_text(
+                f"process {os.getpid()} on {socket.gethostname()} (since {since})", "utf-8"
+            )
 
     def release(self) -> None:
         """Release the lock if it is held."""
@@ -216,11 +218,9 @@ class _Lock:
             self._lock.release()
 
     def _holder(self) -> str:
-        try:
-            process, host, since = json.loads(self._writer.read_bytes())
-        except (OSError, ValueError, TypeError):
-            return "another process"
-        return f"process {process} on {host} (since {since})"
+        with suppress(OSError, ValueError):
+            return self._writer.read_text("utf-8") or "another process"
+        return "another process"
 
 
 def _absolute(path: str | os.PathLike[str]) -> Path:

@@ -45,15 +45,6 @@ class PartTables(NamedTuple):
     rows: NDArray[np.int64]
 
 
-def _driveline(system: BrakedDriveline) -> tuple[float, ...]:
-    line = system.driveline
-    return line.inertia, line.damping, line.stiffness, line.drive_speed
-
-
-def _brake(system: BrakedDriveline) -> tuple[float, ...]:
-    return system.brake.radius, *brake_law(system.brake)[1]
-
-
 def _friction(system: BrakedDriveline) -> tuple[float, ...]:
     """Return the static coefficient, the kinetic ones at the nodes, and the speeds of those."""
     friction = system.friction
@@ -62,23 +53,21 @@ def _friction(system: BrakedDriveline) -> tuple[float, ...]:
     return friction.breakaway, *coefficients, *speeds
 
 
-def _actuation(system: BrakedDriveline) -> tuple[float, ...]:
-    force = system.actuation
-    return force.initial_force, force.slope, force.release_speed
-
-
-def _excitation(system: BrakedDriveline) -> tuple[float, ...]:
-    return system.excitation.amplitude, system.excitation.angular_frequency
-
-
-# In the order of the columns of ``PartTables.rows``.
+# The numbers of each part, in the order of the columns of ``PartTables.rows``.
 _NUMBERS: dict[str, Callable[[BrakedDriveline], tuple[float, ...]]] = {
-    "driveline": _driveline,
-    "brake": _brake,
+    "driveline": lambda system: (
+        system.driveline.inertia, system.driveline.damping, system.driveline.stiffness,
+        system.driveline.drive_speed,
+    ),
+    "brake": lambda system: (system.brake.radius, *brake_law(system.brake)[1]),
     "friction": _friction,
-    "actuation": _actuation,
-    "excitation": _excitation,
-}
+    "actuation": lambda system: (
+        system.actuation.initial_force, system.actuation.slope, system.actuation.release_speed,
+    ),
+    "excitation": lambda system: (
+        system.excitation.amplitude, system.excitation.angular_frequency,
+    ),
+}  # fmt: skip
 FRICTION = list(_NUMBERS).index("friction")
 
 
