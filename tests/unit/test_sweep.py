@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.analysis.classes import MotionClass, StickClass
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.part import parameter
 from wedgebrake.sweeps.results import VARIABLES, PointStatus

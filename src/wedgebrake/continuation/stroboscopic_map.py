@@ -9,7 +9,7 @@ import numpy as np
 from wedgebrake.analysis.sticking import sticks
 from wedgebrake.continuation import segment_bvp_kernel as kernel
 from wedgebrake.continuation.equations import FloatArray, Measures, NoOrbitError
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.simulate import simulate
 
@@ -146,6 +146,6 @@ class Strobe:
         there = period_map(
             problem, float(state[0]), float(state[1]), _MOST_STEPS, derivative=derivative
         )
-        if there.outcome != enums.COMPLETED:
+        if there.outcome != Outcome.COMPLETED:
             raise NoOrbitError
         return np.array([there.angle, there.velocity]), there.matrix

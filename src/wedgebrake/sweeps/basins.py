@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.classes import MotionClass
 from wedgebrake.analysis.spectrum import frequencies
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline

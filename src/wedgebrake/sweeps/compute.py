@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from itertools import pairwise
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis import batch as kernel
-from wedgebrake.analysis import evaluate_point
-from wedgebrake.dynamics import enums
+from wedgebrake.analysis.evaluate_point import RESULT, clear
+from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
@@ -20,48 +20,14 @@ from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 from wedgebrake.sweeps.grid import batches
 from wedgebrake.sweeps.plan import Plan
-from wedgebrake.sweeps.results import VARIABLES, PointStatus
-from wedgebrake.sweeps.system_tables import FRICTION, Parts, system_at
-
-FloatArray = NDArray[np.float64]
+from wedgebrake.sweeps.results import PointStatus
+from wedgebrake.sweeps.system_tables import Parts, system_at
 
 # Periods of a batch: some milliseconds, so that threads finish together and interrupts take
 # effect soon. The points of a slow solver are computed one by one.
 _BATCH_PERIODS = 4000
 # Estimate of the periods in which a point settles.
 _SETTLING_PERIODS = 1000
-
-_COLUMNS = {
-    "motion": evaluate_point.CLASS,
-    "order": evaluate_point.ORDER,
-    "stick_class": evaluate_point.STICK_CLASS,
-    "sticks_forward": evaluate_point.STICKS_FORWARD,
-    "sticks_backward": evaluate_point.STICKS_BACKWARD,
-    "stick_share": evaluate_point.STICK_SHARE,
-    "largest_exponent": evaluate_point.LARGEST_EXPONENT,
-    "second_exponent": evaluate_point.SECOND_EXPONENT,
-    "exponent_error": evaluate_point.EXPONENT_ERROR,
-    "return_distance": evaluate_point.RETURN_DISTANCE,
-    "size": evaluate_point.SIZE,
-    "transient": evaluate_point.TRANSIENT,
-    "settling": evaluate_point.SETTLING,
-    "peak_torque": evaluate_point.PEAK_TORQUE,
-    "friction_power": evaluate_point.FRICTION_POWER,
-    "sliding_damping": evaluate_point.SLIDING_DAMPING,
-    "events": evaluate_point.EVENTS,
-    "final_angle": evaluate_point.FINAL_THETA,
-    "final_velocity": evaluate_point.FINAL_W,
-}
-_STATUS = {
-    enums.COMPLETED: PointStatus.COMPLETED,
-    enums.DIVERGED: PointStatus.DIVERGED,
-    enums.NO_SLIDING: PointStatus.NO_FORWARD_SOLUTION,
-    enums.EVENT_LIMIT: PointStatus.EVENT_LIMIT,
-    enums.STEP_LIMIT: PointStatus.STEP_LIMIT,
-}
-
-
-_FINAL = [evaluate_point.FINAL_THETA, evaluate_point.FINAL_W]
 
 
 class Chunk:
@@ -70,49 +36,48 @@ class Chunk:
     where : dimension of the points -> slice of it
     """
 
-    def __init__(self, plan: Plan, parts: Parts, where: dict[str, slice]) -> None:
+    def __init__(self, plan: Plan, parts: Parts, where: Mapping[str, slice]) -> None:
         self._plan = plan
-        self._sizes = {name: one.stop - one.start for name, one in where.items()}
+        self._sizes = {dim: one.stop - one.start for dim, one in where.items()}
         count = math.prod(self._sizes.values())
-        offsets = [where[axis.dim].start for axis in plan.grid.axes]
-        shape = [one.stop - one.start for one in where.values()]
-        grid = np.indices(shape).reshape(len(shape), -1)[-len(offsets) :]
+        places = dict(zip(where, np.indices(tuple(self._sizes.values())), strict=True))
         self._indices = tuple(
-            (one + offset).astype(np.int64) for one, offset in zip(grid, offsets, strict=True)
+            (places[axis.dim].ravel() + where[axis.dim].start).astype(np.int64)
+            for axis in plan.grid.axes
         )
-        self._answers = np.empty((count, evaluate_point.COLUMNS))
-        self._record = np.full(
-            (count if plan.keep_points else 0, plan.protocol.recorded + 1, 2), np.nan
-        )
+        self._points = np.empty(count, dtype=RESULT)
+        record = plan.protocol.recorded + 1
+        self._record = np.full((count if plan.keep_points else 0, record, 2), np.nan)
         self._states = self._initial_states(count)
         if plan.method == "exact":
-            self._tables = parts.tables(self._indices)
+            self._tables, self._choices = parts.tables(self._indices)
+        run = self._run_exactly if plan.method == "exact" else self._run_simulated
         self.work: list[Callable[[], None]] = [
-            self._task(numbers)
-            for numbers in batches(self._sizes, plan.grid.follow, self._points_at_once())
+            partial(run, numbers)
+            for numbers in batches(self._sizes, plan.grid.follow, self._batch_size())
         ]
 
     def results(self) -> dict[str, Any]:
         """Return the variables over the chunk, once all its work is done."""
         shape = tuple(self._sizes.values())
-        results: dict[str, Any] = {}
-        for name, column in _COLUMNS.items():
-            variable = VARIABLES[name]
-            values = self._answers[:, column]
-            if np.dtype(variable.dtype).kind == "i":
-                values = np.where(np.isnan(values), variable.fill, values)
-            results[name] = values.astype(variable.dtype).reshape(shape)
-        outcome = self._answers[:, evaluate_point.OUTCOME]
-        status = np.full(outcome.size, PointStatus.INVALID, dtype=np.int8)
-        for code, meaning in _STATUS.items():
-            status[outcome == code] = meaning
+        results: dict[str, Any] = {
+            one.name: self._points[one.name].astype(one.dtype).reshape(shape)
+            for one in self._plan.variables
+            if one.name in (RESULT.names or ())
+        }
+        results["transient"][results["motion"] < 0] = np.nan
+        status = np.full(self._points.size, PointStatus.INVALID, dtype=np.int8)
+        for outcome in Outcome:
+            if outcome.name in PointStatus.__members__:
+                status[self._points["outcome"] == outcome] = PointStatus[outcome.name]
         results["status"] = status.reshape(shape)
         if self._plan.keep_points:
             for i, name in enumerate(("angle", "velocity")):
                 results[name] = np.ascontiguousarray(self._record[:, :, i]).reshape(*shape, -1)
         return results
 
-    def _points_at_once(self) -> int:
+    def _batch_size(self) -> int:
+        """Return the number of points of a batch."""
         protocol = self._plan.protocol
         if self._plan.method != "exact":
             return self._lanes()
@@ -128,82 +93,56 @@ class Chunk:
 
         return WIDTH
 
-    def _initial_states(self, count: int) -> FloatArray:
+    def _initial_states(self, count: int) -> NDArray[np.float64]:
         states = np.empty((count, 2))
         states[:] = self._plan.initial
-        for column, name in enumerate(INITIAL):
-            for axis, numbers in zip(self._plan.grid.axes, self._indices, strict=True):
-                if axis.name == name:
-                    states[:, column] = axis.values[numbers]
+        for axis, numbers in zip(self._plan.grid.axes, self._indices, strict=True):
+            if axis.name in INITIAL:
+                states[:, list(INITIAL).index(axis.name)] = axis.values[numbers]
         return states
-
-    def _task(self, numbers: NDArray[np.int64]) -> Callable[[], None]:
-        run = self._run_exactly if self._plan.method == "exact" else self._run_simulated
-        return lambda: run(numbers)
 
     def _run_exactly(self, numbers: NDArray[np.int64]) -> None:
         """Compute a batch with the compiled kernel, which releases Python's lock."""
-        plan, protocol, tables = self._plan, self._plan.protocol, self._tables
-        answers = np.empty((numbers.size, evaluate_point.COLUMNS))
-        record = self._record[numbers if plan.keep_points else numbers[:0]]
-        states = self._states[numbers]
-        for part, speeds in self._equal_node_speeds(numbers):
-            start = part.start
-            if plan.grid.follow is not None and start and _completed(answers[start - 1]):
-                states[start] = answers[start - 1, _FINAL]
-            kernel.run(
-                brake_law(plan.system.brake)[0],
-                speeds,
-                tables.driveline,
-                tables.brake,
-                np.ascontiguousarray(tables.friction[:, : speeds.size + 1]),
-                tables.actuation,
-                tables.excitation,
-                tables.rows[numbers[part]],
-                states[part],
-                plan.grid.follow is not None,
-                -1 if protocol.automatic else protocol.first,
-                protocol.recorded,
-                protocol.limit,
-                protocol.max_events,
-                DIVERGED_FACTOR,
-                answers[part],
-                record[part],
-            )
-        self._answers[numbers] = answers
-        if plan.keep_points:
-            self._record[numbers] = record
-
-    def _equal_node_speeds(self, numbers: NDArray[np.int64]) -> Iterator[tuple[slice, FloatArray]]:
-        """Iterate over runs of points whose friction laws bend at equal speeds."""
-        rows = self._tables.rows[numbers, FRICTION]
-        speeds = self._tables.node_speeds
-        changed = (rows[1:] != rows[:-1]) & _differ(speeds[rows[1:]], speeds[rows[:-1]])
-        ends = [0, *(np.flatnonzero(changed) + 1).tolist(), numbers.size]
-        for start, stop in pairwise(ends):
-            own = speeds[rows[start]]
-            yield slice(start, stop), own[~np.isnan(own)]
+        plan = self._plan
+        points = np.empty(numbers.size, dtype=RESULT)
+        kept = numbers if plan.keep_points else numbers[:0]
+        record = self._record[kept]
+        kernel.run(
+            brake_law(plan.system.brake)[0],
+            self._tables,
+            self._choices[numbers],
+            self._states[numbers],
+            plan.grid.follow is not None,
+            plan.protocol.settings,
+            DIVERGED_FACTOR,
+            points,
+            record,
+        )
+        self._points[numbers] = points
+        self._record[kept] = record
 
     def _run_simulated(self, numbers: NDArray[np.int64]) -> None:
         """Compute a batch point by point, with any solver."""
-        from wedgebrake.analysis.classify_run import judge
+        from wedgebrake.analysis.classify_run import classify_run
 
         plan = self._plan
-        systems = {number: self._system(number) for number in numbers}
+        systems = {int(number): self._system(int(number)) for number in numbers}
         transients = self._transients({n: one for n, one in systems.items() if one is not None})
-        before: FloatArray | None = None
+        before: tuple[float, float] | None = None
         for number, system in systems.items():
             initial = self._state(number)
             if plan.grid.follow is not None and before is not None:
-                initial = float(before[_FINAL][0]), float(before[_FINAL][1])
+                initial = before
+            before = None
             if system is None:
-                self._answers[number], before = np.nan, None
+                clear(self._points[number])
                 continue
-            answer, record = judge(
+            result, record = classify_run(
                 system, initial, plan.method, plan.protocol, transients.get(number)
             )
-            self._answers[number] = answer
-            before = answer if _completed(answer) else None
+            self._points[number] = result
+            if result.outcome == Outcome.COMPLETED:
+                before = (float(result.final_angle), float(result.final_velocity))
             if plan.keep_points:
                 self._record[number, : record.shape[0]] = record
 
@@ -218,7 +157,7 @@ class Chunk:
     def _state(self, number: int) -> tuple[float, float]:
         return float(self._states[number, 0]), float(self._states[number, 1])
 
-    def _transients(self, systems: dict[int, BrakedDriveline]) -> dict[int, Any]:
+    def _transients(self, systems: Mapping[int, BrakedDriveline]) -> dict[int, Any]:
         """Return the ends of transients that are computed side by side."""
         protocol = self._plan.protocol
         if self._lanes() == 1:
@@ -238,17 +177,7 @@ class Chunk:
         return dict(zip(given, passed, strict=True))
 
 
-def _completed(answer: FloatArray) -> bool:
-    return bool(answer[evaluate_point.OUTCOME] == enums.COMPLETED)
-
-
-def _differ(speeds: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
-    """Return for each row whether it differs; two rows of nan belong to invalid laws."""
-    equal = (speeds == others) | (np.isnan(speeds) & np.isnan(others))
-    return np.asarray(~equal.all(axis=1))
-
-
-def compute(plan: Plan, where: dict[str, slice]) -> dict[str, Any]:
+def compute(plan: Plan, where: Mapping[str, slice]) -> dict[str, Any]:
     """Return the results of a chunk, computed in this thread as by a worker of a cluster."""
     chunk = Chunk(plan, Parts(plan.system, plan.grid.axes), where)
     for work in chunk.work:

@@ -112,7 +112,7 @@ class StoreBackend(BackendEntrypoint):
     description = "Stores of wedgebrake sweeps"
     open_dataset_parameters = ("filename_or_obj", "drop_variables")
 
-    def open_dataset(  # type: ignore[override]
+    def open_dataset(
         self, filename_or_obj: Any, *, drop_variables: str | Iterable[str] | None = None
     ) -> xr.Dataset:
         """Return the Dataset of the sweep.

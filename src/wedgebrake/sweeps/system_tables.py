@@ -7,13 +7,13 @@ product of all axes is never built.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.batch import CHOICE, Tables, tables_of
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.groups import SETTERS
@@ -22,39 +22,20 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.sweeps.grid import Axis
 
-FloatArray = NDArray[np.float64]
+Row = tuple[Any, ...]
 # Number of rows of a part that are kept for the next chunk.
 _KEPT_ROWS = 200_000
 
 
-class PartTables(NamedTuple):
-    """Tables of the parts for some points.
-
-    driveline ... excitation : a row for each different part; one that begins with nan is invalid
-    node_speeds : (rows of friction, most nodes) sliding speeds [m/s] at which the law bends, nan
-                  beyond the last
-    rows        : (points, 5) row of each point in the tables
-    """
-
-    driveline: FloatArray
-    brake: FloatArray
-    friction: FloatArray
-    actuation: FloatArray
-    excitation: FloatArray
-    node_speeds: FloatArray
-    rows: NDArray[np.int64]
-
-
-def _friction(system: BrakedDriveline) -> tuple[float, ...]:
-    """Return the static coefficient, the kinetic ones at the nodes, and the speeds of those."""
+def _friction(system: BrakedDriveline) -> Row:
     friction = system.friction
     assert isinstance(friction, SetValuedFriction)  # noqa: S101 - checked by choose_method
-    speeds, coefficients = zip(*friction.nodes(), strict=True)
-    return friction.breakaway, *coefficients, *speeds
+    speeds, kinetic = zip(*friction.nodes(), strict=True)
+    return friction.breakaway, speeds, kinetic
 
 
-# The numbers of each part, in the order of the columns of ``PartTables.rows``.
-_NUMBERS: dict[str, Callable[[BrakedDriveline], tuple[float, ...]]] = {
+# The numbers of each part, as ``tables_of`` takes them.
+_NUMBERS: dict[str, Callable[[BrakedDriveline], Row]] = {
     "driveline": lambda system: (
         system.driveline.inertia, system.driveline.damping, system.driveline.stiffness,
         system.driveline.drive_speed,
@@ -62,13 +43,12 @@ _NUMBERS: dict[str, Callable[[BrakedDriveline], tuple[float, ...]]] = {
     "brake": lambda system: (system.brake.radius, *brake_law(system.brake)[1]),
     "friction": _friction,
     "actuation": lambda system: (
-        system.actuation.initial_force, system.actuation.slope, system.actuation.release_speed,
+        system.actuation.initial_force, system.actuation.slope, float(system.actuation.release),
     ),
     "excitation": lambda system: (
         system.excitation.amplitude, system.excitation.angular_frequency,
     ),
 }  # fmt: skip
-FRICTION = list(_NUMBERS).index("friction")
 
 
 class Parts:
@@ -77,37 +57,26 @@ class Parts:
     def __init__(self, system: BrakedDriveline, axes: tuple[Axis, ...]) -> None:
         self.system, self.axes = system, axes
         self._affecting = {part: _affecting(system, axes, part) for part in _NUMBERS}
-        self._rows: dict[str, dict[tuple[int, ...], tuple[float, ...]]] = {
-            part: {} for part in _NUMBERS
-        }
+        self._rows: dict[str, dict[tuple[int, ...], Row | None]] = {part: {} for part in _NUMBERS}
 
-    def tables(self, indices: tuple[NDArray[np.int64], ...]) -> PartTables:
-        """Return the tables for some points.
+    def tables(self, indices: tuple[NDArray[np.int64], ...]) -> tuple[Tables, NDArray[np.record]]:
+        """Return the tables for some points, and the rows of each point.
 
         indices : for each axis, (points,) numbers of its values
         """
-        tables: dict[str, list[tuple[float, ...]]] = {}
-        rows = np.zeros((indices[0].size, len(_NUMBERS)), dtype=np.int64)
-        for column, part in enumerate(_NUMBERS):
-            affecting = self._affecting[part]
+        rows: dict[str, list[Row | None]] = {}
+        choices = np.zeros(indices[0].size, dtype=CHOICE)
+        for part, affecting in self._affecting.items():
             combinations: list[list[int]] = [[]]
             if affecting:
                 own = np.stack([indices[i] for i in affecting], axis=1)
                 unique, inverse = np.unique(own, axis=0, return_inverse=True)
-                rows[:, column], combinations = inverse.ravel(), unique.tolist()
-            tables[part] = [self._row(part, tuple(one)) for one in combinations]
-        # Laws may differ in their number of nodes.
-        law = tables.pop("friction")
-        nodes = [len(one) // 2 for one in law]
-        coefficients = np.full((len(law), max(nodes) + 1), math.nan)
-        speeds = np.full((len(law), max(nodes)), math.nan)
-        for i, (one, count) in enumerate(zip(law, nodes, strict=True)):
-            coefficients[i, : count + 1], speeds[i, :count] = one[: count + 1], one[count + 1 :]
-        arrays = {part: np.array(table) for part, table in tables.items()}
-        return PartTables(friction=coefficients, node_speeds=speeds, rows=rows, **arrays)
+                choices[part], combinations = inverse.ravel(), unique.tolist()
+            rows[part] = [self._row(part, tuple(one)) for one in combinations]
+        return tables_of(rows), choices
 
-    def _row(self, part: str, numbers: tuple[int, ...]) -> tuple[float, ...]:
-        """Return the numbers of a part for some values of the axes that affect it; nan: invalid."""
+    def _row(self, part: str, numbers: tuple[int, ...]) -> Row | None:
+        """Return a part for some values of the axes that affect it; None if it is not valid."""
         rows = self._rows[part]
         if numbers not in rows:
             if len(rows) >= _KEPT_ROWS:
@@ -119,7 +88,7 @@ class Parts:
             try:
                 rows[numbers] = _NUMBERS[part](self.system.replace(**changes))
             except InputError:
-                rows[numbers] = (math.nan,) * len(_NUMBERS[part](self.system))
+                rows[numbers] = None
         return rows[numbers]
 
 
