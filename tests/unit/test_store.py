@@ -153,22 +153,6 @@ def test_the_chunks_of_a_store_are_kept(path: Path, whole: dict[str, bytes]) -> 
     assert contents(path) == whole
 
 
-def test_wrong_results_are_refused(path: Path) -> None:
-    good = results(PLAN, CHUNKS, INNER)
-    with begin(path) as store:
-        for index, given in (
-            (INNER, {name: good[name] for name in good if name != "angle"}),
-            (CORNER, good),
-            ((1, 3), good),
-            ((-1, 0), good),
-        ):
-            with pytest.raises(ValueError, match=r"results|chunk"):
-                store.write(index, given)
-        assert store.completed() == set()
-    with pytest.raises(ValueError, match="closed"):
-        store.write(INNER, good)
-
-
 # Interruption
 
 

@@ -69,13 +69,10 @@ class Chunks:
 
     def slices(self, index: ChunkIndex) -> dict[str, slice]:
         """Return the points of a chunk as a slice of each dimension."""
-        found = {}
-        for (dim, size), number in zip(self.sizes.items(), index, strict=True):
-            start = number * self.lengths[dim]
-            if not 0 <= start < size:
-                raise ValueError(f"chunk {index!r}: no such chunk along {dim!r}.")
-            found[dim] = slice(start, min(start + self.lengths[dim], size))
-        return found
+        return {
+            dim: slice(number * self.lengths[dim], min((number + 1) * self.lengths[dim], size))
+            for (dim, size), number in zip(self.sizes.items(), index, strict=True)
+        }
 
     def points(self, index: ChunkIndex) -> int:
         """Return the number of points of a chunk."""

@@ -141,12 +141,6 @@ class SweepStore:
         Raises ``OutputError`` if that fails, for example on a full disk. Then the store is as
         it was before.
         """
-        if not self._lock.held:
-            raise ValueError(f"{self.path}: the store is closed.")
-        values = pack(self._plan, results)
-        region = self._region(index)
-        if values.shape[1:] != tuple(one.stop - one.start for one in region[1:]):
-            raise ValueError(f"chunk {index!r}: results of shape {values.shape[1:]}.")
         if not (self.path / _GROUP).exists():
             raise OutputError(
                 f"path = {str(self.path)!r}: cannot be written: the store is no longer there,"
@@ -154,7 +148,7 @@ class SweepStore:
                 " name and resume=True (--resume on the command line)."
             )
         try:
-            self._results[region] = values
+            self._results[self._region(index)] = pack(self._plan, results)
         except OSError as error:
             raise OutputError(
                 f"path = {str(self.path)!r}: cannot be written ({_reason(error)}). The store is"
@@ -184,11 +178,6 @@ class _Lock:
         self._writer = store / RESULTS / ".writer"
         self._store = store
 
-    @property
-    def held(self) -> bool:
-        """Whether this process may write."""
-        return self._lock.is_locked
-
     def acquire(self) -> None:
         """Acquire the lock, or raise ``InputError`` with its present holder."""
         try:
@@ -212,7 +201,7 @@ class _Lock:
 
     def release(self) -> None:
         """Release the lock if it is held."""
-        if self.held:
+        if self._lock.is_locked:
             with suppress(OSError):
                 self._writer.unlink()
             self._lock.release()

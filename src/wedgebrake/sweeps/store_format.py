@@ -44,8 +44,6 @@ def columns(plan: Plan) -> dict[str, slice]:
 
 def pack(plan: Plan, results: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
     """Return the results of some points as (columns, *points)."""
-    if set(results) != {one.name for one in plan.variables}:
-        raise ValueError(f"results: {sorted(results)} are not the variables of the sweep.")
     return np.concatenate(
         [
             np.moveaxis(results[one.name], -1, 0) if one.per_period else results[one.name][None]
