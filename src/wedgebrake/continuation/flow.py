@@ -6,6 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.analysis import saltation
 from wedgebrake.continuation.equations import FloatArray, NoOrbitError
@@ -23,7 +24,7 @@ _NO_POINTS = np.empty((0, 2))
 class Run(NamedTuple):
     """A run of some periods from phase 0: its log, where it ends, and the derivative of that."""
 
-    log: FloatArray
+    log: NDArray[np.record]
     end: FloatArray
     matrix: FloatArray
 

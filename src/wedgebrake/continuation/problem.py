@@ -51,6 +51,6 @@ class Family:
             from wedgebrake.solvers.event_driven.solve import problem
 
             return problem(system)
-        from wedgebrake.solvers.smooth.solve import problem as smooth_problem
+        from wedgebrake.solvers.smooth.assemble import problem as smooth_problem
 
         return smooth_problem(system, self.rtol, any_law=True)

@@ -127,7 +127,7 @@ class Chain:
         kernel.margins(problem, self._every, self.order, self._all(unknowns), out)
         return out[: len(self.codes)]
 
-    def log(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+    def log(self, unknowns: FloatArray, problem: Any) -> NDArray[np.record]:
         """The orbit as the exact solver logs it, (rows, SEGMENT)."""
         rows = kernel.write(problem, self._every, self.order, self._all(unknowns), self._log)
         return self._log[:rows]
@@ -194,7 +194,7 @@ def _sign(code: int) -> str:
     return ("+" if code > 0 else "-") + (str(further) if further else "")
 
 
-def from_log(log: FloatArray, problem: Any, order: int) -> tuple[Chain, FloatArray] | None:
+def from_log(log: NDArray[np.record], problem: Any, order: int) -> tuple[Chain, FloatArray] | None:
     """The chain of a run of ``order`` periods from phase 0, and its unknowns.
 
     log : segment log of the exact solver

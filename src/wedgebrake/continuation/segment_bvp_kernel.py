@@ -20,7 +20,8 @@ import math
 import numpy as np
 
 from wedgebrake.analysis.accumulators import extreme
-from wedgebrake.analysis.saltation import Deviations, propagate
+from wedgebrake.analysis.saltation import propagate
+from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import EventKind, FlowForm
 from wedgebrake.dynamics.harmonic import phase_of
 from wedgebrake.dynamics.jit import compiled
@@ -220,10 +221,7 @@ def _slip(problem, code, before, theta0, w0, phase0, phase1, target, out):
         out[1, 1] = (2.0 * ratio / tau - h * (j0 + g2 * a0) / (tau * tau)) / omega
         out[4, 1] = ((a1 - a0 * rate) / (tau * tau) - 2.0 * ratio / tau) / omega
         return
-    if turned <= _SHORT:
-        ratio = _gained(row, forcing, w0, a0, first, tau, 1)
-    else:
-        ratio = (w - w0) / tau
+    ratio = _gained(row, forcing, w0, a0, first, tau, 1) if turned <= _SHORT else (w - w0) / tau
     out[0, 1] = ratio
     if turned <= _VANISHING:
         out[2, 1] = -w2
@@ -332,7 +330,7 @@ def _turning(row, forcing, entry, phase0, low, high, growing):
 @compiled
 def _touch_of_slip(problem, code, before, after, theta0, w0, phase0, phase1, out):
     """How near a slip comes to a limit of its piece between its ends, into margins ``out``."""
-    inertia, stiffness, amplitude, omega = (
+    inertia, stiffness, _amplitude, omega = (
         problem.driveline.inertia,
         problem.driveline.stiffness,
         problem.torque.amplitude,
@@ -419,7 +417,7 @@ def margins(problem, codes, order, unknowns, out):
 
     Infinite where there is nothing to touch, or nothing to hold.
     """
-    inertia, damping, stiffness = (
+    _inertia, damping, stiffness = (
         problem.driveline.inertia,
         problem.driveline.damping,
         problem.driveline.stiffness,
@@ -475,7 +473,7 @@ def write(problem, codes, order, unknowns, log):
     log : (rows, LOG_COLUMNS), at least n + order + 2 rows. Rows of kind PERIOD hold the orbit's
           Poincare points.
     """
-    inertia, stiffness, amplitude, omega = (
+    _inertia, _stiffness, _amplitude, omega = (
         problem.driveline.inertia,
         problem.driveline.stiffness,
         problem.torque.amplitude,
@@ -529,7 +527,7 @@ def write(problem, codes, order, unknowns, log):
 @compiled
 def extremes(problem, codes, order, unknowns, out):
     """Least and greatest velocity [rad/s] and angle [rad] of an orbit, into ``out`` (4,)."""
-    inertia, stiffness, amplitude, omega = (
+    inertia, stiffness, _amplitude, omega = (
         problem.driveline.inertia,
         problem.driveline.stiffness,
         problem.torque.amplitude,
