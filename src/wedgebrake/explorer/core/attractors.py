@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.figures.data.basins import Attractor
-from wedgebrake.sweeps.attractors import label
+from wedgebrake.sweeps.basins import label
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -63,11 +63,7 @@ class ProgressiveSweep:
         self.plan: Plan = make_plan("sweep", system, shuffled, **settings)
         self._parts = Parts(self.plan.system, self.plan.grid.axes)
         self._dims = list(self.plan.grid.sizes)
-        self._layout = self.plan.layout(1)
-        self.results: dict[str, NDArray[Any]] = {
-            one.name: np.full([self._layout.dims[dim] for dim in dims], one.fill, dtype=one.dtype)
-            for one, dims in self._layout.variables
-        }
+        self.results: dict[str, NDArray[Any]] = self.plan.empty_arrays()
         self.known = np.zeros(sizes, dtype=bool)
         self.level: tuple[int, ...] = (0,) * len(sizes)
 
@@ -91,18 +87,12 @@ class ProgressiveSweep:
 
     def dataset(self) -> xr.Dataset:
         """The dataset of ``wb.sweep``, with status NOT_COMPUTED at points that are not known."""
-        import xarray as xr
-
-        coords = {name: (name, *one) for name, one in self._layout.coords.items()}
-        for dim, values in zip(self._dims, self._values, strict=True):
-            coords[dim] = (dim, values, self._layout.coords[dim][1])
-        return xr.Dataset(
+        dataset = self.plan.dataset({name: one.copy() for name, one in self.results.items()})
+        return dataset.assign_coords(
             {
-                one.name: (tuple(dims), self.results[one.name].copy(), one.attributes())
-                for one, dims in self._layout.variables
-            },
-            coords=coords,
-            attrs=dict(self._layout.attrs),
+                dim: (dim, values, dataset[dim].attrs)
+                for dim, values in zip(self._dims, self._values, strict=True)
+            }
         )
 
     def complete_places(self) -> list[Places]:
