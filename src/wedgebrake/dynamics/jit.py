@@ -43,12 +43,20 @@ def _stamp() -> tuple[tuple[str, int, int], ...]:
 SOURCE_STAMP = _stamp()
 
 
-def compiled(function: Callable[..., Any]) -> Any:
+def compiled(function: Callable[..., Any], **options: Any) -> Any:
     """Compile a kernel at its first call."""
-    dispatcher = njit(**_OPTIONS)(function)
+    dispatcher = njit(**_OPTIONS, **options)(function)
     # Private, since Numba has no public way; test_compiling fails if this stops working.
     dispatcher._cache._cache_file._source_stamp = SOURCE_STAMP
     return dispatcher
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile a part of a kernel into each kernel that calls it.
+
+    For parts that would otherwise be called for every event with arrays or many numbers.
+    """
+    return compiled(function, forceinline=True)
 
 
 def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
