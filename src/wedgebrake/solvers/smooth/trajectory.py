@@ -80,7 +80,8 @@ def _write_step(method, row, stretch, before, size):  # noqa: ARG001 - one signa
 def _write_stages(method, row, stretch, before, size):
     """Write a row of the trail, with the stages of the last step."""
     _write_step(method, row, stretch, before, size)
-    row.stages[:] = method.work.velocities[:STAGES]
+    for i in range(STAGES):
+        row.stages[i] = method.stages[i].velocity
 
 
 _leave = chosen_by_class({Taylor: _write_step, RungeKutta: _write_stages})
