@@ -99,10 +99,11 @@ def _due(samples, number, period, time):
 @compiled
 def _sample(method, forcing, piece, linear, before, tau):
     """(angle, velocity) a time tau after the begin of the last step."""
-    if not linear:
-        return inside_numeric(method, before, tau)
+    # Not from the last step, which may have ended here.
     if tau <= 0.0:
         return before.angle, before.velocity
+    if not linear:
+        return inside_numeric(method, before, tau)
     begin = phase_at(forcing, before.time)
     entry = enter(piece, forcing, before.angle, before.velocity, begin)
     return state_at(piece, forcing, entry, tau, phase_at(forcing, before.time + tau))
