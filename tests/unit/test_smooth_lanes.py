@@ -113,20 +113,24 @@ def test_patience():
 def test_the_formula_is_python(formulas):
     """What was compiled for several lanes is the formula, lane by lane."""
     rng = np.random.default_rng(5)
-    given, state = problem(paper(), 1e-9), (0.01, 0.03)
-    width = WIDTH if formulas is taylor else dense_output.WIDTH
-    inputs = np.zeros((taylor.INPUTS, width))
-    outputs = np.zeros((formulas.OUTPUTS, width))
-    taylor.load(given.plant, given.series, inputs, 0)
-    inputs[:] = inputs[:, :1]
-    rows = [taylor.THETA, taylor.W, taylor.DRIVE, taylor.RATE]
-    inputs[rows] = rng.uniform(-0.2, 0.2, (4, width)) + np.array([*state, 1.0, 1.0])[:, None]
-    inputs[[taylor.LAST, taylor.LONGEST, taylor.REACH]] = [[1e-4], [1e-4], [0.05]]
-    inputs[[taylor.TOL_THETA, taylor.TOL_W]] = [[1e-10], [1e-9]]
+    given = problem(paper(), 1e-9).problem
+    width, rows = WIDTH, taylor.OUTPUT_ROWS
+    if formulas is dense_output:
+        width, rows = dense_output.WIDTH, dense_output.DENSE_ROWS
+    inputs, outputs = np.zeros((taylor.INPUT_ROWS, width)), np.zeros((rows, width))
+    taylor.load(given.driveline, given.torque, given.law, inputs, 0)
+    numbers = taylor.Inputs(*inputs[:, :1])
+    angle, velocity, drive, rate = rng.uniform(-0.2, 0.2, (4, width))
+    numbers = numbers._replace(
+        angle=0.01 + angle, velocity=0.03 + velocity, drive=1.0 + drive, drive_rate=1.0 + rate,
+        last_size=1e-4, longest_size=1e-4, reach=0.05, angle_tolerance=1e-10,
+        velocity_tolerance=1e-9,
+    )  # fmt: skip
+    inputs[:] = [np.broadcast_to(number, width) for number in numbers]
     compiled = simd_batch.step_lanes if formulas is taylor else dense_output.expand_lanes
     compiled(inputs, outputs)
     for lane in range(width):
-        right = formulas.formula(Plain, lambda row, lane=lane: inputs[row, lane])
+        right = formulas.formula(Plain, list(inputs[:, lane]))
         np.testing.assert_allclose(outputs[:, lane], right, rtol=1e-12, atol=1e-300)
 
 

@@ -12,10 +12,11 @@ from scipy.linalg import expm
 
 import wedgebrake as wb
 from equations import angular_frequency, gain
-from wedgebrake.dynamics import enums
-from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.solvers.smooth import simd_codegen, solve, taylor, variational
-from wedgebrake.solvers.smooth.solve import problem
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.solvers.smooth import taylor, variational
+from wedgebrake.solvers.smooth.assemble import laws, problem
+from wedgebrake.solvers.smooth.problem import joined
+from wedgebrake.solvers.smooth.simd_codegen import Plain
 from wedgebrake.solvers.smooth.solve_periods import PeriodMap, period_map
 
 MOST = 10**6
