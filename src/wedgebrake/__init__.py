@@ -63,7 +63,9 @@ if TYPE_CHECKING:
     from wedgebrake.model.system import BrakedDriveline
     from wedgebrake.solvers.simulate import simulate
     from wedgebrake.solvers.status import Status
-    from wedgebrake.sweeps.maps import basins, bifurcation, regime_map
+    from wedgebrake.sweeps.basins import basins
+    from wedgebrake.sweeps.bifurcation import bifurcation
+    from wedgebrake.sweeps.regime_map import regime_map
     from wedgebrake.sweeps.sweep import sweep
 
 # Where each public name lives.
@@ -94,8 +96,8 @@ _HOMES = {
     "TabulatedFriction": "model.friction",
     "WedgeBrake": "model.brakes",
     "WedgebrakeError": "errors",
-    "basins": "sweeps.maps",
-    "bifurcation": "sweeps.maps",
+    "basins": "sweeps.basins",
+    "bifurcation": "sweeps.bifurcation",
     "boundaries": "continuation.codim2",
     "boundary": "continuation.codim2",
     "brake_torque": "analysis.torque",
@@ -109,7 +111,7 @@ _HOMES = {
     "plot": "figures.matplotlib.draw",
     "poincare": "analysis.poincare",
     "read_study": "model.study",
-    "regime_map": "sweeps.maps",
+    "regime_map": "sweeps.regime_map",
     "save_study": "model.study_text",
     "simulate": "solvers.simulate",
     "spectral_lines": "analysis.spectral_peaks",
