@@ -100,7 +100,7 @@ def chosen_by_class(kernels: dict[type, Callable[..., Any]]) -> Callable[..., An
         kernel = kernels.get(getattr(first, "instance_class", None))
         return None if kernel is None else lambda first, *rest: kernel(first, *rest)
 
-    overload(chosen)(choose)
+    overload(chosen, jit_options={"forceinline": True})(choose)
     return chosen
 
 
