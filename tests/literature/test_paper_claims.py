@@ -5,7 +5,7 @@ import json
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.paper.assumptions import AS_PRINTED, CORRECTED, Assumptions
+from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED, Assumptions
 from wedgebrake.paper.claims import Part, Statement, Verdict, examine, judge
 from wedgebrake.paper.identification import identify
 from wedgebrake.paper.laboratory import Laboratory

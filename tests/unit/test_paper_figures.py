@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from wedgebrake.errors import InputError
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.paper.assumptions import AS_PRINTED
+from wedgebrake.model.paper_machines import AS_PRINTED
 from wedgebrake.paper.diagrams import PLANS, diagram
 from wedgebrake.paper.figures import FIGURES, draw
 from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory

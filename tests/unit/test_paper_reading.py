@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
-from wedgebrake.paper.diagrams import HERTZ, PLANS, Diagram, Segment, diagram, fit
+from wedgebrake.model.paper_machines import CORRECTED, HERTZ, Assumptions, Case
+from wedgebrake.paper.diagrams import PLANS, Diagram, Segment, diagram, fit
 from wedgebrake.paper.laboratory import Laboratory, Steady, section_times
 from wedgebrake.paper.signal_features import (
     STICK_SPEED,
