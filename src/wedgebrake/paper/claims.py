@@ -45,6 +45,10 @@ class Part:
             object.__setattr__(self, "holds", bool(self.holds))
 
 
+Check = Callable[[Laboratory, dict[str, Any]], Iterable[Part]]
+"""The parts of a statement, from a laboratory and the statement's values."""
+
+
 @dataclass(frozen=True)
 class Statement:
     """One statement of the paper.
@@ -64,7 +68,7 @@ class Statement:
     says: str
     test: str
     tolerance: str
-    check: Callable[[Laboratory, dict[str, Any]], Iterable[Part]]
+    check: Check
     printed: dict[str, Any] = field(default_factory=dict)
     correction: dict[str, Any] = field(default_factory=dict)
     why: str = ""

@@ -158,7 +158,8 @@ class Laboratory:
     ) -> list[_Result]:
         about = (kind, self.method, self.rtol, self.coarse)
         keys = [(*about, self.assumptions.relevant(case), case) for case in cases]
-        return self.store.results(keys, lambda key: work(key[-1]))
+        results: list[_Result] = self.store.results(keys, lambda key: work(key[-1]))
+        return results
 
     def _steady(self, case: Case) -> Steady:
         system = self.system(case)

@@ -10,19 +10,18 @@ parts           : what the tests of motions share
 """
 
 import tomllib
-from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from importlib.resources import files
 from typing import Any
 
-from wedgebrake.paper.claims import Finding, Part, Statement, examine
+from wedgebrake.paper.claims import Check, Finding, Statement, examine
 from wedgebrake.paper.diagrams import PLANS
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.statements import bifurcations, laws, linear, motions, responses
 from wedgebrake.paper.timing import measure
 from wedgebrake.paper.visual_criteria import THRESHOLDS
 
-_CHECKS: dict[str, Callable[[Laboratory, dict[str, Any]], Iterable[Part]]] = {
+_CHECKS: dict[str, Check] = {
     **linear.CHECKS,
     **laws.CHECKS,
     **motions.CHECKS,

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.model.paper_machines import DURATION
-from wedgebrake.paper.claims import Part
+from wedgebrake.paper.claims import Check, Part
 from wedgebrake.paper.diagrams import (
     PLANS,
     Diagram,
@@ -208,7 +208,7 @@ def _angle(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
     )
 
 
-CHECKS = {
+CHECKS: dict[str, Check] = {
     "B1": _slope_wedge,
     "B2": partial(_conventional, plan="8b"),
     "B3": _Segments(
