@@ -23,5 +23,5 @@ saltation              derivative of the flow along a trajectory
 classify               class of a motion from its returns and the growth of deviations
 evaluate_point, batch  evaluation of one system and of many, for sweeps
 classify_run           evaluation of one system by any solver
-run_settings, classes  transient and record of a run; classes and their names
+run_settings           transient and record of a run
 """
