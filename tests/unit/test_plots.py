@@ -9,6 +9,7 @@ import pickle
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from pathlib import Path
 
 import matplotlib as mpl
@@ -356,54 +357,74 @@ class TestStyle:
         assert style.moment(0.0, 0.0) == "0"
 
 
-class TestSave:
-    @pytest.fixture
-    def figure(self):
-        figure = style.new_figure()
-        figure.add_subplot().plot([0.0, 1.0], [0.0, 1.0])
-        return figure
+@pytest.fixture(scope="module", params=["response", "stability", "paper"])
+def picture(request, response):
+    """A picture as its user gets it: with many artists, with hatches, with fixed places."""
+    if request.param == "response":
+        return wb.plot(response)
+    if request.param == "stability":
+        axes = {"eta": np.linspace(-2.0, 1.0, 4), "alpha": np.linspace(0.9, 2.0, 3)}
+        return wb.plot(wb.stability_map(SYSTEMS["paper"], **axes))
+    with Laboratory("exact") as laboratory:
+        return draw("fig1", laboratory)
 
+
+def test_every_picture_shows_itself_in_a_notebook_and_keeps_its_text(picture, tmp_path):
+    content, about = picture._repr_png_()
+    (tmp_path / "shown.png").write_bytes(content)
+    across, up = png(tmp_path / "shown.png")
+    assert across / about["width"] == pytest.approx(up / about["height"], rel=0.01)
+    assert about["width"] == pytest.approx(100.0 * picture.get_figwidth(), abs=1.0)
+    with mpl.rc_context({"pdf.fonttype": 3}):
+        picture.savefig(tmp_path / "a.pdf")
+    content = (tmp_path / "a.pdf").read_bytes()
+    assert b"/FontFile2" in content
+    assert b"/Type3" not in content
+    picture.savefig(tmp_path / "a.svg")
+    assert "<text" in (tmp_path / "a.svg").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def figure(response):
+    return section.section(response)
+
+
+class TestSave:
     @pytest.mark.parametrize(
         ("name", "head"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.PDF", b"%PDF-")]
     )
-    def test_formats(self, figure, tmp_path, name, head):
-        path = save(figure, str(tmp_path / name))
-        assert path == tmp_path / name
-        assert path.read_bytes().startswith(head)
-        assert [p.name for p in tmp_path.iterdir()] == [name]
-
-    @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
-    def test_same_figure_same_bytes(self, tmp_path, suffix):
-        response = wb.simulate(SYSTEMS["paper"], periods=20)
-        files = [
-            save(section.section(response), tmp_path / f"{number}.{suffix}").read_bytes()
-            for number in range(2)
-        ]
+    def test_same_figure_same_bytes(self, response, tmp_path, name, head):
+        files = []
+        for folder in (tmp_path / "one", tmp_path / "two"):
+            folder.mkdir()
+            path = save(section.section(response), str(folder / name))
+            assert [*folder.iterdir()] == [path]
+            files.append(path.read_bytes())
         assert files[0] == files[1]
+        assert files[0].startswith(head)
 
     @pytest.mark.parametrize("width", [16, 777, 3001])
     def test_width_in_pixels(self, figure, tmp_path, width):
         assert png(save(figure, tmp_path / "a.png", width=width))[0] == width
 
-    @pytest.mark.parametrize("name", ["a.jpg", "a", ""])
-    def test_other_suffixes(self, figure, tmp_path, name):
-        with pytest.raises(wb.InputError, match="path = "):
-            save(figure, tmp_path / name if name else "")
+    @pytest.mark.parametrize(
+        ("name", "options", "argument"),
+        [("a.jpg", {}, "path"), ("a", {}, "path"), ("", {}, "path")]
+        + [("a.png", {"width": width}, "width") for width in (15, 20_001, 1600.0, True)],
+    )
+    def test_wrong_suffixes_and_widths_write_nothing(
+        self, figure, tmp_path, name, options, argument
+    ):
+        with pytest.raises(wb.InputError, match=f"{argument} = "):
+            save(figure, tmp_path / name if name else "", **options)
         assert not list(tmp_path.iterdir())
-
-    @pytest.mark.parametrize("width", [15, 20_001, 1600.0, True])
-    def test_wrong_width(self, figure, tmp_path, width):
-        with pytest.raises(wb.InputError, match="width = "):
-            save(figure, tmp_path / "a.png", width=width)
 
     def test_not_writable(self, figure, tmp_path):
         (tmp_path / "file").write_text("")
         (tmp_path / "folder.png").mkdir()
-        for path in (tmp_path / "no" / "a.png", tmp_path / "file" / "a.png"):
-            with pytest.raises(wb.OutputError, match=r"path = .*cannot be written.*folder"):
-                save(figure, path)
-        with pytest.raises(wb.OutputError, match="cannot be written"):
-            save(figure, tmp_path / "folder.png")
+        for path in ("no/a.png", "file/a.png", "folder.png"):
+            with pytest.raises(wb.OutputError, match="path = "):
+                save(figure, tmp_path / path)
         assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.png"]
 
     @pytest.mark.parametrize("write", [save, lambda figure, path: figure.savefig(path)])
@@ -418,53 +439,12 @@ class TestSave:
         def fail(*_args, **_named):
             raise error
 
-        if broken == "draw":
-            monkeypatch.setattr(Figure, "draw", fail)
-        else:
-            monkeypatch.setattr(Path, "replace", fail)
-        expected = wb.OutputError if broken == "replace" else error
-        with pytest.raises(expected):
+        where = (Figure, "draw") if broken == "draw" else (Path, "replace")
+        monkeypatch.setattr(*where, fail)
+        with pytest.raises(wb.OutputError if broken == "replace" else error):
             write(figure, path)
         assert path.read_bytes() == b"old"
         assert list(tmp_path.iterdir()) == [path]
-
-
-MAP_AXES = {"eta": np.linspace(-2.0, 1.0, 4), "alpha": np.linspace(1.1, 2.0, 3)}
-SHORT = {"periods": 30, "transient": 20, "progress": False}
-RESULTS = {
-    "response": lambda system: wb.simulate(system, periods=20),
-    "diagram": lambda system: wb.bifurcation(system, eta=[-24.0, -6.0, 2.0], **SHORT),
-    "stability": lambda system: wb.stability_map(system, **MAP_AXES),
-}
-
-
-@pytest.fixture(scope="module", params=[*RESULTS, "paper"])
-def picture(request):
-    """A picture as its user gets it."""
-    if request.param in RESULTS:
-        return wb.plot(RESULTS[request.param](SYSTEMS["paper"]))
-    with Laboratory("exact") as laboratory:
-        return draw("fig1", laboratory)
-
-
-class TestEveryPicture:
-    def test_shows_itself_in_a_notebook(self, picture, tmp_path):
-        content, about = picture._repr_png_()
-        (tmp_path / "shown.png").write_bytes(content)
-        across, up = png(tmp_path / "shown.png")
-        assert across / about["width"] == pytest.approx(up / about["height"], rel=0.01)
-        assert about["width"] == pytest.approx(100.0 * picture.get_figwidth(), abs=1.0)
-
-    def test_a_pdf_has_truetype_fonts_alone(self, picture, tmp_path):
-        with mpl.rc_context({"pdf.fonttype": 3}):
-            picture.savefig(tmp_path / "a.pdf")
-        content = (tmp_path / "a.pdf").read_bytes()
-        assert b"/Type3" not in content
-        assert b"/FontFile2" in content
-
-    def test_the_text_of_an_svg_is_text(self, picture, tmp_path):
-        picture.savefig(tmp_path / "a.svg")
-        assert "<text" in (tmp_path / "a.svg").read_text(encoding="utf-8")
 
 
 class TestSavefig:
@@ -480,12 +460,11 @@ class TestSavefig:
                 figure.savefig(path)
                 assert dict(mpl.rcParams) == before
             text = path.read_bytes().split(b"\n")
-            # An EPS says in its head of what name and when it is.
+            # The head of an EPS file has its name and date.
             files.append([one for one in text if not one.startswith((b"%%Title", b"%%Creation"))])
         assert files[0] == files[1]
 
-    def test_resolution_and_other_choices_are_the_users(self, response, tmp_path):
-        figure = section.section(response)
+    def test_resolution_and_metadata_are_the_users(self, figure, tmp_path):
         with mpl.rc_context({"savefig.dpi": 50}):
             figure.savefig(tmp_path / "a.png")
         figure.savefig(tmp_path / "b.png", dpi=25)
@@ -497,25 +476,21 @@ class TestSavefig:
     @pytest.mark.parametrize(
         ("name", "options", "written"),
         [
-            ("a", {}, "a.png"),
-            ("a", {"format": "pdf"}, "a"),
-            ("a.dat", {"format": "png"}, "a.dat"),
-            ("a.PNG", {}, "a.PNG"),
+            ("a", {}, ["a.png"]),
+            ("a", {"format": "pdf"}, ["a"]),
+            ("a.dat", {"format": "png"}, ["a.dat"]),
+            ("a.PNG", {}, ["a.PNG"]),
+            ("a.xyz", {}, []),
         ],
     )
-    def test_names_are_those_of_matplotlib(self, response, tmp_path, name, options, written):
-        for make, folder in ((section.section(response), "ours"), (Figure(), "theirs")):
+    def test_names_are_those_of_matplotlib(self, figure, tmp_path, name, options, written):
+        for make, folder in ((figure, "ours"), (Figure(), "theirs")):
             (tmp_path / folder).mkdir()
-            make.savefig(str(tmp_path / folder / name), **options)
-            assert [one.name for one in (tmp_path / folder).iterdir()] == [written]
+            with nullcontext() if written else pytest.raises(ValueError, match="supported"):
+                make.savefig(str(tmp_path / folder / name), **options)
+            assert [one.name for one in (tmp_path / folder).iterdir()] == written
 
-    def test_an_unknown_format_is_refused_and_nothing_written(self, response, tmp_path):
-        with pytest.raises(ValueError, match="supported"):
-            section.section(response).savefig(tmp_path / "a.xyz")
-        assert not list(tmp_path.iterdir())
-
-    def test_open_files_and_books_of_pages(self, response, tmp_path):
-        figure = section.section(response)
+    def test_open_files_and_books_of_pages(self, figure, tmp_path):
         with (tmp_path / "a.pdf").open("wb") as file:
             figure.savefig(file, format="pdf")
         assert b"/Type3" not in (tmp_path / "a.pdf").read_bytes()
@@ -526,8 +501,7 @@ class TestSavefig:
             found = (tmp_path / "b.pdf").read_bytes()
             assert [one for one in (b"/Type3", b"/FontFile2") if one in found] == [fonts]
 
-    def test_through_a_link_and_into_a_pipe(self, response, tmp_path):
-        figure = section.section(response)
+    def test_through_a_link_and_into_a_pipe(self, figure, tmp_path):
         (tmp_path / "link.svg").symlink_to(tmp_path / "target")
         figure.savefig(tmp_path / "link.svg")
         assert (tmp_path / "link.svg").is_symlink()
@@ -536,13 +510,12 @@ class TestSavefig:
             content = threads.submit((tmp_path / "pipe").read_bytes)
             figure.savefig(tmp_path / "pipe", format="svg")
             for one in (content.result(60), (tmp_path / "target").read_bytes()):
-                assert one.startswith(b"<?xml")
                 assert one.rstrip().endswith(b"</svg>")
         assert (tmp_path / "pipe").is_fifo()
 
-    def test_a_picture_survives_pickling(self, response, tmp_path):
-        figure = pickle.loads(pickle.dumps(section.section(response)))  # noqa: S301 - our own
-        figure.savefig(tmp_path / "a.pdf")
+    def test_a_picture_survives_pickling(self, figure, tmp_path):
+        copy = pickle.loads(pickle.dumps(figure))  # noqa: S301 - our own
+        copy.savefig(tmp_path / "a.pdf")
         assert b"/Type3" not in (tmp_path / "a.pdf").read_bytes()
 
 
