@@ -19,7 +19,7 @@ from wedgebrake.explorer.core.snapshot import Moment, look
 from wedgebrake.explorer.core.state import Desk
 from wedgebrake.explorer.core.studies import opened
 from wedgebrake.explorer.core.verdict import verdict
-from wedgebrake.explorer.ui.plots import new_plate
+from wedgebrake.explorer.ui.parameter_plots import ParameterPlot
 from wedgebrake.explorer.ui.widgets.brake_animation import Stage
 from wedgebrake.explorer.ui.widgets.header import Header
 from wedgebrake.explorer.ui.widgets.machine import Machine
@@ -291,7 +291,7 @@ class Explorer(pn.viewable.Viewer):
     def _plate(self, name: str) -> Any:
         """Return a plate, created on first use: each costs as much as all charts of a motion."""
         if name not in self._plates:
-            plate = self._plates[name] = new_plate(name)
+            plate = self._plates[name] = ParameterPlot(name)
             plate.figure.on_event(Tap, self._tapped)
             self._atlas.hang(name, plate.figure)
         return self._plates[name]

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.history import History
-from wedgebrake.figures.matplotlib import caption, style
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import write_caption
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ from wedgebrake.analysis.spectrum import is_driven
 from wedgebrake.analysis.spectrum import spectrum as spectrum_of
 from wedgebrake.analysis.sticking import span, steady_start
 from wedgebrake.errors import InputError
+from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.history import last_periods
-from wedgebrake.figures.matplotlib import caption, history, phase, section, spectrum, style
+from wedgebrake.figures.matplotlib import history, phase, section, spectrum, style
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.limits import extent
 from wedgebrake.figures.data.phase import Phase
-from wedgebrake.figures.matplotlib import caption, style
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import write_caption
 from wedgebrake.model.system import BrakedDriveline
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.figures.data import class_styles
 from wedgebrake.figures.data.limits import extent
-from wedgebrake.figures.matplotlib import class_styles, style
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.paper_machines import DURATION
 from wedgebrake.paper.diagrams import COLUMNS, PLANS, Diagram, Plan, diagram
 from wedgebrake.paper.figures import layout, words

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from wedgebrake.figures.matplotlib import caption
+from wedgebrake.figures.data import caption
 from wedgebrake.model.paper_machines import DURATION, HERTZ, PRINTED_F0, WEDGE, Assumptions, Case
 from wedgebrake.paper.laboratory import METHOD_WORDS, STEADY, Laboratory
 
