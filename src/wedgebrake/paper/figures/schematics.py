@@ -66,8 +66,8 @@ def _draw(axes: Axes, *names: str) -> None:
     wide, tall = layout.inches(axes)
     scale = max((x[1] - x[0]) / wide, (y[1] - y[0]) / tall)
     axes.set_axis_off()
-    axes.set_xlim(*style.margins(*x, scale * wide, share=0.0))
-    axes.set_ylim(*style.margins(*y, scale * tall, share=0.0))
+    axes.set_xlim(*style.margins(x[0], x[1], scale * wide, share=0.0))
+    axes.set_ylim(*style.margins(y[0], y[1], scale * tall, share=0.0))
     for table in tables:
         for item in table["items"]:
             kind = next(iter(item))
@@ -132,7 +132,7 @@ def _text(
     align: str = "center",
 ) -> None:
     look: dict[str, Any] = {"ha": align, "va": "center", "fontsize": size, "zorder": 6}
-    axes.text(*at, text, color=_colour(colour), **look)
+    axes.text(at[0], at[1], text, color=_colour(colour), **look)
 
 
 def _circle(
