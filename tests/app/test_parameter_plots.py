@@ -331,13 +331,6 @@ def test_values_that_are_no_machine_are_shown_as_such(few):
     assert picture.gaps.size
 
 
-def test_without_damping_there_is_no_eta(few):
-    desk = desk_of().edited(damping=0.0)
-    assert diagram.parameter(desk) in axes(desk.system)
-    assert set(regimes.parameters(desk)) <= set(axes(desk.system))
-    assert next(diagram.work(desk)).known.size
-
-
 def test_a_parameter_beside_the_one_that_it_sets_is_refused():
     desk = desk_of().edited(across="eta", up="slope")
     with pytest.raises(InputError, match="both swept"):
@@ -375,14 +368,6 @@ def test_ticks_are_round_and_inside():
     assert list(log.ticks(8).values()) == ["1000", "2000", "5000", "10⁴", "2·10⁴", "5·10⁴", "10⁵"]
     for low, high in ((1010.0, 1090.0), (1e-6, 1e12)):
         assert 2 <= len(ParameterAxis("k", low, high, log=True).ticks(8)) <= 9
-
-
-def test_titles_of_axes_are_plain():
-    desk = desk_of()
-    for name in (*axes(desk.system), "initial_angle", "initial_velocity"):
-        title = parameter_axis(desk, name).title
-        assert title
-        assert not set("<>&$;") & set(title), title
 
 
 # Figures, without a browser

@@ -33,7 +33,7 @@ from wedgebrake.figures.data.class_styles import (
     orbit_colour,
 )
 from wedgebrake.figures.data.orbit_branches import OrbitBranches
-from wedgebrake.figures.matplotlib import codim2, orbit_branches, regime, style
+from wedgebrake.figures.matplotlib import codim2, orbit_branches, style
 
 ETA = {"units": "1", "long_name": "slope of the actuation force, delta R mu_k / c"}
 F0 = {"units": "1", "long_name": "initial actuation force"}
@@ -280,11 +280,6 @@ class TestCurves:
 
 
 class TestHeights:
-    def test_all_is_shown(self):
-        dataset = cascade(60, loop())
-        low, high = OrbitBranches.of(dataset, "velocity").ylim
-        assert low < float(dataset["velocity"].min()) < float(dataset["velocity"].max()) < high
-
     def test_a_branch_that_runs_off_does_not_flatten_the_others(self):
         """An end that climbs to a million within a fiftieth of the parameter's range."""
         eta = np.concatenate((np.linspace(12.0, -20.0, 50), -20.0 - np.geomspace(1e-6, 0.7, 50)))
@@ -414,12 +409,6 @@ class TestBifurcations:
             nearest = min(np.min(one) for one in distances.values())
             assert np.min(distances[text.get_text()]) < nearest + 0.5 * figure.dpi / 72.0
 
-    def test_points_outside_the_picture_get_no_letters(self):
-        """At eta = -24 the branch that runs off is a thousand times as high."""
-        eta = np.linspace(-23.9, -24.0, 20)
-        off = branch(eta, np.geomspace(5.0, 5e3, 20), False, ("branch point", 19))
-        assert sorted(letters(wb.plot(cascade(60, off)))) == ["PD", "PD"]
-
 
 class TestBoundaries:
     @pytest.mark.parametrize("turned", [False, True])
@@ -439,16 +428,6 @@ class TestBoundaries:
             assert axes.lines[-1].get_xdata()[[0, -1]] == pytest.approx(ends[x])
             assert axes.lines[-1].get_ydata()[[0, -1]] == pytest.approx(ends[y])
 
-    def test_on_every_branch_and_on_given_axes(self):
-        maps = xr.concat([map_of(), map_of()], dim="branch", combine_attrs="override")
-        maps = maps.assign_coords(branch=["up", "down"])
-        alone = [len(axes.lines) for axes in data_axes(wb.plot(maps))]
-        figure = wb.plot(maps, boundaries=[boundary_of()])
-        assert [len(axes.lines) for axes in data_axes(figure)] == [one + 1 for one in alone]
-        axes = style.new_figure().add_subplot()
-        regime.draw(axes, map_of(), boundaries=[boundary_of(), boundary_of("grazing")])
-        assert len(axes.lines) == alone[0] + 2
-
     def test_legend(self):
         lines = [boundary_of("grazing-sliding"), boundary_of("fold", 2), boundary_of("fold", 1)]
         entries = codim2_data.entries(codim2_data.curves_over(lines, ["eta", "F0"]))
@@ -466,9 +445,6 @@ class TestBoundaries:
             seen = map(luminance, Pixels(figure, 200).around(axes, -24.0, 0.05, 12))
             contrast = [(max(paper, one) + 0.05) / (min(paper, one) + 0.05) for one in seen]
             assert max(contrast) > 3.0
-
-    def test_kinds_have_different_lines(self):
-        assert len({str(one.line) for one in BIFURCATIONS.values()}) == len(BIFURCATIONS)
 
 
 def other_boundary():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import itertools
 import json
-import math
 import subprocess
 import sys
 
@@ -42,7 +41,6 @@ from wedgebrake.figures.data.class_styles import ATTRACTOR_COLOURS, CODES, MOTIO
 from wedgebrake.figures.data.partial import point_cloud
 from wedgebrake.figures.data.swept_axis import SweptAxis
 from wedgebrake.figures.matplotlib import basins, bifurcation, regime, style
-from wedgebrake.figures.matplotlib.layout import caption_lines
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
 
 PICTURES = {
@@ -115,15 +113,6 @@ class TestCaption:
         ]  # fmt: skip
         assert SweptAxis.of(dataset, "brake_angle").label == r"wedge angle $\alpha_w$  [rad]"
 
-    def test_custom_parts_and_broken_attributes(self):
-        law = wb.CustomFriction(law=lambda speed: 0.3 * math.tanh(speed / 0.01), width=0.01)
-        system = json.dumps(SYSTEM.replace(friction=law).as_dict())
-        said = caption.sentences(map_of().assign_attrs(system=system), ["eta", "F0"])
-        assert said[0].startswith("Wedge brake, custom friction: ")
-        for broken in ("", "{", "[1]"):
-            dataset = map_of().assign_attrs(protocol=broken, groups=broken, system=broken)
-            assert len(caption.sentences(dataset, ["eta", "F0"])) == 1
-
     @pytest.mark.parametrize(("first", "absent"), [("F0", False), ("alpha", True)])
     def test_an_absent_torque_is_stated(self, first, absent):
         """Unless the amplitude, or the group that sets it, is swept."""
@@ -131,13 +120,6 @@ class TestCaption:
         dataset.attrs["system"] = json.dumps(SYSTEM.replace(amplitude=0.0).as_dict())
         del dataset.attrs["axes"]
         assert ("does not act" in caption.how(dataset, ["eta", first])) == absent
-
-    def test_lines_are_broken_between_words(self):
-        lines = caption_lines(["one $a = 2$, " * 20, "two"], style.COLUMN)
-        assert lines[-1] == "two"
-        assert len(lines) > 2
-        assert all(line.count("$") % 2 == 0 for line in lines)
-        assert " ".join(lines[:-1]) == ("one $a = 2$, " * 20).strip()
 
 
 class TestDiagram:
@@ -275,13 +257,6 @@ class TestDiagram:
         figure = bifurcation.bifurcation(dataset, exponent=True)
         figure.draw_without_rendering()
         assert words(figure) == ["not computed", "no class", "no points"]
-
-    def test_all_diverged(self):
-        dataset = diagram(30)
-        dataset["motion"][...] = MotionClass.DIVERGED
-        dataset["velocity"][...] = 1e6
-        data = BifurcationDiagram.of(dataset, "velocity")
-        assert data.low < 1e6 < data.high
 
     @pytest.mark.parametrize("values", [[3.0, 3.0], [0.0, 0.0, 0.0], [1.0, 1.0, 2.0]])
     def test_a_value_given_twice(self, values):
@@ -433,16 +408,6 @@ class TestMap:
         dataset["peak_torque"][...] = np.nan
         wb.plot(dataset, quantity="peak_torque").draw_without_rendering()
 
-    @pytest.mark.parametrize("shape", [(1, 1), (1, 12), (12, 1), (2, 2)])
-    @pytest.mark.parametrize("quantity", ["motion", "largest_exponent"])
-    def test_small_maps(self, shape, quantity):
-        dataset = map_of(eta=np.linspace(-60.0, 12.0, shape[0]), F0=np.linspace(0.0, 1, shape[1]))
-        figure = wb.plot(dataset, quantity=quantity)
-        figure.draw_without_rendering()
-        if quantity == "motion":
-            image = Pixels(figure, 50)
-            assert close(image.at(figure.axes[0], float(dataset["eta"][-1]), 0.0), style.VERMILLION)
-
 
 class TestBasins:
     def test_colours_go_by_share(self):
@@ -577,24 +542,6 @@ class TestColours:
 
 
 class TestStyle:
-    @pytest.mark.parametrize(
-        ("name", "meaning", "unit", "label"),
-        [
-            ("eta", "slope of the force, delta R", "1", r"slope of the force $\eta$  [1]"),
-            ("alpha", "tan(angle) / mu_k", "1", r"relative wedge angle $\alpha$  [1]"),
-            ("stiffness", "torsional stiffness", "N m/rad", "torsional stiffness $k$  [N m/rad]"),
-            ("own_thing", "", "m", "own thing  [m]"),
-        ],
-    )
-    def test_labels(self, name, meaning, unit, label):
-        assert style.named(name, meaning, unit) == label
-
-    def test_percent(self):
-        shares = (0.0, 1e-6, 0.0312, 0.31, 0.99999, 1.0)
-        assert [style.percent(one) for one in shares] == [
-            "0.0 %", "<0.1 %", "3.1 %", "31 %", "99.9 %", "100 %",
-        ]  # fmt: skip
-
     @pytest.mark.parametrize(
         "ends", [(0.33, 8.6), (1e-6, 1e6), (1.1, 1.3), (20.0, 90.0), (1003.0, 1013.0)]
     )
