@@ -29,12 +29,11 @@ if TYPE_CHECKING:
     from wedgebrake.analysis.spectrum import spectrum
     from wedgebrake.analysis.sticking import sticks
     from wedgebrake.analysis.torque import BrakeTorque, brake_torque
-    from wedgebrake.continuation.branch import Branch
-    from wedgebrake.continuation.branches import branches
+    from wedgebrake.continuation.branch import Branch, continuation
+    from wedgebrake.continuation.branch_point import BranchPoint
     from wedgebrake.continuation.codim2 import boundaries, boundary
-    from wedgebrake.continuation.continuation import continuation
+    from wedgebrake.continuation.diagram import branches
     from wedgebrake.continuation.orbit import Orbit
-    from wedgebrake.continuation.point import BranchPoint
     from wedgebrake.continuation.shooting import orbit
     from wedgebrake.errors import InputError, OutputError, WedgebrakeError
     from wedgebrake.explorer.notebook import explore
@@ -71,7 +70,7 @@ _HOMES = {
     "Actuation": "model.actuation",
     "BandBrake": "model.brakes",
     "Branch": "continuation.branch",
-    "BranchPoint": "continuation.point",
+    "BranchPoint": "continuation.branch_point",
     "Brake": "model.brakes",
     "BrakeTorque": "analysis.torque",
     "BrakedDriveline": "model.system",
@@ -99,8 +98,8 @@ _HOMES = {
     "boundaries": "continuation.codim2",
     "boundary": "continuation.codim2",
     "brake_torque": "analysis.torque",
-    "branches": "continuation.branches",
-    "continuation": "continuation.continuation",
+    "branches": "continuation.diagram",
+    "continuation": "continuation.branch",
     "energy": "analysis.energy",
     "explore": "explorer.notebook",
     "load_study": "model.study",

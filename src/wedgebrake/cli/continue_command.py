@@ -13,14 +13,13 @@ import numpy as np
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.progress import watched
 from wedgebrake.cli.ranges import parse_range
-from wedgebrake.continuation.branch import Branch
+from wedgebrake.continuation.branch import Branch, check_step
+from wedgebrake.continuation.branch_point import BranchPoint
 from wedgebrake.continuation.codim2 import boundary
-from wedgebrake.continuation.continuation import check_step
-from wedgebrake.continuation.dataset import assemble
-from wedgebrake.continuation.diagram import Followed, follow
+from wedgebrake.continuation.dataset import Followed, assemble
+from wedgebrake.continuation.diagram import follow
 from wedgebrake.continuation.orbit import Orbit, OrbitStatus
-from wedgebrake.continuation.point import BranchPoint
-from wedgebrake.continuation.ranges import Range, make_ranges, value_of
+from wedgebrake.continuation.problem import Range, make_ranges, value_of
 from wedgebrake.continuation.shooting import check, orbit_to_follow
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study

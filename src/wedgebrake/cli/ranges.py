@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable
 from typing import Any
 
 from wedgebrake.cli.overrides import short
-from wedgebrake.continuation.ranges import Range, make_ranges
+from wedgebrake.continuation.problem import Range, make_ranges
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.part import shown
 from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values

@@ -1,156 +1,164 @@
-"""From the end of one chain of pieces to the begin of the next."""
+"""Where a branch goes on beyond a discontinuity-induced bifurcation, and where all motion ends."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import brentq
 
-from wedgebrake.continuation.bifurcation_detection import Solution
-from wedgebrake.continuation.bifurcation_types import Kind, Scenario
-from wedgebrake.continuation.curves import OrbitCurve
-from wedgebrake.continuation.discontinuity_induced import Margin, Transition, transition, violated
-from wedgebrake.continuation.equations import FloatArray, NoOrbitError
-from wedgebrake.continuation.palc import NotConvergedError, newton, tangent
-from wedgebrake.continuation.segment_bvp import Chain, goes_through
+from wedgebrake.continuation.bifurcation_types import Bifurcation, Margin, Scenario
+from wedgebrake.continuation.curves import OrbitCurve, OrbitSolution
+from wedgebrake.continuation.discontinuity_induced import Transition, transition
+from wedgebrake.continuation.palc import FAILED, CurvePoint, corrected
+from wedgebrake.continuation.segment_bvp import Codes, SegmentBVP
+from wedgebrake.continuation.shooting import is_orbit
+from wedgebrake.errors import InputError
 
-ALL_SLIP_ENDS = "all slip ends, permanent sticking begins"
 PERMANENT = "permanent sticking: every angle that the brake holds is an equilibrium"
-# Lengths [rad] of what is put in, in the order in which they are tried.
+# Lengths [rad] of inserted segments, in the order in which they are tried.
 _LENGTHS = (1e-3, 1e-4, 1e-2, 1e-5, 1e-6, 1e-7)
 # First steps beyond, as shares of the longest.
 _STEPS = (1e-3, 1e-4, 1e-2)
+# Slips shorter than this [rad] approach the onset of permanent sticking, which is no further
+# than this (scaled).
+_SHORT, _REACH = 0.05, 1e-3
+_TWO_SLIPS = (0, 1, 0, -1)
 
 
 @dataclass(frozen=True, eq=False)
-class Beyond:
-    """What lies beyond a bifurcation of friction.
+class Restart:
+    """Continuation of a branch beyond a discontinuity-induced bifurcation.
 
-    equations, curve, solution : where the branch goes on, None where it does not
-    why : then the reason
+    curve, point : where the branch continues; None where it does not
+    why          : then the reason
     """
 
-    kind: Kind
-    effect: str
-    scenario: Scenario
-    equations: Chain | None = None
+    bifurcation: Bifurcation
     curve: OrbitCurve | None = None
-    solution: Solution | None = None
+    point: CurvePoint | None = None
     why: str = ""
 
 
-def go_beyond(
-    curve: OrbitCurve, chain: Chain, came: float, at: Solution, ends: list[Margin], largest: float
-) -> Beyond | None:
-    """What lies beyond a point where some margins vanish; None where nothing was found.
+def restart(
+    curve: OrbitCurve, came: float, at: CurvePoint, margins: list[Margin], longest: float
+) -> Restart | None:
+    """The branch beyond a point where some margins vanish; None where it was not found.
 
-    came : change of the scaled parameter on the way to it. The direction there does not tell:
-           on the side of a short piece it stands square to the parameter.
+    came    : change of the scaled parameter on the way to it. The direction there does not tell:
+              on the side of a short segment it stands square to the parameter.
+    longest : step along the branch
     """
-    unknowns, values = curve.unscaled(at.y)
-    problem = curve.family.problem(values)
-    found = transition(chain, unknowns, problem, ends)
+    solution = curve.solution(at.y)
+    equations = solution.equations
+    found = transition(solution, margins)
     if found is None:
         return None
-    effect = _effect(chain.codes, tuple(node.code for node in found.nodes), found)
+    assert isinstance(equations, SegmentBVP)  # noqa: S101 - others have no margins
+    kind, effect, ends = found.kind, found.effect(equations.codes), tuple(margins)
     if found.jump:
-        why = f"{found.kind.value}, beyond which the motion jumps"
-        return Beyond(found.kind, effect, Scenario.JUMP, why=why)
+        why = f"{kind.value}, beyond which the motion jumps"
+        return Restart(Bifurcation(kind, effect, Scenario.JUMP, margins=ends), why=why)
     if not found.nodes:
-        return Beyond(found.kind, effect, Scenario.NONE, why=PERMANENT)
-    new = Chain(tuple(node.code for node in found.nodes), chain.order, half=chain.half)
-    started = _grown(curve, new, found, values) if found.grown else None
-    if not found.grown:
-        started = _joined(curve, new, found, values, largest)
-    if started is None:
-        return None
-    there, solution = started
-    on = came * (solution.y[-1] - at.y[-1]) > 0.0
-    scenario = Scenario.PERSISTENCE if on else Scenario.FOLD
-    return Beyond(found.kind, effect, scenario, new, there, solution)
+        return Restart(Bifurcation(kind, effect, margins=ends), why=PERMANENT)
+    beyond = replace(
+        solution,
+        equations=SegmentBVP(found.codes, equations.order, half=equations.half),
+        unknowns=found.unknowns,
+    )
+    attempts = _grown(beyond, found) if found.inserted else _further(beyond, longest)
+    for there, point in attempts:
+        if is_orbit(there.solution(point.y)):
+            on = came * (point.y[-1] - at.y[-1]) > 0.0
+            scenario = Scenario.PERSISTENCE if on else Scenario.FOLD
+            return Restart(Bifurcation(kind, effect, scenario, margins=ends), there, point)
+    return None
 
 
-def _unknowns(found: Transition) -> FloatArray:
-    return np.array([[node.first, node.angle] for node in found.nodes]).ravel()
-
-
-def _grown(
-    curve: OrbitCurve, chain: Chain, found: Transition, values: tuple[float, ...]
-) -> tuple[OrbitCurve, Solution] | None:
-    """An orbit on which the pieces put in last a little."""
+def _grown(solution: OrbitSolution, found: Transition) -> Iterator[tuple[OrbitCurve, CurvePoint]]:
+    """Solutions on which the inserted segments last a little."""
     for length in _LENGTHS:
-        unknowns = _unknowns(found)
-        size = unknowns.size
-        normal = np.zeros(size + len(values))
-        for piece, share in zip(found.grown, found.shares, strict=True):
-            begin, end = 2 * piece, 2 * (piece + 1) % size
+        unknowns = solution.unknowns.copy()
+        normal = np.zeros(unknowns.size + len(solution.values))
+        for segment, share in found.inserted:
+            begin, end = 2 * segment, 2 * (segment + 1) % unknowns.size
             unknowns[begin] -= share * length
             unknowns[end] += (1.0 - share) * length
             normal[begin] -= 1.0
             normal[end] += 1.0
-        there = OrbitCurve.through(chain, curve.family, unknowns, values)
-        normal = normal * there.scales
+        guess = replace(solution, unknowns=unknowns)
+        curve = OrbitCurve(guess)
+        normal = normal * curve.scales
         normal /= np.linalg.norm(normal)
         try:
-            y, matrix = newton(there, there.scaled(unknowns, values), normal)
-            solution = Solution(y, matrix, tangent(matrix, normal))
-        except (NotConvergedError, NoOrbitError):
+            yield curve, corrected(curve, curve.scaled(guess), normal)
+        except FAILED:
             continue
-        if _is_orbit(there, chain, solution):
-            return there, solution
-    return None
 
 
-def _joined(
-    curve: OrbitCurve,
-    chain: Chain,
-    found: Transition,
-    values: tuple[float, ...],
-    largest: float,
-) -> tuple[OrbitCurve, Solution] | None:
-    """An orbit a little further on the side on which the shorter chain is one."""
-    unknowns = _unknowns(found)
-    there = OrbitCurve.through(chain, curve.family, unknowns, values)
-    along = np.zeros(unknowns.size + len(values))
+def _further(solution: OrbitSolution, longest: float) -> Iterator[tuple[OrbitCurve, CurvePoint]]:
+    """Solutions a little further to both sides, on one of which the fewer segments are an orbit."""
+    curve = OrbitCurve(solution)
+    along = np.zeros(curve.scales.size)
     along[-1] = 1.0
     try:
-        y, matrix = newton(there, there.scaled(unknowns, values), along)
-        direction = tangent(matrix, along)
-    except (NotConvergedError, NoOrbitError):
-        return None
+        at = corrected(curve, curve.scaled(solution), along)
+    except FAILED:
+        return
     for step in _STEPS:
         for side in (1.0, -1.0):
+            guess = at.y + side * step * longest * at.direction
             try:
-                further, matrix = newton(there, y + side * step * largest * direction, direction)
-                solution = Solution(further, matrix, tangent(matrix, side * direction))
-            except (NotConvergedError, NoOrbitError):
+                yield curve, corrected(curve, guess, at.direction, side * at.direction)
+            except FAILED:
                 continue
-            if _is_orbit(there, chain, solution):
-                return there, solution
-    return None
 
 
-def _is_orbit(curve: OrbitCurve, chain: Chain, solution: Solution) -> bool:
-    if violated(curve.margins(solution.y)):
-        return False
-    unknowns, values = curve.unscaled(solution.y)
-    return goes_through(chain, unknowns, curve.family.problem(values))
+def onset_of_permanent_sticking(curve: OrbitCurve, at: CurvePoint) -> OrbitSolution | None:
+    """The orbit whose slips vanish just ahead of a point; None if there is none near.
+
+    Towards it the remaining slips become short together. What they add up to in angle falls like
+    the cube of their durations and is lost in rounding before they vanish; but the parameter is
+    known: the brake at rest holds just the whole swing of the torque, upper - lower = 2 T_e.
+    """
+    solution = curve.solution(at.y)
+    equations, values = solution.equations, solution.values
+    if not isinstance(equations, SegmentBVP) or len(values) != 1:
+        return None
+    codes = np.array(equations.all_codes)
+    durations = solution.margins["duration"]
+    slips = codes[: durations.size] != 0
+    turns = [turn for turn in range(codes.size) if tuple(np.roll(codes, turn)) == _TWO_SLIPS]
+    if not turns or np.any(durations[slips] > _SHORT):
+        return None
+    reach = math.copysign(_REACH * curve.scales[-1], at.direction[-1])
+    try:
+        ends = values[0], values[0] + reach
+        if _spare(curve, ends[0]) * _spare(curve, ends[1]) >= 0.0:
+            return None
+        value = float(brentq(lambda one: _spare(curve, one), *ends, xtol=1e-300, rtol=1e-15))
+    except InputError:
+        return None
+    problem = curve.problem.kernel_problem((value,))
+    # Forwards at the torque's crest, backwards at its trough; the angle is that of both.
+    angle = (problem[3] - problem[10]) / problem[2]
+    phases = _crests(equations.all_codes, solution.unknowns[0::2])
+    unknowns = np.column_stack((phases, np.full(phases.size, angle))).ravel()
+    return replace(solution, values=(value,), unknowns=unknowns)
 
 
-def _effect(before: tuple[int, ...], after: tuple[int, ...], found: Transition) -> str:
-    """What of the motion begins or ends, in words."""
-    if found.jump:
-        return ""
-    if not after:
-        return ALL_SLIP_ENDS
-    words = []
-    for word, test in (
-        ("slip forwards", lambda code: code > 0),
-        ("slip backwards", lambda code: code < 0),
-        ("sticking", lambda code: code == 0),
-        ("crossing of a breakpoint (release)", lambda code: abs(code) > 1),
-    ):
-        had, has = any(map(test, before)), any(map(test, after))
-        if had != has:
-            words.append(f"{word} {'begins' if has else 'ends'}")
-    return ", ".join(words)
+def _spare(curve: OrbitCurve, value: float) -> float:
+    """Width of the brake's holding interval beyond the swing of the torque [N m]."""
+    problem = curve.problem.kernel_problem((value,))
+    return float(problem[10] - problem[9] - 2.0 * problem[3])
+
+
+def _crests(codes: Codes, phases: np.ndarray) -> np.ndarray:
+    """Phase of the torque's crest or trough nearest to each node, by the slip beside it."""
+    crests = np.empty(phases.size)
+    for node, phase in enumerate(phases):
+        crest = 0.5 * math.pi if (codes[node] or codes[node - 1]) > 0 else 1.5 * math.pi
+        crests[node] = crest + 2.0 * math.pi * round((phase - crest) / (2.0 * math.pi))
+    return crests

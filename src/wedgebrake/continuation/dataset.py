@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
-from wedgebrake.continuation.ranges import Range
+from wedgebrake.continuation.branch import Branch
+from wedgebrake.continuation.branch_point import BranchPoint
+from wedgebrake.continuation.problem import Range
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from wedgebrake.continuation.diagram import Followed
-    from wedgebrake.continuation.point import BranchPoint
 
 # Measures of a point, with unit and meaning.
 _MEASURES = {
@@ -29,38 +30,53 @@ _MEASURES = {
 }
 
 
+@dataclass(frozen=True)
+class Followed:
+    """A branch of a bifurcation diagram.
+
+    origin : number, among all bifurcations in their order, of the one it leaves; -1: none
+    begin  : why it begins where it does
+    """
+
+    branch: Branch
+    origin: int
+    begin: str
+
+
 def assemble(system: BrakedDriveline, over: Range, followed: list[Followed]) -> xr.Dataset:
     """One dataset of all branches, see ``branches``."""
     import xarray as xr
 
     points = [point for one in followed for point in one.branch.points]
     numbers = np.repeat(np.arange(len(followed)), [len(one.branch.points) for one in followed])
-    coordinates = {
-        over.dim: ("point", [point.value for point in points], over.attributes()),
-        "branch": (
-            "point",
-            numbers.astype(np.int32),
-            {"long_name": "number of the branch, from 0"},
-        ),
-    }
-    method = points[0].family.method
+    numbers = numbers.astype(np.int32)
     return xr.Dataset(
         {**_of_points(points), **_of_branches(followed), **_of_bifurcations(points, numbers, over)},
-        coords=coordinates,
+        coords={
+            over.dim: ("point", [point.value for point in points], over.attributes()),
+            "branch": ("point", numbers, {"long_name": "number of the branch, from 0"}),
+        },
         attrs={
             "kind": "orbits",
             "parameter": over.dim,
             "range": [over.first, over.last],
-            "method": method,
-            "system": json.dumps(system.as_dict()),
-            "groups": json.dumps(system.groups.as_dict()),
-            "wedgebrake": __version__,
+            **provenance(system, points[0].problem.method),
         },
     )
 
 
+def provenance(system: BrakedDriveline, method: str) -> dict[str, str]:
+    """Attributes that tell how orbits were computed."""
+    return {
+        "method": method,
+        "system": json.dumps(system.as_dict()),
+        "groups": json.dumps(system.groups.as_dict()),
+        "wedgebrake": __version__,
+    }
+
+
 def multiplier_columns(points: list[BranchPoint]) -> dict[str, Any]:
-    """The multipliers in their parts."""
+    """Real and imaginary parts of the multipliers."""
     values = np.array([point.multipliers for point in points])
     words = {"units": "1", "long_name": "Floquet multipliers, the larger modulus first"}
     dims = ("point", "multiplier")
@@ -71,22 +87,35 @@ def multiplier_columns(points: list[BranchPoint]) -> dict[str, Any]:
 
 
 def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
-    longest = max(point.order for point in points)
-    section = np.full((len(points), longest, 2), np.nan)
+    section = np.full((len(points), max(point.order for point in points), 2), np.nan)
     for row, point in zip(section, points, strict=True):
         row[: point.order] = point.points
-    sizes = np.array([abs(point.multipliers[0]) for point in points])
-    lengths = np.array([point.order / point.system.excitation.frequency for point in points])
+    moduli = np.array([abs(point.multipliers[0]) for point in points])
+    durations = np.array([point.section.duration(point.order) for point in points])
     with np.errstate(divide="ignore"):
-        exponents = np.log(sizes) / lengths
-    dims = ("point", "return")
-    where = "at t = 0, T, 2 T, ..."
-    return {
-        "angle": (dims, section[:, :, 0], {"units": "rad", "long_name": f"angle {where}"}),
-        "velocity": (dims, section[:, :, 1], {"units": "rad/s", "long_name": f"velocity {where}"}),
+        exponents = np.log(moduli) / durations
+    columns: dict[str, tuple[Any, str, str]] = {
         "order": (
-            "point", np.array([point.order for point in points], dtype=np.int16),
-            {"units": "1", "long_name": "periods of the torque in the orbit"},
+            np.array([point.order for point in points], dtype=np.int16),
+            "1", "periods of the torque in the orbit",
+        ),
+        "arclength": (
+            np.array([point.arclength for point in points]),
+            "1", "length along the branch, in the scales of its unknowns",
+        ),
+        "largest_exponent": (exponents, "1/s", "largest Lyapunov exponent"),
+    } | {
+        name: (np.array([getattr(point.measures, name) for point in points]), unit, meaning)
+        for name, (unit, meaning) in _MEASURES.items()
+    }  # fmt: skip
+    words = "segments in order: + forwards, - backwards, 0 rest, +1 the next piece of the law"
+    returns, where = ("point", "return"), "at t = 0, T, 2 T, ..."
+    return {
+        "angle": (
+            returns, section[:, :, 0], {"units": "rad", "long_name": f"angle {where}"},
+        ),
+        "velocity": (
+            returns, section[:, :, 1], {"units": "rad/s", "long_name": f"velocity {where}"},
         ),
         "stable": (
             "point", np.array([point.stable for point in points]),
@@ -94,44 +123,32 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
         ),
         "sequence": (
             "point", np.array([point.sequence for point in points], dtype=object),
-            {"long_name": "pieces in order: + forwards, - backwards, 0 rest, +1 the next piece"},
-        ),
-        "arclength": (
-            "point", np.array([point.arclength for point in points]),
-            {"units": "1", "long_name": "length along the branch, in the scales of its unknowns"},
+            {"long_name": words},
         ),
         **multiplier_columns(points),
-        "largest_exponent": (
-            "point", exponents, {"units": "1/s", "long_name": "largest Lyapunov exponent"},
-        ),
         **{
-            name: (
-                "point",
-                np.array([getattr(point.measures, name) for point in points]),
-                {"units": unit, "long_name": meaning},
-            )
-            for name, (unit, meaning) in _MEASURES.items()
+            name: ("point", values, {"units": unit, "long_name": meaning})
+            for name, (values, unit, meaning) in columns.items()
         },
     }  # fmt: skip
 
 
 def _of_branches(followed: list[Followed]) -> dict[str, Any]:
+    columns: dict[str, tuple[list[Any], Any]] = {
+        "branch_order": ([one.branch.points[-1].order for one in followed], np.int16),
+        "branch_origin": ([one.origin for one in followed], np.int32),
+        "branch_begin": ([one.begin for one in followed], object),
+        "branch_end": ([one.branch.end for one in followed], object),
+    }
     return {
-        "branch_order": (
-            "branch_number",
-            np.array([one.branch.points[-1].order for one in followed], dtype=np.int16),
-        ),
-        "branch_origin": (
-            "branch_number", np.array([one.origin for one in followed], dtype=np.int32),
-        ),
-        "branch_begin": ("branch_number", np.array([one.begin for one in followed], dtype=object)),
-        "branch_end": (
-            "branch_number", np.array([one.branch.end for one in followed], dtype=object),
-        ),
-    }  # fmt: skip
+        name: ("branch_number", np.array(values, dtype=kind))
+        for name, (values, kind) in columns.items()
+    }
 
 
-def _of_bifurcations(points: list[BranchPoint], numbers: np.ndarray, over: Range) -> dict[str, Any]:
+def _of_bifurcations(
+    points: list[BranchPoint], numbers: NDArray[np.signedinteger[Any]], over: Range
+) -> dict[str, Any]:
     places = [place for place, point in enumerate(points) if point.bifurcation is not None]
     found = [point.bifurcation for point in points if point.bifurcation is not None]
     words = {
@@ -140,16 +157,13 @@ def _of_bifurcations(points: list[BranchPoint], numbers: np.ndarray, over: Range
         "scenario": [one.scenario.value for one in found],
         "sentence": [one.sentence for one in found],
     }
+    values = np.array([points[place].value for place in places])
     return {
         **{
-            f"bifurcation_{name}": ("bifurcation", np.array(values, dtype=object))
-            for name, values in words.items()
+            f"bifurcation_{name}": ("bifurcation", np.array(texts, dtype=object))
+            for name, texts in words.items()
         },
-        "bifurcation_value": (
-            "bifurcation",
-            np.array([points[place].value for place in places]),
-            over.attributes(),
-        ),
+        "bifurcation_value": ("bifurcation", values, over.attributes()),
         "bifurcation_point": ("bifurcation", np.array(places, dtype=np.int64)),
-        "bifurcation_branch": ("bifurcation", numbers[places].astype(np.int32)),
+        "bifurcation_branch": ("bifurcation", numbers[places]),
     }

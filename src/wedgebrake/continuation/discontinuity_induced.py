@@ -1,137 +1,179 @@
-"""Where a chain of pieces ends to be an orbit, and the chain beyond (docs/theory.md, section 13).
+"""Discontinuity-induced bifurcations: the segments of an orbit beyond one (docs/theory.md, 13).
 
-At such an end a piece begins or ceases to be: the bifurcations that only friction has. The
-chain beyond is made by putting in a piece of length zero, or by taking one out.
+Where a margin of an orbit vanishes a segment begins or ceases to be. The sequence of segments
+beyond is made by inserting a segment of length zero, or by removing one.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from wedgebrake.continuation import segment_bvp_kernel as kernel
-from wedgebrake.continuation.bifurcation_types import Kind
-from wedgebrake.continuation.equations import FloatArray
-from wedgebrake.continuation.segment_bvp import Chain
+from wedgebrake.continuation.bifurcation_types import Kind, Margin
+from wedgebrake.continuation.curves import OrbitSolution
+from wedgebrake.continuation.section import FloatArray
+from wedgebrake.continuation.segment_bvp import Codes, SegmentBVP
+from wedgebrake.continuation.segment_margins import QUANTITIES
 
-
-class Margin(NamedTuple):
-    """One distance from an end: of which piece, and which of ``kernel.margins``' columns."""
-
-    piece: int
-    column: int
+ALL_SLIP_ENDS = "all slip ends, permanent sticking begins"
+# A slip in the middle of a stick lasts three times as long as the torque takes to its extreme.
+_SHARE_OF_ADDED = 1.0 / 3.0
 
 
 class Node(NamedTuple):
-    """A piece with where it begins: phase [rad] (or velocity, of a mark) and angle [rad]."""
+    """A segment with its begin.
+
+    first : phase [rad] (of a mark: velocity) at its begin, and the angle [rad] there
+    share : for a segment inserted with length zero: share of its later length that lies before
+            the bifurcation; None for the others
+    """
 
     code: int
     first: float
     angle: float
+    share: float | None = None
 
 
 @dataclass
 class Transition:
-    """What becomes of a chain at one of its ends.
+    """The sequence of segments beyond a bifurcation.
 
-    jump   : whether nothing near by goes on
-    nodes  : the chain beyond; none where all is rest
-    grown  : numbers of its pieces that begin with length zero
-    shares : for each of them, which share of its length lies before the end
+    jump  : whether nothing near by continues
+    nodes : the segments beyond; none where all is rest
     """
 
     kind: Kind
     jump: bool = False
     nodes: list[Node] = field(default_factory=list)
-    grown: list[int] = field(default_factory=list)
-    shares: list[float] = field(default_factory=list)
+
+    @property
+    def codes(self) -> Codes:
+        """Codes of the segments."""
+        return tuple(node.code for node in self.nodes)
+
+    @property
+    def unknowns(self) -> FloatArray:
+        """Unknowns of the boundary-value problem of the segments."""
+        return np.array([[node.first, node.angle] for node in self.nodes]).ravel()
+
+    @property
+    def inserted(self) -> list[tuple[int, float]]:
+        """Numbers of the segments inserted with length zero, with their shares."""
+        return [(i, one.share) for i, one in enumerate(self.nodes) if one.share is not None]
+
+    def effect(self, before: Codes) -> str:
+        """What of the motion begins or ends, in words."""
+        if self.jump:
+            return ""
+        if not self.nodes:
+            return ALL_SLIP_ENDS
+        words = []
+        for word, test in (
+            ("slip forwards", lambda code: code > 0),
+            ("slip backwards", lambda code: code < 0),
+            ("sticking", lambda code: code == 0),
+            ("crossing of a breakpoint (release)", lambda code: abs(code) > 1),
+        ):
+            had, has = any(map(test, before)), any(map(test, self.codes))
+            if had != has:
+                words.append(f"{word} {'begins' if has else 'ends'}")
+        return ", ".join(words)
 
 
-# A slip in the middle of a stick lasts three times as long as the torque takes to its extreme.
-_OF_ADDED = 1.0 / 3.0
+class _Place(NamedTuple):
+    """A segment at whose margin an orbit ends, with its neighbours."""
+
+    segment: int
+    quantity: str
+    before: int
+    code: int
+    after: int
+    margins: np.void
+
+    @property
+    def touched(self) -> int:
+        """Code of the segment beyond the limit that is touched."""
+        return self.code + (1 if self.margins["touch_side"] > 0.0 else -1)
 
 
-def violated(margins: FloatArray) -> list[Margin]:
-    """What a solution of the equations misses to be an orbit."""
-    lacking = ~(margins[:, : kernel.MARGINS] > 0.0)
-    return [Margin(int(piece), int(column)) for piece, column in np.argwhere(lacking)]
+def transition(solution: OrbitSolution, margins: list[Margin]) -> Transition | None:
+    """The segments beyond a point where some margins vanish at once; None if not known.
 
-
-def transition(
-    chain: Chain, unknowns: FloatArray, problem: Any, ends: list[Margin]
-) -> Transition | None:
-    """What happens where some margins vanish at once; None where it is not known.
-
-    Several vanish where the orbit is symmetric, or where one end shows in two margins.
+    Several vanish where the orbit is symmetric, or where one event shows in two margins.
     """
-    if chain.half:
-        return _halved(chain, unknowns, problem, ends)
-    # The end of a piece shows in the margins of its neighbours too.
-    column = min(end.column for end in ends)
-    pieces = sorted(end.piece for end in ends if end.column == column)
-    margins = chain.margins(unknowns, problem)
-    kinds = {_kind(chain.codes, piece, column, margins[piece]) for piece in pieces}
-    if len(kinds) != 1 or None in kinds:
+    equations, unknowns = solution.equations, solution.unknowns
+    assert isinstance(equations, SegmentBVP)  # noqa: S101 - others have no margins
+    if equations.half:
+        return _transition_of_half(solution, margins)
+    quantity = leading_quantity(margins)
+    codes = equations.codes
+    places = [
+        _Place(
+            segment, quantity, codes[segment - 1], codes[segment],
+            codes[(segment + 1) % len(codes)], solution.margins[segment],
+        )
+        for segment in sorted(one.segment for one in margins if one.quantity == quantity)
+    ]  # fmt: skip
+    kinds = {_kind(place) for place in places}
+    kind = kinds.pop()
+    if kinds or kind is None:
         return None
-    (kind,) = kinds
-    assert kind is not None  # noqa: S101 - excluded above
     found = Transition(kind)
-    if any(_jumps(chain, unknowns, piece, column, margins[piece], problem) for piece in pieces):
+    if any(_jumps(solution, place) for place in places):
         found.jump = True
         return found
     nodes = [
         Node(code, float(unknowns[2 * i]), float(unknowns[2 * i + 1]))
-        for i, code in enumerate(chain.codes)
+        for i, code in enumerate(codes)
     ]
     # From the last on, so that numbers before stay what they are, but where the first goes too.
-    begun = [nodes[piece] for piece in pieces]
-    for piece, node in zip(reversed(pieces), reversed(begun), strict=True):
-        if column == kernel.DURATION:
-            nodes = _taken_out(nodes, nodes.index(node), 2.0 * np.pi * chain.order)
+    begun = [nodes[place.segment] for place in places]
+    for place, node in zip(reversed(places), reversed(begun), strict=True):
+        if quantity == "duration":
+            nodes = _removed(nodes, nodes.index(node), 2.0 * math.pi * equations.order)
         else:
-            _put_in(nodes, piece, column, margins[piece], found, chain.order)
-    _drop_mark(chain, nodes, found)
-    if not nodes and chain.codes[pieces[0] - 1] != 0:
-        angle, velocity = chain.points(unknowns, problem)[0]
-        nodes = [Node(chain.codes[pieces[0] - 1], float(velocity), float(angle))]
+            _insert(nodes, place, 2.0 * math.pi * equations.order)
+    if len(nodes) > 1 and equations.is_mark(0):
+        # An orbit with events needs no mark.
+        del nodes[0]
+    if not nodes and places[0].before != 0:
+        angle, velocity = solution.points[0]
+        nodes = [Node(places[0].before, float(velocity), float(angle))]
     found.nodes = nodes
     return found
 
 
-def _halved(
-    chain: Chain, unknowns: FloatArray, problem: Any, ends: list[Margin]
-) -> Transition | None:
+def leading_quantity(margins: list[Margin] | tuple[Margin, ...]) -> str:
+    """Which of several margins that vanish together decides; neighbours show the end as well."""
+    return min((one.quantity for one in margins), key=QUANTITIES.index)
+
+
+def _transition_of_half(solution: OrbitSolution, margins: list[Margin]) -> Transition | None:
     """The same for half an orbit: what happens in it happens in its mirror image."""
-    count = len(chain.codes)
-    both = [*ends, *(Margin(end.piece + count, end.column) for end in ends)]
-    found = transition(*chain.whole(unknowns), problem, both)
+    count = len(solution.margins)
+    both = [*margins, *(Margin(one.segment + count, one.quantity) for one in margins)]
+    equations, unknowns = solution.equations.whole(solution.unknowns)
+    whole = OrbitSolution(solution.problem, solution.values, equations, unknowns)
+    found = transition(whole, both)
     if found is not None:
-        half = len(found.nodes) // 2
-        kept = [place for place, piece in enumerate(found.grown) if piece < half]
-        found.nodes = found.nodes[:half]
-        found.grown = [found.grown[place] for place in kept]
-        found.shares = [found.shares[place] for place in kept]
+        found.nodes = found.nodes[: len(found.nodes) // 2]
     return found
 
 
-def _neighbour(code: int, side: float) -> int:
-    """The piece beyond the upper (side 1) or lower (-1) limit of a piece."""
-    step = 1 if side > 0.0 else -1
-    return code + step
-
-
-def _kind(codes: tuple[int, ...], piece: int, column: int, margins: FloatArray) -> Kind | None:
-    code, before, after = codes[piece], codes[piece - 1], codes[(piece + 1) % len(codes)]
-    if column == kernel.TOUCH:
+def _kind(place: _Place) -> Kind | None:
+    """The bifurcation by the margin that vanishes and the segments beside it."""
+    before, code, after = place.before, place.code, place.after
+    if place.quantity == "touch":
         if code == 0:
             return Kind.ADDING_SLIDING
-        beyond = _neighbour(code, margins[kernel.TOUCH_SIDE])
-        return Kind.GRAZING_SLIDING if beyond == 0 else Kind.GRAZING
-    if column == kernel.HOLDING:
+        return Kind.GRAZING_SLIDING if place.touched == 0 else Kind.GRAZING
+    if place.quantity == "holding":
         return Kind.SWITCHING_SLIDING if after == 0 else Kind.CROSSING_SLIDING
-    if column == kernel.CROSSING:
+    if place.quantity == "crossing":
         return Kind.GRAZING_SLIDING if after == 0 or code * after < 0 else None
     if code == 0:
         return Kind.GRAZING_SLIDING if before == after else Kind.CROSSING_SLIDING
@@ -142,78 +184,56 @@ def _kind(codes: tuple[int, ...], piece: int, column: int, margins: FloatArray) 
     return None
 
 
-def _jumps(
-    chain: Chain,
-    unknowns: FloatArray,
-    piece: int,
-    column: int,
-    margins: FloatArray,
-    problem: Any,
-) -> bool:
-    """Whether a static peak keeps what is put in from being short."""
-    following = (piece + 1) % len(chain.codes)
-    code, after = chain.codes[piece], chain.codes[following]
-    if column == kernel.CROSSING:
+def _jumps(solution: OrbitSolution, place: _Place) -> bool:
+    """Return True if a static peak keeps an inserted segment from being short."""
+    problem = solution.kernel_problem
+    if place.quantity == "crossing":
         return True
-    side = 0
-    if column == kernel.TOUCH:
-        beyond = _neighbour(code, margins[kernel.TOUCH_SIDE])
-        side = beyond if code == 0 else code if beyond == 0 else 0
-    elif column == kernel.HOLDING and after == 0:
-        side = -code
-    elif column == kernel.HOLDING:
+    slip = 0
+    if place.quantity == "touch":
+        beyond = place.touched
+        slip = beyond if place.code == 0 else place.code if beyond == 0 else 0
+    elif place.quantity == "holding" and place.after == 0:
+        slip = -place.code
+    elif place.quantity == "holding":
         # A rest in place of the reversal ends soon only where the torque goes outwards.
-        return bool(after * kernel.pull_rate(problem, unknowns[2 * following]) <= 0.0)
-    return side != 0 and bool(kernel.breakaway(problem, side) != 0.0)
+        end = 2 * ((place.segment + 1) % len(solution.margins))
+        return bool(place.after * kernel.pull_rate(problem, solution.unknowns[end]) <= 0.0)
+    return slip != 0 and bool(kernel.breakaway(problem, slip) != 0.0)
 
 
-def _put_in(
-    nodes: list[Node],
-    piece: int,
-    column: int,
-    margins: FloatArray,
-    found: Transition,
-    order: int,
-) -> None:
-    """A piece of length zero inside a piece, or at its end."""
-    code = nodes[piece].code
-    last = piece + 1 == len(nodes)
-    follower = nodes[0] if last else nodes[piece + 1]
-    if column == kernel.TOUCH:
-        beyond = _neighbour(code, float(margins[kernel.TOUCH_SIDE]))
-        at, angle = float(margins[kernel.TOUCH_PHASE]), float(margins[kernel.TOUCH_ANGLE])
-        new = [Node(beyond, at, angle), Node(code, at, angle)]
+def _insert(nodes: list[Node], place: _Place, turn: float) -> None:
+    """Insert a segment of length zero inside a segment, or at its end.
+
+    turn : phase of the whole orbit [rad]
+    """
+    segment, code = place.segment, place.code
+    last = segment + 1 == len(nodes)
+    following = nodes[0] if last else nodes[segment + 1]
+    if place.quantity == "touch":
+        at, angle = float(place.margins["touch_phase"]), float(place.margins["touch_angle"])
         # A stick begins before a graze and ends in it.
-        share = _OF_ADDED if code == 0 else 1.0 if beyond == 0 else 0.5
+        share = _SHARE_OF_ADDED if code == 0 else 1.0 if place.touched == 0 else 0.5
+        new = [Node(place.touched, at, angle, share), Node(code, at, angle)]
     else:
-        at = follower.first + (2.0 * np.pi * order if last else 0.0)
-        new = [Node(-code if follower.code == 0 else 0, at, follower.angle)]
-        share = 0.0
-    nodes[piece + 1 : piece + 1] = new
-    found.grown = [piece + 1, *(number + len(new) for number in found.grown)]
-    found.shares = [share, *found.shares]
+        at = following.first + (turn if last else 0.0)
+        new = [Node(-code if following.code == 0 else 0, at, following.angle, 0.0)]
+    nodes[segment + 1 : segment + 1] = new
 
 
-def _taken_out(nodes: list[Node], piece: int, circle: float) -> list[Node]:
-    """Without a piece of length zero; neighbours that are one piece then are joined."""
+def _removed(nodes: list[Node], segment: int, turn: float) -> list[Node]:
+    """Nodes without a segment of length zero; neighbours that are one segment then are joined."""
     count = len(nodes)
-    before, after = nodes[piece - 1], nodes[(piece + 1) % count]
+    before, after = nodes[segment - 1], nodes[(segment + 1) % count]
     if before.code != after.code:
         # The next one begins where this one did.
         kept = list(nodes)
-        here = nodes[piece]
-        if piece + 1 == count:
-            kept[0] = Node(after.code, here.first - circle, here.angle)
+        here = nodes[segment]
+        if segment + 1 == count:
+            kept[0] = here._replace(code=after.code, first=here.first - turn)
         else:
-            kept[piece + 1] = Node(after.code, here.first, here.angle)
-        del kept[piece]
+            kept[segment + 1] = here._replace(code=after.code)
+        del kept[segment]
         return kept
-    gone = {piece, (piece + 1) % count}
+    gone = {segment, (segment + 1) % count}
     return [node for number, node in enumerate(nodes) if number not in gone]
-
-
-def _drop_mark(chain: Chain, nodes: list[Node], found: Transition) -> None:
-    """An orbit with events needs no mark."""
-    if len(nodes) > 1 and chain.is_mark(0):
-        del nodes[0]
-        found.grown = [number - 1 for number in found.grown]

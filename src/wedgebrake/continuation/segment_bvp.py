@@ -1,50 +1,53 @@
-"""The equations of an orbit with set-valued friction: a chain of pieces."""
+"""The equations of an orbit with set-valued friction: a boundary-value problem of segments."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis import accumulators, saltation
 from wedgebrake.continuation import segment_bvp_kernel as kernel
-from wedgebrake.continuation.equations import FloatArray, Measures, NoOrbitError
-from wedgebrake.continuation.flow import run
+from wedgebrake.continuation.equations import Measures, NoOrbitError
+from wedgebrake.continuation.section import FloatArray, Records, Section
+from wedgebrake.continuation.segment_margins import MARGINS
 from wedgebrake.dynamics import enums
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.event_driven import trajectory
 
-# An orbit returns to this share of its size, times what a deviation has grown.
+# An orbit returns to this share of its size, times the growth of a deviation.
 _RETURNED = 1e-8
 # An orbit with a larger multiplier than this is left by rounding within its period.
 _FORGOTTEN = 1e6
-# What moves less than this share of the angle, in time of the torque, hardly moves.
+# Share of the angle, in time of the torque, below which a scale is no smaller.
 _SMALL = 1e-6
 # A velocity below this share of the motion's is that of rest.
 _AT_REST = 1e-13
+# Rows of the log of a run for each period at first, and most events of a run.
+_ROWS, _MOST_EVENTS = 32, 100_000
+_NO_POINTS = np.empty((0, 2))
 
 Codes = tuple[int, ...]
 
 
-class Chain:
-    """An orbit as a cyclic sequence of pieces (``segment_bvp_kernel``).
+class SegmentBVP:
+    """An orbit as a cyclic sequence of segments (``segment_kernel``).
 
-    codes : the pieces, 0 rest, 1, 2, ... forwards, -1, -2, ... backwards
+    codes : of the segments: 0 rest, 1, 2, ... forwards, -1, -2, ... backwards
     order : periods of the torque in the orbit
-    half  : whether the pieces are the first half of an orbit that is its own mirror image. What
-            happens in both halves at once, as at a graze, would make the equations of the whole
+    half  : whether the segments are the first half of an orbit that is its own mirror image. An
+            event in both halves at once, such as a graze, would make the equations of the whole
             singular twice.
     """
 
-    def __init__(self, sequence: Codes, order: int, *, half: bool = False) -> None:
-        self.codes, self.order, self.half = sequence, order, half
-        self._codes: NDArray[np.int64] = np.array(sequence, dtype=np.int64)
-        every = sequence + tuple(-code for code in sequence) if half else sequence
-        self.every: Codes = every
-        self._every: NDArray[np.int64] = np.array(every, dtype=np.int64)
-        self._log = trajectory.empty_log(len(every) + order + 2)
+    def __init__(self, codes: Codes, order: int, *, half: bool = False) -> None:
+        self.codes, self.order, self.half = codes, order, half
+        self._codes: NDArray[np.int64] = np.array(codes, dtype=np.int64)
+        self.all_codes: Codes = codes + tuple(-code for code in codes) if half else codes
+        self._all_codes: NDArray[np.int64] = np.array(self.all_codes, dtype=np.int64)
+        self._log = trajectory.empty_log(len(self.all_codes) + order + 2)
 
     @property
     def size(self) -> int:
@@ -53,23 +56,34 @@ class Chain:
 
     @property
     def sequence(self) -> str:
-        """The pieces, as in "+ 0 -": forwards, rest, backwards; "+1" is the next piece."""
-        return " ".join(_sign(code) for code in self.every)
+        """The segments, as in "+ 0 -": forwards, rest, backwards; "+1" is the next piece."""
+        return " ".join(_sign(code) for code in self.all_codes)
 
     def is_mark(self, node: int) -> bool:
-        """Whether a node is no event, but a mark at phase 0."""
-        return self.every[node - 1] == self.every[node]
+        """Return True if a node is no event, but a mark at phase 0."""
+        return self.all_codes[node - 1] == self.all_codes[node]
 
-    def whole(self, unknowns: FloatArray) -> tuple[Chain, FloatArray]:
-        """The chain of the whole orbit."""
+    def whole(self, unknowns: FloatArray) -> tuple[SegmentBVP, FloatArray]:
+        """Equations of the whole orbit."""
         if not self.half:
             return self, unknowns
-        return Chain(self.every, self.order), self._all(unknowns)
+        return SegmentBVP(self.all_codes, self.order), self._all(unknowns)
 
-    def halved(self, unknowns: FloatArray) -> tuple[Chain, FloatArray]:
-        """The chain of half the orbit, which must be its own mirror image."""
+    def halved(self, unknowns: FloatArray) -> tuple[SegmentBVP, FloatArray]:
+        """Equations of half the orbit, which must be its own mirror image."""
         count = len(self.codes) // 2
-        return Chain(self.codes[:count], self.order, half=True), unknowns[: 2 * count].copy()
+        half = SegmentBVP(self.codes[:count], self.order, half=True)
+        return half, unknowns[: 2 * count].copy()
+
+    def doubled(self, unknowns: FloatArray) -> tuple[SegmentBVP, FloatArray]:
+        """Equations of the same orbit traversed twice."""
+        if self.is_mark(0):
+            # A mark stands once in an orbit, at its begin.
+            return SegmentBVP(self.codes, 2 * self.order), unknowns.copy()
+        first = self._all(unknowns)
+        later = first.copy()
+        later[0::2] += 2.0 * math.pi * self.order
+        return SegmentBVP(self.all_codes * 2, 2 * self.order), np.concatenate((first, later))
 
     def _all(self, unknowns: FloatArray) -> FloatArray:
         """Unknowns of the whole orbit."""
@@ -95,7 +109,7 @@ class Chain:
     def _extremes(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """Least and greatest velocity [rad/s] and angle [rad]."""
         out = np.empty(4)
-        kernel.extremes(problem, self._every, self.order, self._all(unknowns), out)
+        kernel.extremes(problem, self._all_codes, self.order, self._all(unknowns), out)
         if not np.all(np.isfinite(out)):
             raise NoOrbitError
         return out
@@ -115,25 +129,25 @@ class Chain:
         return values, matrix
 
     def invariants(self, unknowns: FloatArray, problem: Any) -> tuple[float, float]:
-        """Trace and determinant of the derivative of the orbit's return."""
+        """Trace and determinant of the monodromy matrix."""
         trace, determinant = kernel.monodromy(
-            problem, self._every, self.order, self._all(unknowns), self._log
+            problem, self._all_codes, self.order, self._all(unknowns), self._log
         )
         return float(trace), float(determinant)
 
-    def margins(self, unknowns: FloatArray, problem: Any) -> FloatArray:
-        """Distances from where the orbit is none (``segment_bvp_kernel``)."""
-        out = np.empty((len(self.every), kernel.COLUMNS))
-        kernel.margins(problem, self._every, self.order, self._all(unknowns), out)
-        return out[: len(self.codes)]
+    def margins(self, unknowns: FloatArray, problem: Any) -> Records:
+        """Distances from where the solution is no orbit, for each segment."""
+        out = np.empty((len(self.all_codes), kernel.COLUMNS))
+        kernel.margins(problem, self._all_codes, self.order, self._all(unknowns), out)
+        return out.view(MARGINS)[: len(self.codes), 0]
 
     def log(self, unknowns: FloatArray, problem: Any) -> FloatArray:
-        """The orbit as the exact solver logs it, (rows, trajectory.LOG_COLUMNS)."""
-        rows = kernel.write(problem, self._every, self.order, self._all(unknowns), self._log)
+        """The orbit as the exact solver logs it; overwritten by the next call."""
+        rows = kernel.write(problem, self._all_codes, self.order, self._all(unknowns), self._log)
         return self._log[:rows]
 
     def points(self, unknowns: FloatArray, problem: Any) -> FloatArray:
-        """Poincare points at t = 0, T, ..."""
+        """(order, 2) states at the section."""
         log = self.log(unknowns, problem)
         starts = log[log[:, trajectory.LOG_KIND] == enums.PERIOD][: self.order]
         points = np.empty((self.order, 2))
@@ -142,32 +156,31 @@ class Chain:
         return points
 
     def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
-        """What the orbit does."""
+        """Amplitudes, sticking, events and torque."""
         log = self.log(unknowns, problem)
         sums = np.zeros(accumulators.ENTRIES)
         accumulators.clear(sums)
         accumulators.add(*saltation.split(problem), log, log.shape[0], sums)
-        events = sum(not self.is_mark(i) for i in range(len(self.every)))
+        events = sum(not self.is_mark(i) for i in range(len(self.all_codes)))
         slowest, fastest, least, greatest = self._extremes(unknowns, problem)
         return Measures(
             velocity_amplitude=0.5 * float(fastest - slowest),
             angle_amplitude=0.5 * float(greatest - least),
             stick_share=float(sums[accumulators.REST_TIME])
-            * system.excitation.frequency
-            / self.order,
+            / Section.of(system).duration(self.order),
             sticks_forward=float(sums[accumulators.STICKS_FORWARD]) / self.order,
             sticks_backward=float(sums[accumulators.STICKS_BACKWARD]) / self.order,
             events=events / self.order,
             peak_torque=float(sums[accumulators.PEAK]),
         )
 
-    def from_mirror(
+    def mirror_difference(
         self,
         unknowns: FloatArray,
         system: BrakedDriveline,  # noqa: ARG002
         tolerance: float,  # noqa: ARG002
     ) -> FloatArray:
-        """From the orbit to its mirror image half an orbit later, as shares of its size."""
+        """Difference to the mirror image half an orbit later, in shares of the orbit's size."""
         if self.half:
             return np.zeros(self.size)
         half = len(self.codes) // 2
@@ -179,15 +192,30 @@ class Chain:
         angle = np.max(np.abs(unknowns[1::2]))
         return np.asarray((apart / [1.0, angle]).ravel())
 
-    def doubled(self, unknowns: FloatArray) -> tuple[Chain, FloatArray]:
-        """The same orbit, gone through twice."""
-        if self.is_mark(0):
-            # A mark stands once in an orbit, at its begin.
-            return Chain(self.codes, 2 * self.order), unknowns.copy()
-        first = self._all(unknowns)
-        later = first.copy()
-        later[0::2] += 2.0 * math.pi * self.order
-        return Chain(self.every * 2, 2 * self.order), np.concatenate((first, later))
+    def follows_flow(self, unknowns: FloatArray, problem: Any, growth: float) -> bool:
+        """Return True if the exact flow, which misses no event, passes the segments and returns.
+
+        An orbit so unstable that rounding leaves it within its period is accepted without.
+        """
+        if growth > _FORGOTTEN:
+            return True
+        omega, rest_velocity = problem[4], problem[11]
+        size = np.max(np.abs(unknowns[1::2])) * omega
+        start = self.points(unknowns, problem)[0]
+        if abs(start[1] - rest_velocity) <= _AT_REST * size:
+            start[1] = rest_velocity
+        there = run(problem, start, self.order)
+        apart = np.abs(there.end - start) * (omega, 1.0)
+        if np.max(apart) > _RETURNED * (1.0 + growth) * (size + abs(start[1])):
+            return False
+        seen = from_log(there.log, problem, self.order)
+        if seen is None:
+            return False
+        codes = seen[0].codes
+        twice = self.all_codes * 2
+        return len(codes) == len(self.all_codes) and any(
+            twice[k : k + len(codes)] == codes for k in range(len(codes))
+        )
 
 
 def _sign(code: int) -> str:
@@ -197,56 +225,57 @@ def _sign(code: int) -> str:
     return ("+" if code > 0 else "-") + (str(further) if further else "")
 
 
-def from_log(log: FloatArray, problem: Any, order: int) -> tuple[Chain, FloatArray] | None:
-    """The chain of a run of ``order`` periods from phase 0, and its unknowns.
+def from_log(log: FloatArray, problem: Any, order: int) -> tuple[SegmentBVP, FloatArray] | None:
+    """Equations and unknowns of a run of ``order`` periods from phase 0.
 
-    log : rows of ``trajectory.run``
+    log : segments of ``trajectory.run``
 
     None where nothing moves relative to the brake: every angle that it holds is an equilibrium.
     """
     omega, zero = problem[4], problem[8]
     pieces = log[:, trajectory.LOG_PIECE].astype(np.int64)
-    signed = np.where(pieces >= zero, pieces - zero + 1, pieces - zero)
-    signed[pieces == trajectory.REST] = 0
+    codes = np.where(pieces >= zero, pieces - zero + 1, pieces - zero)
+    codes[pieces == trajectory.REST] = 0
     kinds = log[:, trajectory.LOG_KIND].astype(np.int64)
-    if np.all(signed[:-1] == 0):
+    if np.all(codes[:-1] == 0):
         return None
     events = np.flatnonzero((kinds >= enums.STICK) & (kinds != enums.END))
     if events.size == 0:
         unknowns = log[0, [trajectory.LOG_W, trajectory.LOG_THETA]]
-        return Chain((int(signed[0]),), order), unknowns.copy()
-    sequence = tuple(int(code) for code in signed[events])
+        return SegmentBVP((int(codes[0]),), order), unknowns.copy()
+    sequence = tuple(int(code) for code in codes[events])
     phases = (
         2.0 * math.pi * log[events, trajectory.LOG_PERIOD]
         + omega * log[events, trajectory.LOG_TIME]
     )
-    return Chain(sequence, order), np.column_stack(
+    return SegmentBVP(sequence, order), np.column_stack(
         (phases, log[events, trajectory.LOG_THETA])
     ).ravel()
 
 
-def goes_through(chain: Chain, unknowns: FloatArray, problem: Any) -> bool:
-    """Whether the exact flow, which misses no event, goes through a chain's pieces and returns.
+class Run(NamedTuple):
+    """A run of some periods from phase 0: its log, its end, and the derivative of the end."""
 
-    An orbit so unstable that rounding leaves it within its period is believed.
-    """
-    trace, _ = chain.invariants(unknowns, problem)
-    if abs(trace) > _FORGOTTEN:
-        return True
-    angle, velocity = chain.points(unknowns, problem)[0]
-    if abs(velocity - problem[11]) <= _AT_REST * np.max(np.abs(unknowns[1::2])) * problem[4]:
-        velocity = problem[11]
-    start = np.array([angle, velocity])
-    there = run(problem, start, chain.order)
-    apart = np.abs(there.end - start) * (problem[4], 1.0)
-    size = np.max(np.abs(unknowns[1::2])) * problem[4] + abs(velocity)
-    if np.max(apart) > _RETURNED * (1.0 + abs(trace)) * size:
-        return False
-    seen = from_log(there.log, problem, chain.order)
-    if seen is None:
-        return False
-    codes_ = seen[0].codes
-    if len(codes_) != len(chain.every):
-        return False
-    twice = chain.every * 2
-    return any(twice[k : k + len(codes_)] == codes_ for k in range(len(codes_)))
+    log: FloatArray
+    end: FloatArray
+    matrix: FloatArray
+
+
+def run(problem: Any, state: FloatArray, periods: int) -> Run:
+    """The exact flow from a state; raises ``NoOrbitError`` where it does not last."""
+    rows = 16 + _ROWS * periods
+    while True:
+        log = trajectory.empty_log(rows)
+        outcome, _, _, angle, velocity, _, used, _ = trajectory.run(
+            *problem, 0, 0.0, state[0], state[1], periods, 0.0, _MOST_EVENTS, log, _NO_POINTS
+        )
+        if outcome != enums.LOG_FULL:
+            break
+        rows *= 4
+    if outcome != enums.COMPLETED:
+        raise NoOrbitError
+    x1, y1, x2, y2, _, _, scale = saltation.carry(
+        *saltation.split(problem), log, used, 1.0, 0.0, 0.0, 1.0, np.empty(0), 0
+    )
+    matrix = math.exp(min(scale, 700.0)) * np.array([[x1, x2], [y1, y2]])
+    return Run(log[:used], np.array([angle, velocity]), matrix)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.continuation.stability_intervals import stretches
+from wedgebrake.continuation.stability_intervals import stability_intervals
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures.matplotlib import (
     caption,
@@ -214,7 +214,7 @@ def _curves(
         own = slice(first, last + 1)
         # A branch that another one was left for begins at the bifurcation of that one.
         marginal[first] |= origin[branch[first]] >= 0
-        for begin, end, holds in stretches(stable[own], marginal[own]):
+        for begin, end, holds in stability_intervals(stable[own], marginal[own]):
             piece = slice(begin, end + 1)
             for height in heights[own][piece].T:
                 if np.any(np.isfinite(height)):
