@@ -143,7 +143,7 @@ def onset_of_permanent_sticking(curve: OrbitCurve, at: CurvePoint) -> OrbitSolut
         return None
     problem = curve.problem.kernel_problem((value,))
     # Forwards at the torque's crest, backwards at its trough; the angle is that of both.
-    angle = (problem[3] - problem[10]) / problem[2]
+    angle = (problem.torque.amplitude - problem.brake.upper) / problem.driveline.stiffness
     phases = _crests(equations.all_codes, solution.unknowns[0::2])
     unknowns = np.column_stack((phases, np.full(phases.size, angle))).ravel()
     return replace(solution, values=(value,), unknowns=unknowns)
@@ -152,7 +152,8 @@ def onset_of_permanent_sticking(curve: OrbitCurve, at: CurvePoint) -> OrbitSolut
 def _spare(curve: OrbitCurve, value: float) -> float:
     """Width of the brake's holding interval beyond the swing of the torque [N m]."""
     problem = curve.problem.kernel_problem((value,))
-    return float(problem[10] - problem[9] - 2.0 * problem[3])
+    brake = problem.brake
+    return float(brake.upper - brake.lower - 2.0 * problem.torque.amplitude)
 
 
 def _crests(codes: Codes, phases: np.ndarray) -> np.ndarray:

@@ -12,12 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.continuation import segment_bvp_kernel as kernel
 from wedgebrake.continuation.bifurcation_types import Kind, Margin
 from wedgebrake.continuation.curves import OrbitSolution
 from wedgebrake.continuation.section import FloatArray
 from wedgebrake.continuation.segment_bvp import Codes, SegmentBVP
+from wedgebrake.continuation.segment_kernel import breakaway
 from wedgebrake.continuation.segment_margins import QUANTITIES
+from wedgebrake.dynamics.harmonic import phase_of
+from wedgebrake.dynamics.problem import torque_rate_at_rest
 
 ALL_SLIP_ENDS = "all slip ends, permanent sticking begins"
 # A slip in the middle of a stick lasts three times as long as the torque takes to its extreme.
@@ -198,8 +200,10 @@ def _jumps(solution: OrbitSolution, place: _Place) -> bool:
     elif place.quantity == "holding":
         # A rest in place of the reversal ends soon only where the torque goes outwards.
         end = 2 * ((place.segment + 1) % len(solution.margins))
-        return bool(place.after * kernel.pull_rate(problem, solution.unknowns[end]) <= 0.0)
-    return slip != 0 and bool(kernel.breakaway(problem, slip) != 0.0)
+        phase = phase_of(solution.unknowns[end])
+        outwards = place.after * torque_rate_at_rest(problem.driveline, problem.torque, phase)
+        return bool(outwards <= 0.0)
+    return slip != 0 and bool(breakaway(problem, slip) != 0.0)
 
 
 def _insert(nodes: list[Node], place: _Place, turn: float) -> None:

@@ -63,7 +63,7 @@ class OrbitProblem:
         if self.method == "exact":
             from wedgebrake.solvers.event_driven.solve import problem
 
-            return tuple(problem(system))
+            return problem(system)
         from wedgebrake.solvers.smooth.solve import problem as smooth_problem
 
         return smooth_problem(system, self.rtol, any_law=True)

@@ -9,11 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis import accumulators, saltation
-from wedgebrake.continuation import segment_bvp_kernel as kernel
+from wedgebrake.continuation import segment_kernel
 from wedgebrake.continuation.equations import Measures, NoOrbitError
 from wedgebrake.continuation.section import FloatArray, Records, Section
-from wedgebrake.continuation.segment_margins import MARGINS
-from wedgebrake.dynamics import enums
+from wedgebrake.continuation.segment_margins import MARGINS, compute_margins
+from wedgebrake.continuation.segment_orbit import (
+    Extremes,
+    extremes_of,
+    monodromy_invariants,
+    write_log,
+)
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.dynamics.problem import Instant, State
+from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.event_driven import trajectory
 
@@ -47,7 +55,7 @@ class SegmentBVP:
         self._codes: NDArray[np.int64] = np.array(codes, dtype=np.int64)
         self.all_codes: Codes = codes + tuple(-code for code in codes) if half else codes
         self._all_codes: NDArray[np.int64] = np.array(self.all_codes, dtype=np.int64)
-        self._log = trajectory.empty_log(len(self.all_codes) + order + 2)
+        self._log = empty_log(len(self.all_codes) + order + 2)
 
     @property
     def size(self) -> int:
@@ -98,7 +106,7 @@ class SegmentBVP:
         """A radian of phase (at a mark the velocity), and the angle, of the orbit's size."""
         slowest, fastest, least, greatest = self._extremes(unknowns, problem)
         angle, velocity = max(abs(least), abs(greatest)), max(abs(slowest), abs(fastest))
-        omega = problem[4]
+        omega = problem.torque.angular_frequency
         scales = np.empty(self.size)
         scales[0::2] = 1.0
         scales[1::2] = max(angle, _SMALL * velocity / omega) or 1.0
@@ -106,13 +114,12 @@ class SegmentBVP:
             scales[0] = max(velocity, _SMALL * omega * angle) or 1.0
         return scales
 
-    def _extremes(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+    def _extremes(self, unknowns: FloatArray, problem: Any) -> Extremes:
         """Least and greatest velocity [rad/s] and angle [rad]."""
-        out = np.empty(4)
-        kernel.extremes(problem, self._all_codes, self.order, self._all(unknowns), out)
-        if not np.all(np.isfinite(out)):
+        found = extremes_of(problem, self._all_codes, self.order, self._all(unknowns))
+        if not np.all(np.isfinite(found)):
             raise NoOrbitError
-        return out
+        return Extremes(*found)
 
     def residual(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """F(u)."""
@@ -121,7 +128,7 @@ class SegmentBVP:
     def linearize(self, unknowns: FloatArray, problem: Any) -> tuple[FloatArray, FloatArray]:
         """F(u) and its derivative."""
         values, matrix = np.empty(self.size), np.empty((self.size, self.size))
-        there = kernel.residual(
+        there = segment_kernel.residual(
             problem, self._codes, self.order, -1 if self.half else 1, unknowns, values, matrix
         )
         if not there or not np.all(np.isfinite(values)) or not np.all(np.isfinite(matrix)):
@@ -130,48 +137,45 @@ class SegmentBVP:
 
     def invariants(self, unknowns: FloatArray, problem: Any) -> tuple[float, float]:
         """Trace and determinant of the monodromy matrix."""
-        trace, determinant = kernel.monodromy(
+        trace, determinant = monodromy_invariants(
             problem, self._all_codes, self.order, self._all(unknowns), self._log
         )
         return float(trace), float(determinant)
 
     def margins(self, unknowns: FloatArray, problem: Any) -> Records:
         """Distances from where the solution is no orbit, for each segment."""
-        out = np.empty((len(self.all_codes), kernel.COLUMNS))
-        kernel.margins(problem, self._all_codes, self.order, self._all(unknowns), out)
-        return out.view(MARGINS)[: len(self.codes), 0]
+        out = np.empty(len(self.all_codes), dtype=MARGINS)
+        compute_margins(problem, self._all_codes, self.order, self._all(unknowns), out)
+        return out[: len(self.codes)]
 
-    def log(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+    def log(self, unknowns: FloatArray, problem: Any) -> Records:
         """The orbit as the exact solver logs it; overwritten by the next call."""
-        rows = kernel.write(problem, self._all_codes, self.order, self._all(unknowns), self._log)
+        rows = write_log(problem, self._all_codes, self.order, self._all(unknowns), self._log)
         return self._log[:rows]
 
     def points(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """(order, 2) states at the section."""
         log = self.log(unknowns, problem)
-        starts = log[log[:, trajectory.LOG_KIND] == enums.PERIOD][: self.order]
+        returns = log[log["kind"] == EventKind.RETURN][: self.order]
         points = np.empty((self.order, 2))
-        places = starts[:, trajectory.LOG_PERIOD].astype(np.int64) % self.order
-        points[places] = starts[:, [trajectory.LOG_THETA, trajectory.LOG_W]]
+        states = np.column_stack((returns["angle"], returns["velocity"]))
+        points[returns["period"] % self.order] = states
         return points
 
     def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
         """Amplitudes, sticking, events and torque."""
-        log = self.log(unknowns, problem)
-        sums = np.zeros(accumulators.ENTRIES)
-        accumulators.clear(sums)
-        accumulators.add(*saltation.split(problem), log, log.shape[0], sums)
+        sums = accumulators.sums_of(problem, self.log(unknowns, problem))
         events = sum(not self.is_mark(i) for i in range(len(self.all_codes)))
         slowest, fastest, least, greatest = self._extremes(unknowns, problem)
+        duration = Section.of(system).duration(self.order)
         return Measures(
-            velocity_amplitude=0.5 * float(fastest - slowest),
-            angle_amplitude=0.5 * float(greatest - least),
-            stick_share=float(sums[accumulators.REST_TIME])
-            / Section.of(system).duration(self.order),
-            sticks_forward=float(sums[accumulators.STICKS_FORWARD]) / self.order,
-            sticks_backward=float(sums[accumulators.STICKS_BACKWARD]) / self.order,
+            velocity_amplitude=0.5 * (fastest - slowest),
+            angle_amplitude=0.5 * (greatest - least),
+            stick_share=float(sums["rest_time"]) / duration,
+            sticks_forward=float(sums["sticks_forward"]) / self.order,
+            sticks_backward=float(sums["sticks_backward"]) / self.order,
             events=events / self.order,
-            peak_torque=float(sums[accumulators.PEAK]),
+            peak_torque=float(sums["peak_torque"]),
         )
 
     def mirror_difference(
@@ -199,7 +203,8 @@ class SegmentBVP:
         """
         if growth > _FORGOTTEN:
             return True
-        omega, rest_velocity = problem[4], problem[11]
+        omega = problem.torque.angular_frequency
+        rest_velocity = problem.driveline.rest_velocity
         size = np.max(np.abs(unknowns[1::2])) * omega
         start = self.points(unknowns, problem)[0]
         if abs(start[1] - rest_velocity) <= _AT_REST * size:
@@ -225,38 +230,32 @@ def _sign(code: int) -> str:
     return ("+" if code > 0 else "-") + (str(further) if further else "")
 
 
-def from_log(log: FloatArray, problem: Any, order: int) -> tuple[SegmentBVP, FloatArray] | None:
+def from_log(log: Records, problem: Any, order: int) -> tuple[SegmentBVP, FloatArray] | None:
     """Equations and unknowns of a run of ``order`` periods from phase 0.
 
-    log : segments of ``trajectory.run``
+    log : segment log of the exact solver
 
     None where nothing moves relative to the brake: every angle that it holds is an equilibrium.
     """
-    omega, zero = problem[4], problem[8]
-    pieces = log[:, trajectory.LOG_PIECE].astype(np.int64)
-    codes = np.where(pieces >= zero, pieces - zero + 1, pieces - zero)
-    codes[pieces == trajectory.REST] = 0
-    kinds = log[:, trajectory.LOG_KIND].astype(np.int64)
+    modes, first = log["mode"], problem.brake.first_forward
+    codes = np.where(modes >= first, modes - first + 1, modes - first)
+    codes[modes == REST] = 0
     if np.all(codes[:-1] == 0):
         return None
-    events = np.flatnonzero((kinds >= enums.STICK) & (kinds != enums.END))
+    kinds = log["kind"]
+    events = np.flatnonzero((kinds >= EventKind.STICK) & (kinds < EventKind.END))
     if events.size == 0:
-        unknowns = log[0, [trajectory.LOG_W, trajectory.LOG_THETA]]
-        return SegmentBVP((int(codes[0]),), order), unknowns.copy()
-    sequence = tuple(int(code) for code in codes[events])
-    phases = (
-        2.0 * math.pi * log[events, trajectory.LOG_PERIOD]
-        + omega * log[events, trajectory.LOG_TIME]
-    )
-    return SegmentBVP(sequence, order), np.column_stack(
-        (phases, log[events, trajectory.LOG_THETA])
-    ).ravel()
+        return SegmentBVP((int(codes[0]),), order), np.array([log["velocity"][0], log["angle"][0]])
+    times = problem.torque.angular_frequency * log["time"][events]
+    phases = 2.0 * math.pi * log["period"][events] + times
+    unknowns = np.column_stack((phases, log["angle"][events])).ravel()
+    return SegmentBVP(tuple(int(code) for code in codes[events]), order), unknowns
 
 
 class Run(NamedTuple):
     """A run of some periods from phase 0: its log, its end, and the derivative of the end."""
 
-    log: FloatArray
+    log: Records
     end: FloatArray
     matrix: FloatArray
 
@@ -264,18 +263,17 @@ class Run(NamedTuple):
 def run(problem: Any, state: FloatArray, periods: int) -> Run:
     """The exact flow from a state; raises ``NoOrbitError`` where it does not last."""
     rows = 16 + _ROWS * periods
+    start, end = State(0, 0.0, state[0], state[1]), Instant(periods, 0.0)
     while True:
-        log = trajectory.empty_log(rows)
-        outcome, _, _, angle, velocity, _, used, _ = trajectory.run(
-            *problem, 0, 0.0, state[0], state[1], periods, 0.0, _MOST_EVENTS, log, _NO_POINTS
-        )
-        if outcome != enums.LOG_FULL:
+        log = empty_log(rows)
+        found = trajectory.run(problem, start, end, _MOST_EVENTS, log, _NO_POINTS)
+        if found.outcome != Outcome.LOG_FULL:
             break
         rows *= 4
-    if outcome != enums.COMPLETED:
+    if found.outcome != Outcome.COMPLETED:
         raise NoOrbitError
-    x1, y1, x2, y2, _, _, scale = saltation.carry(
-        *saltation.split(problem), log, used, 1.0, 0.0, 0.0, 1.0, np.empty(0), 0
-    )
-    matrix = math.exp(min(scale, 700.0)) * np.array([[x1, x2], [y1, y2]])
-    return Run(log[:used], np.array([angle, velocity]), matrix)
+    identity = saltation.Deviations(1.0, 0.0, 0.0, 1.0)
+    there = saltation.propagate(problem, log, found.rows, identity, np.empty(0), 0)
+    x1, y1, x2, y2 = there.deviations
+    matrix = math.exp(min(there.log_scale, 700.0)) * np.array([[x1, x2], [y1, y2]])
+    return Run(log[: found.rows], np.array([found.state.angle, found.state.velocity]), matrix)

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis import evaluate_point
-from wedgebrake.analysis.classify_run import judge
+from wedgebrake.analysis.classify_run import classify_run
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.continuation.curves import OrbitCurve, OrbitSolution
 from wedgebrake.continuation.equations import NoOrbitError
@@ -20,7 +19,7 @@ from wedgebrake.continuation.section import FloatArray
 from wedgebrake.continuation.segment_bvp import from_log, run
 from wedgebrake.continuation.segment_margins import violated
 from wedgebrake.continuation.stroboscopic_map import StroboscopicMap, iterate
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
@@ -79,19 +78,19 @@ def orbit(
     problem = OrbitProblem(system, method=chosen, rtol=float(rtol))
     if order is not None and start is not None:
         return _near(problem, order, [np.array(start)])
-    answer, record = judge(system, start or (0.0, 0.0), chosen, settling)
-    if answer[evaluate_point.OUTCOME] != enums.COMPLETED:
+    motion, record = classify_run(system, start or (0.0, 0.0), chosen, settling)
+    if motion.outcome != Outcome.COMPLETED:
         return Orbit(system, chosen, problem.rtol, OrbitStatus.NO_RUN, order or 0)
-    if answer[evaluate_point.CLASS] == enums.AT_REST:
+    if motion.motion == MotionClass.AT_REST:
         return Orbit(system, chosen, problem.rtol, OrbitStatus.AT_REST, order or 0)
-    settled = int(answer[evaluate_point.ORDER])
+    settled = int(motion.order)
     if order is None and not settled:
-        unsettled = answer[evaluate_point.CLASS] == enums.UNDECIDED
+        unsettled = motion.motion == MotionClass.UNDECIDED
         why = OrbitStatus.NOT_SETTLED if unsettled else OrbitStatus.NOT_PERIODIC
         return Orbit(system, chosen, problem.rtol, why, 0)
     wanted = order or settled
     if wanted == settled:
-        final = np.array([answer[evaluate_point.FINAL_THETA], answer[evaluate_point.FINAL_W]])
+        final = np.array([motion.final_angle, motion.final_velocity])
         return _near(problem, wanted, [final])
     return _near(problem, wanted, _guesses(record, wanted))
 
@@ -117,8 +116,8 @@ def orbit_to_follow(
         return found
     problem = OrbitProblem(system, method=found.method, rtol=found.rtol)
     run_for = protocol(_RECORDED, _SKIPPED, rtol=found.rtol)
-    answer, record = judge(system, initial or (0.0, 0.0), found.method, run_for)
-    if answer[evaluate_point.OUTCOME] != enums.COMPLETED:
+    motion, record = classify_run(system, initial or (0.0, 0.0), found.method, run_for)
+    if motion.outcome != Outcome.COMPLETED:
         return found
     for fewest in range(1, _HIGHEST_ORDER + 1):
         returns = _returns(record, fewest)[: len(record) // 3]

@@ -10,7 +10,7 @@ from wedgebrake.analysis.sticking import sticks
 from wedgebrake.continuation.equations import Measures, NoOrbitError
 from wedgebrake.continuation.section import FloatArray, Records, Section
 from wedgebrake.continuation.segment_margins import MARGINS
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.simulate import simulate
 
@@ -155,6 +155,6 @@ def _period(
     there = period_map(
         problem, float(state[0]), float(state[1]), _MOST_STEPS, derivative=derivative
     )
-    if there.outcome != enums.COMPLETED:
+    if there.outcome != Outcome.COMPLETED:
         raise NoOrbitError
     return np.array([there.angle, there.velocity]), there.matrix
