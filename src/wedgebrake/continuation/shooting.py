@@ -78,19 +78,19 @@ def orbit(
     problem = OrbitProblem(system, method=chosen, rtol=float(rtol))
     if order is not None and start is not None:
         return _near(problem, order, [np.array(start)])
-    motion, record = classify_run(system, start or (0.0, 0.0), chosen, settling)
-    if motion.outcome != Outcome.COMPLETED:
+    result, record = classify_run(system, start or (0.0, 0.0), chosen, settling)
+    if result.outcome != Outcome.COMPLETED:
         return Orbit(system, chosen, problem.rtol, OrbitStatus.NO_RUN, order or 0)
-    if motion.motion == MotionClass.AT_REST:
+    if result.motion == MotionClass.AT_REST:
         return Orbit(system, chosen, problem.rtol, OrbitStatus.AT_REST, order or 0)
-    settled = int(motion.order)
+    settled = int(result.order)
     if order is None and not settled:
-        unsettled = motion.motion == MotionClass.UNDECIDED
+        unsettled = result.motion == MotionClass.UNDECIDED
         why = OrbitStatus.NOT_SETTLED if unsettled else OrbitStatus.NOT_PERIODIC
         return Orbit(system, chosen, problem.rtol, why, 0)
     wanted = order or settled
     if wanted == settled:
-        final = np.array([motion.final_angle, motion.final_velocity])
+        final = np.array([result.final_angle, result.final_velocity])
         return _near(problem, wanted, [final])
     return _near(problem, wanted, _guesses(record, wanted))
 
@@ -116,8 +116,8 @@ def orbit_to_follow(
         return found
     problem = OrbitProblem(system, method=found.method, rtol=found.rtol)
     run_for = protocol(_RECORDED, _SKIPPED, rtol=found.rtol)
-    motion, record = classify_run(system, initial or (0.0, 0.0), found.method, run_for)
-    if motion.outcome != Outcome.COMPLETED:
+    result, record = classify_run(system, initial or (0.0, 0.0), found.method, run_for)
+    if result.outcome != Outcome.COMPLETED:
         return found
     for fewest in range(1, _HIGHEST_ORDER + 1):
         returns = _returns(record, fewest)[: len(record) // 3]

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+from numba import from_dtype, njit, types
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
 # Function pointers have been "experimental" since 2020; the tests cover our use of them.
@@ -65,3 +65,8 @@ def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
         return dispatcher
 
     return decorate
+
+
+def array_of(dtype: Any) -> Any:
+    """Type of a contiguous vector of records, for signatures."""
+    return types.Array(from_dtype(dtype), 1, "C")

@@ -7,19 +7,17 @@ import math
 
 import numpy as np
 
-from wedgebrake.dynamics.brake_torque import brake_torque
-from wedgebrake.dynamics.enums import BAND_ENTERED, BAND_LEFT
+from wedgebrake.dynamics.brake_torque import brake_torque, smooth_brake
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.dynamics.harmonic import Harmonic, Phase, phase_at
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import G2, Q, entry, state_at
+from wedgebrake.dynamics.linear_flow import Entry, enter, state_at
 from wedgebrake.dynamics.linear_flow import acceleration as linear_acceleration
 from wedgebrake.solvers.smooth.dense_output import NODES, PARTS, WEIGHTS, inside
 from wedgebrake.solvers.smooth.dense_output import look as seen
 from wedgebrake.solvers.smooth.runge_kutta import ROWS, SUMS, acceleration, drive_at
 from wedgebrake.solvers.smooth.runge_kutta import step as advance
 from wedgebrake.solvers.smooth.trajectory import (
-    LOG_KIND,
-    LOG_SIDE,
-    LOG_TIME,
     TRAIL_SIZE,
     TRAIL_STRETCH,
     TRAIL_THETA,
@@ -74,30 +72,28 @@ def leave(sums, now, shortest):
 def passages(log, rows, before, shortest, sums):
     """Count the sticks of a period that began ``before`` [s] after the first one."""
     for row in log[:rows]:
-        if row[LOG_KIND] == BAND_ENTERED and math.isnan(sums[SINCE]):
-            sums[SINCE], sums[SIDE] = before + row[LOG_TIME], row[LOG_SIDE]
-        elif row[LOG_KIND] == BAND_LEFT:
-            leave(sums, before + row[LOG_TIME], shortest)
+        if row.kind == EventKind.BAND_ENTERED and math.isnan(sums[SINCE]):
+            sums[SINCE], sums[SIDE] = before + row.time, row.side
+        elif row.kind == EventKind.BAND_LEFT:
+            leave(sums, before + row.time, shortest)
 
 
 @compiled
 def _inside(plant, pair, past, number, linear, line, start, row, tau, look, scratch):
     """(theta, w, w', brake torque) in the step of a ``row``, a time tau after it begins.
 
-    start : of a linear stretch (sine, cosine, *entry) of its closed form
+    start : ``Entry`` of a linear stretch
     look  : number of the look, in order through the step; -1: another time. Then the torque in
             a series step is left out, and given as 0
     """
-    inertia, damping, stiffness, amplitude, omega, w_rest = plant
+    inertia, _, _, amplitude, omega, w_rest = plant
     begin, theta0, w0 = row[TRAIL_TIME], row[TRAIL_THETA], row[TRAIL_W]
     if linear[int(row[TRAIL_STRETCH])]:
-        w2, f = stiffness / inertia, amplitude / inertia
-        sine, cosine = math.sin(omega * (begin + tau)), math.cos(omega * (begin + tau))
-        theta, w = state_at(
-            line, w2, f, omega, theta0, w0, start[0], start[1], start[2:], tau, sine, cosine
-        )
-        torque = (inertia * line[G2] - damping) * w - inertia * line[Q]
-        return theta, w, linear_acceleration(line, w2, f, theta, w, sine), torque
+        forcing = Harmonic(amplitude / inertia, omega)
+        phase = phase_at(forcing, begin + tau)
+        theta, w = state_at(line, forcing, start, tau, phase)
+        torque = line.offset + line.slope * w
+        return theta, w, linear_acceleration(line, forcing, theta, w, phase), torque
     theta, w, a, torque = theta0, w0, 0.0, 0.0
     if pair is not None:
         laws, numbers, tableau, _ = pair
@@ -106,7 +102,7 @@ def _inside(plant, pair, past, number, linear, line, start, row, tau, look, scra
             plant, laws, numbers, tableau[0], tableau[1], begin, theta0, w0, a, tau,
             scratch[0, :ROWS], scratch[1, :ROWS], scratch[2, :ROWS], scratch[3],
         )  # fmt: skip
-        torque = brake_torque(*laws, *numbers, w - w_rest)
+        torque = brake_torque(smooth_brake(laws, numbers), w - w_rest)
     if past is not None:
         if look >= 0:
             theta, w, a, torque = seen(past, number, look // NODES.size, look % NODES.size)
@@ -130,10 +126,10 @@ def add(plant, pair, past, linear, table, trail, left, sums):
     past : None, or what ``past.see`` found; one of pair and past is None
     """
     inertia, _, stiffness, amplitude, omega, w_rest = plant
-    w2, f = stiffness / inertia, amplitude / inertia
+    forcing, w2 = Harmonic(amplitude / inertia, omega), stiffness / inertia
     fastest = max(omega, math.sqrt(w2))
     scratch = np.empty((4, SUMS))
-    start = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    start = Entry(0.0, 0.0, Phase(0.0, 1.0), 0.0, 0.0, 0.0, 0.0)
     number = -1
     for row in trail[:left]:
         stretch, begin, whole = int(row[TRAIL_STRETCH]), row[TRAIL_TIME], row[TRAIL_SIZE]
@@ -141,10 +137,9 @@ def add(plant, pair, past, linear, table, trail, left, sums):
         parts, a = PARTS, 0.0
         if linear[stretch]:
             parts = 1 + int(whole * fastest / _CELL)
-            sine, cosine = math.sin(omega * begin), math.cos(omega * begin)
-            first, second, third, fourth = entry(line, w2, omega, theta0, w0, sine, cosine)
-            start = (sine, cosine, first, second, third, fourth)
-            a = linear_acceleration(line, w2, f, theta0, w0, sine)
+            phase = phase_at(forcing, begin)
+            start = enter(line, forcing, theta0, w0, phase)
+            a = linear_acceleration(line, forcing, theta0, w0, phase)
         else:
             if pair is not None:
                 laws, numbers, _, _ = pair

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wedgebrake.dynamics.linear_flow import COLUMNS
+from wedgebrake.dynamics.linear_flow import PIECE
 from wedgebrake.solvers.smooth import simd_batch
 from wedgebrake.solvers.smooth.solve import Problem
 from wedgebrake.solvers.smooth.solve_periods import Passed
@@ -38,7 +38,7 @@ def advance_together(
     begin = np.array([states[lane if lane < count else 0] for lane in range(WIDTH)], dtype=float)
     edges = np.full((WIDTH, most), math.inf)
     kinks, linear = np.zeros((WIDTH, most + 1, 2)), np.zeros((WIDTH, most + 1), dtype=np.bool_)
-    table = np.zeros((WIDTH, most + 1, COLUMNS))
+    table = np.zeros((WIDTH, most + 1), dtype=PIECE)
     for lane, one in enumerate(chosen):
         own = one.edges.size
         edges[lane, :own], kinks[lane, : own + 1] = one.edges, one.kinks

@@ -7,12 +7,14 @@ import numpy as np
 from numba import types
 
 from wedgebrake.dynamics.brake_torque import LAWS, SHAPES
-from wedgebrake.dynamics.enums import COMPLETED, LOG_FULL
-from wedgebrake.dynamics.jit import compiled, compiled_for
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.jit import array_of, compiled, compiled_for
+from wedgebrake.dynamics.linear_flow import PIECE
+from wedgebrake.dynamics.segment_log import SEGMENT
 from wedgebrake.solvers.smooth import dense_output
 from wedgebrake.solvers.smooth.accumulators import add, passages
 from wedgebrake.solvers.smooth.runge_kutta import SUMS
-from wedgebrake.solvers.smooth.trajectory import LOG_COLUMNS, SCRATCH_ROWS, TRAIL_COLUMNS, run
+from wedgebrake.solvers.smooth.trajectory import SCRATCH_ROWS, TRAIL_COLUMNS, run
 from wedgebrake.solvers.smooth.variational import carry
 
 # Rows of the log and of the trail of a period; most motions need a tenth.
@@ -46,7 +48,7 @@ def _advance(
     if sums is not None:
         trailing = True
     room, steps = _ROOM, 0
-    log, trail = np.empty((room, LOG_COLUMNS)), np.empty((room if trailing else 0, TRAIL_COLUMNS))
+    log, trail = np.empty(room, SEGMENT), np.empty((room if trailing else 0, TRAIL_COLUMNS))
     record = np.empty(
         (dense_output.room_for(trail.shape[0]), dense_output.OUTPUTS, dense_output.WIDTH)
     )
@@ -59,10 +61,10 @@ def _advance(
                 tolerances, h_max, 0, 0.0, theta, w, 1, 0.0, max_steps - steps, log, number, time,
                 none, work, trail, None,
             )  # fmt: skip
-            if outcome != LOG_FULL:
+            if outcome != Outcome.LOG_FULL:
                 break
             room *= 4
-            log = np.empty((room, LOG_COLUMNS))
+            log = np.empty(room, SEGMENT)
             trail = np.empty((room if trailing else 0, TRAIL_COLUMNS))
             record = np.empty(
                 (dense_output.room_for(trail.shape[0]), dense_output.OUTPUTS, dense_output.WIDTH)
@@ -71,7 +73,7 @@ def _advance(
         steps += spent
         if sums is not None:
             passages(log, rows, begin + done * length, shortest, sums)
-        if outcome != COMPLETED:
+        if outcome != Outcome.COMPLETED:
             return outcome, done, theta, w, steps
         points[done + 1, 0], points[done + 1, 1] = theta, w
         # Numba leaves out a branch whose argument is None.
@@ -89,7 +91,7 @@ def _advance(
             carry(
                 plant, pair, law_seen, tolerances[0], kinks, linear, table, trail, left, matrix,
             )  # fmt: skip
-    return COMPLETED, count, theta, w, steps
+    return Outcome.COMPLETED, count, theta, w, steps
 
 
 def _signature(sums):
@@ -100,7 +102,8 @@ def _signature(sums):
     given = types.Tuple((LAWS, SHAPES, numbers, tableau, matrix))
     return (
         types.UniTuple(real, 6), given, types.none, vector, matrix,
-        types.Array(types.boolean, 1, "C"), matrix, whole, real, real, types.UniTuple(real, 3),
+        types.Array(types.boolean, 1, "C"), array_of(PIECE), whole, real, real,
+        types.UniTuple(real, 3),
         real, real, real, whole, matrix, types.Array(real, 3, "C"), sums, real, real,
     )  # fmt: skip
 

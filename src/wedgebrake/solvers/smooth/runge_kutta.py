@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.dynamics.brake_torque import brake_torque
+from wedgebrake.dynamics.brake_torque import brake_torque, smooth_brake
 from wedgebrake.dynamics.jit import compiled
 
 Array = NDArray[np.float64]
@@ -71,19 +71,7 @@ def bernstein_matrix() -> Array:
 def acceleration(plant, laws, numbers, drive, theta, w):
     """Theta'' with the smooth brake torque, under the driving torque ``drive`` (eq. 1)."""
     inertia, damping, stiffness, _, _, w_rest = plant
-    friction, friction_shape, brake, brake_shape = laws
-    radius, initial_force, slope, release = numbers
-    torque = brake_torque(
-        friction,
-        friction_shape,
-        brake,
-        brake_shape,
-        radius,
-        initial_force,
-        slope,
-        release,
-        w - w_rest,
-    )
+    torque = brake_torque(smooth_brake(laws, numbers), w - w_rest)
     # A product: the division leaves the loop over the stages.
     return (drive - damping * w - stiffness * theta - torque) * (1.0 / inertia)
 

@@ -9,17 +9,11 @@ import math
 
 import numpy as np
 
-from wedgebrake.dynamics.enums import COMPLETED, DIVERGED, NO_SLIDING, STEP_LIMIT
+from wedgebrake.dynamics.enums import FlowForm, Outcome, SearchEnd
+from wedgebrake.dynamics.harmonic import Harmonic, phase_at, rate, value
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import BLOCKED, G2, KIND
 from wedgebrake.dynamics.linear_flow import acceleration as linear_acceleration
-from wedgebrake.solvers.event_driven.event_search import (
-    HIT_HIGH,
-    HIT_LOW,
-    OUT_OF_PATIENCE,
-    REACHED_END,
-    slip,
-)
+from wedgebrake.solvers.event_driven.event_search import Motion, slip
 from wedgebrake.solvers.smooth.simd_codegen import traced
 from wedgebrake.solvers.smooth.taylor import (
     A1,
@@ -59,22 +53,20 @@ def step_lanes(inputs, outputs):
 
 
 @compiled
-def _alone(plant, edges, row, stretch, w_diverged, inputs, lane, t, t_end, max_steps):
+def _alone(plant, edges, piece, stretch, w_diverged, inputs, lane, t, t_end, max_steps):
     """A lane through a linear stretch, in closed form: (what, t, a, steps); its w is changed."""
-    inertia, _, stiffness, amplitude, omega, _ = plant
-    w2, f = stiffness / inertia, amplitude / inertia
+    forcing = Harmonic(plant[3] / plant[0], plant[4])
     theta, w = inputs[THETA, lane], inputs[W, lane]
     low = edges[stretch - 1] if stretch > 0 else -math.inf
     high = edges[stretch] if stretch < edges.size else math.inf
-    if row[G2] < 0.0:
+    if piece.damping < 0.0:
         low, high = max(low, -w_diverged), min(high, w_diverged)
-    sine, cosine = math.sin(omega * t), math.cos(omega * t)
-    a = linear_acceleration(row, w2, f, theta, w, sine)
-    hit, t, sine, cosine, theta, w, a, spent = slip(
-        row, w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a, max_steps
-    )
+    phase = phase_at(forcing, t)
+    a = linear_acceleration(piece, forcing, theta, w, phase)
+    start = Motion(t, phase, theta, w, a)
+    hit, (t, phase, theta, w, a), spent = slip(piece, forcing, low, high, start, t_end, max_steps)
     inputs[THETA, lane], inputs[W, lane] = theta, w
-    inputs[DRIVE, lane], inputs[RATE, lane] = f * sine, f * omega * cosine
+    inputs[DRIVE, lane], inputs[RATE, lane] = value(forcing, phase), rate(forcing, phase)
     return hit, t, a, spent
 
 
@@ -86,14 +78,14 @@ def _stepped(plants, lane, low, high, outputs, tiny, stalled, inputs, t):
     """
     h = outputs[SIZE, lane]
     if not h >= min(tiny, inputs[LONGEST, lane]):
-        return REACHED_END, -1.0, 0.0
+        return SearchEnd.TIME, -1.0, 0.0
     inputs[LAST, lane] = max(h, 1e-3 * inputs[LAST, lane])
     size, hit = crossing(outputs, lane, low, high, tiny)
-    if hit == REACHED_END or (stalled and size <= tiny):
+    if hit == SearchEnd.TIME or (stalled and size <= tiny):
         inputs[THETA, lane], inputs[W, lane] = outputs[THETA1, lane], outputs[W1, lane]
         inputs[DRIVE, lane], inputs[RATE, lane] = outputs[DRIVE1, lane], outputs[RATE1, lane]
-        return REACHED_END, h, outputs[A1, lane]
-    inputs[W, lane] = low if hit == HIT_LOW else high
+        return SearchEnd.TIME, h, outputs[A1, lane]
+    inputs[W, lane] = low if hit == SearchEnd.HIT_LOW else high
     if size <= tiny:
         return hit, 0.0, outputs[ACCELS, lane]
     inputs[THETA, lane], _, a = state(outputs, lane, size)
@@ -140,7 +132,7 @@ def run(
             plants[lane], laws[lane], edges[lane], h_max[lane], states[lane], inputs, lane
         )  # fmt: skip
         points[lane, 0, 0], points[lane, 0, 1] = states[lane, 0], states[lane, 1]
-        outcomes[lane], done[lane], steps[lane] = COMPLETED, 0, 0
+        outcomes[lane], done[lane], steps[lane] = Outcome.COMPLETED, 0, 0
     together = WIDTH
     while together > 0:
         together = 0
@@ -153,7 +145,7 @@ def run(
             while going[lane]:
                 here = stretch[lane]
                 t0 = t[lane]
-                hit, a = REACHED_END, 0.0
+                hit, a = SearchEnd.TIME, 0.0
                 if not linear[lane, here]:
                     if not fresh:
                         break
@@ -163,13 +155,13 @@ def run(
                     )  # fmt: skip
                     stalled[lane] = size == 0.0
                     if size < 0.0:
-                        outcomes[lane], going[lane] = STEP_LIMIT, False
+                        outcomes[lane], going[lane] = Outcome.STEP_LIMIT, False
                         break
                     t[lane] = length if length - t0 - size <= 4e-16 * length else t0 + size
                 else:
                     row = table[lane, here]
-                    if row[KIND] == BLOCKED:
-                        outcomes[lane], going[lane] = NO_SLIDING, False
+                    if row.form == FlowForm.BLOCKED:
+                        outcomes[lane], going[lane] = Outcome.NO_FORWARD_SOLUTION, False
                         break
                     hit, t[lane], a, spent = _alone(
                         plants[lane], edges[lane], row, here, w_diverged[lane], inputs, lane, t0,
@@ -178,12 +170,12 @@ def run(
                     steps[lane] += max(spent, 1)
                 fresh = False
                 w = inputs[W, lane]
-                if hit == OUT_OF_PATIENCE or steps[lane] > max_steps:
-                    outcomes[lane], going[lane] = STEP_LIMIT, False
+                if hit == SearchEnd.WORK_LIMIT or steps[lane] > max_steps:
+                    outcomes[lane], going[lane] = Outcome.STEP_LIMIT, False
                 elif not math.isfinite(w) or abs(w - rest) >= w_diverged[lane]:
-                    outcomes[lane], going[lane] = DIVERGED, False
-                elif hit != REACHED_END:
-                    stretch[lane] = stretch_at(edges[lane], w, hit == HIT_HIGH)
+                    outcomes[lane], going[lane] = Outcome.DIVERGED, False
+                elif hit != SearchEnd.TIME:
+                    stretch[lane] = stretch_at(edges[lane], w, hit == SearchEnd.HIT_HIGH)
                 elif not linear[lane, here]:
                     inside = here == 0 or w > edges[lane, here - 1]
                     if not (inside and (here == edges.shape[1] or w < edges[lane, here])):

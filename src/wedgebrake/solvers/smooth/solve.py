@@ -11,23 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
-from wedgebrake.dynamics import enums, linear_flow
+from wedgebrake.dynamics import linear_flow
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.harmonic import Harmonic
+from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.model.brakes import Brake, LeverBrake
 from wedgebrake.model.friction import SmoothedFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.log_reader import Log, events_of, returns_of, sticks_in_band, within
 from wedgebrake.solvers.smooth import runge_kutta, torque_along
 from wedgebrake.solvers.smooth import trajectory as kernel
 from wedgebrake.solvers.smooth.laws import Shape, brake_law, friction_law, gathered
-from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK, sticks_from_layer, within
-from wedgebrake.solvers.solution import (
-    Clock,
-    EventKind,
-    Events,
-    FloatArray,
-    Sticks,
-    Task,
-    Trajectory,
-)
+from wedgebrake.solvers.solution import FloatArray, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 
 # The law counts as constant, and is then solved in closed form, where its torque differs by
@@ -96,6 +91,7 @@ def problem(
     offsets = np.array([piece.offset for piece in ordered]) + slopes * line.drive_speed
     omega = torque.angular_frequency
     plant = (line.inertia, line.damping, line.stiffness, torque.amplitude, omega)
+    driveline = linear_flow.Driveline(*plant[:3], 0.0 - line.drive_speed)
     fastest = max(line.natural_frequency, omega)
     finite = offsets[np.isfinite(offsets)]
     push = torque.amplitude + float(np.max(np.abs(finite))) + _held(system)
@@ -110,7 +106,7 @@ def problem(
         edges=np.array(cuts) - line.drive_speed,
         kinks=_kinks(system, np.array(cuts)),
         linear=np.array([piece.linear for piece in ordered]),
-        table=linear_flow.constants(*plant, slopes, offsets),
+        table=linear_flow.pieces_of(driveline, Harmonic(*plant[3:]), slopes, offsets),
         rest_edge=len(backward) - 1,
         band=band,
         w_diverged=DIVERGED_FACTOR * (speed + largest + max(cuts) + 1e-300),
@@ -231,29 +227,24 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
     times = task.times[:reached]
     angle, velocity = seen[:reached, 0].copy(), seen[:reached, 1].copy()
     speed = velocity + system.driveline.drive_speed
-    marks = (log[:, kernel.LOG_KIND] == EventKind.PERIOD) | (
-        (log[:, kernel.LOG_TIME] == 0.0) & (log[:, kernel.LOG_KIND] == EventKind.START)
-    )
-    sticks = _sticks(log, task.clock, end)
+    sticks = sticks_in_band(log, task.clock, end)
     return Trajectory(
         times=times,
         angle=angle,
         velocity=velocity,
         brake_torque=torque_at(system, speed),
         sticking=within(times, sticks),
-        period=log[marks, kernel.LOG_PERIOD].astype(np.int64),
-        period_angle=log[marks, kernel.LOG_THETA],
-        period_velocity=log[marks, kernel.LOG_W],
-        events=_events(log, task.clock),
+        returns=returns_of(log),
+        events=events_of(log, task.clock, end),
         sticks=sticks,
-        status=Status.of(enums.NO_SLIDING if caught else outcome),
+        status=Status.of(Outcome.NO_FORWARD_SOLUTION if caught else outcome),
         final=(end, final[2], final[3]),
         detail=(
             f"From t = {end:.6g} s on it cannot pass the speed at which the brake locks, while the"
             " turning shaft winds up the spring without limit."
             if caught
             else ""
-            if outcome == enums.COMPLETED
+            if outcome == Outcome.COMPLETED
             else f"Stopped at t = {end:.6g} s."
         ),
         work=steps,
@@ -292,19 +283,19 @@ def _run(
     number: NDArray[np.int64],
     rest: FloatArray,
     seen: FloatArray,
-) -> tuple[FloatArray, int, tuple[int, float, float, float], int, int]:
+) -> tuple[Log, int, tuple[int, float, float, float], int, int]:
     """Run the kernel, with more room for the log whenever it fills up."""
     rows = 64 + 24 * max(1, task.end[0] - task.start[0] + 1)
     work = np.empty((kernel.SCRATCH_ROWS, runge_kutta.SUMS))
     no_trail = np.empty((0, kernel.TRAIL_COLUMNS))
     run = kernel.run if given.pair is None else kernel.run_pair()
     while True:
-        log = np.empty((rows, kernel.LOG_COLUMNS))
+        log = empty_log(rows)
         outcome, *final, steps, used, reached, _ = run(
             *given, *task.start, task.angle, task.velocity, *task.end, max_steps, log,
             number, rest, seen, work, no_trail, task.stop,
         )  # fmt: skip
-        if outcome != enums.LOG_FULL:
+        if outcome != Outcome.LOG_FULL:
             state = (final[0], final[1], final[2], final[3])
             return log[:used].copy(), outcome, state, steps, reached
         rows *= 4
@@ -317,28 +308,3 @@ def torque_at(system: BrakedDriveline, speed: FloatArray) -> FloatArray:
     laws = gathered(friction, brake), (friction_shape, brake_shape)
     torque_along.torques(*laws, *_numbers(system), np.ascontiguousarray(speed), torque)
     return torque
-
-
-def _events(log: FloatArray, clock: Clock) -> Events:
-    kinds = log[:, kernel.LOG_KIND]
-    rows = log[(kinds == EventKind.REVERSAL) | (kinds == EventKind.BREAKPOINT)]
-    return Events(
-        time=clock.join(rows[:, kernel.LOG_PERIOD].astype(np.int64), rows[:, kernel.LOG_TIME]),
-        kind=rows[:, kernel.LOG_KIND].astype(np.int8),
-        angle=rows[:, kernel.LOG_THETA].copy(),
-        velocity=rows[:, kernel.LOG_W].copy(),
-        side=rows[:, kernel.LOG_SIDE].astype(np.int8),
-    )
-
-
-def _sticks(log: FloatArray, clock: Clock, end: float) -> Sticks:
-    times = clock.join(log[:, kernel.LOG_PERIOD].astype(np.int64), log[:, kernel.LOG_TIME])
-    entered = log[:, kernel.LOG_KIND] == enums.BAND_ENTERED
-    left = log[:, kernel.LOG_KIND] == enums.BAND_LEFT
-    side = log[:, kernel.LOG_SIDE]
-    leave_time, leave_side = times[left], side[left]
-    if leave_time.size < np.count_nonzero(entered):
-        leave_time, leave_side = np.append(leave_time, end), np.append(leave_side, 0.0)
-    return sticks_from_layer(
-        times[entered], side[entered], leave_time, leave_side, SHORTEST_STICK * clock.period
-    )

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wedgebrake.solvers.log_reader import SHORTEST_STICK
 from wedgebrake.solvers.smooth import accumulators
 from wedgebrake.solvers.smooth import periods as kernel
 from wedgebrake.solvers.smooth.laws import gathered
 from wedgebrake.solvers.smooth.solve import Problem
-from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK
 from wedgebrake.solvers.solution import FloatArray
 
 

@@ -15,8 +15,8 @@ inputs and outputs are columns of arrays, one column for each system (lane).
 
 import math
 
+from wedgebrake.dynamics.enums import SearchEnd
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.solvers.event_driven.event_search import HIT_HIGH, HIT_LOW, REACHED_END
 from wedgebrake.solvers.smooth.simd_codegen import traced
 
 # Coefficients kept: of theta and w up to this power of the time.
@@ -260,17 +260,17 @@ def _first(outputs, lane, h, edge, sign, tiny):
 def crossing(outputs, lane, low, high, tiny):
     """(size of the step, what) up to the first of two edges that w leaves (low, high) by."""
     h, w, way = outputs[SIZE, lane], outputs[WS, lane], outputs[WAY, lane]
-    size, what = h, REACHED_END
+    size, what = h, SearchEnd.TIME
     if way == 0.0:
         return size, what
     if w - low <= way:
         found = _first(outputs, lane, h, low, 1.0, tiny)
         if found <= size:
-            size, what = found, HIT_LOW
+            size, what = found, SearchEnd.HIT_LOW
     if high - w <= way:
         found = _first(outputs, lane, h, high, -1.0, tiny)
         if found <= size:
-            size, what = found, HIT_HIGH
+            size, what = found, SearchEnd.HIT_HIGH
     return size, what
 
 

@@ -1,36 +1,9 @@
-"""Brake torque of a smooth law, and velocity under a linear one, along a motion."""
-
-import math
+"""Brake torque of a smooth law at many sliding velocities."""
 
 from numba import types
 
-from wedgebrake.dynamics.brake_torque import LAWS, SHAPES, brake_torque
-from wedgebrake.dynamics.jit import compiled, compiled_for
-from wedgebrake.dynamics.linear_flow import entry, state_at
-
-
-@compiled
-def velocities(table, pieces, w2, f, omega, start, theta, w, tau, out):
-    """Store the velocities [rad/s] at the times ``tau`` after given states in ``out``.
-
-    table    : (pieces, flow.COLUMNS) constants of the linear pieces
-    pieces   : (n,) piece of each state, negative at rest
-    start, theta, w: (n,) time within the period, angle and velocity of each state
-    tau, out : (n, m) times after each state [s] and velocities
-    """
-    for i in range(pieces.size):
-        if pieces[i] < 0:
-            out[i, :] = w[i]
-            continue
-        row = table[pieces[i]]
-        sin0, cos0 = math.sin(omega * start[i]), math.cos(omega * start[i])
-        coefficients = entry(row, w2, omega, theta[i], w[i], sin0, cos0)
-        for j in range(tau.shape[1]):
-            phase = omega * (start[i] + tau[i, j])
-            _, out[i, j] = state_at(
-                row, w2, f, omega, theta[i], w[i], sin0, cos0, coefficients, tau[i, j],
-                math.sin(phase), math.cos(phase),
-            )  # fmt: skip
+from wedgebrake.dynamics.brake_torque import LAWS, SHAPES, brake_torque, smooth_brake
+from wedgebrake.dynamics.jit import compiled_for
 
 
 def _torques(laws, shapes, radius, initial_force, slope, release, v, out):
@@ -38,11 +11,10 @@ def _torques(laws, shapes, radius, initial_force, slope, release, v, out):
 
     laws : of friction and brake, as ``torque.gather`` gives them
     """
-    friction, brake = laws[0], laws[1]
+    functions = (laws[0], shapes[0], laws[1], shapes[1])
+    brake = smooth_brake(functions, (radius, initial_force, slope, release))
     for i in range(v.size):
-        out[i] = brake_torque(
-            friction, shapes[0], brake, shapes[1], radius, initial_force, slope, release, v[i]
-        )
+        out[i] = brake_torque(brake, v[i])
 
 
 def _signature():

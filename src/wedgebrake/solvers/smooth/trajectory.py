@@ -21,30 +21,13 @@ import numpy as np
 from numba import types
 
 from wedgebrake.dynamics.brake_torque import LAW, SHAPE
-from wedgebrake.dynamics.enums import (
-    BAND_ENTERED,
-    BAND_LEFT,
-    BREAKPOINT,
-    COMPLETED,
-    DIVERGED,
-    END,
-    LOG_FULL,
-    NO_SLIDING,
-    PERIOD,
-    REVERSAL,
-    START,
-    STEP_LIMIT,
-)
-from wedgebrake.dynamics.jit import compiled, compiled_for
-from wedgebrake.dynamics.linear_flow import BLOCKED, G2, KIND, entry, state_at
+from wedgebrake.dynamics.enums import EventKind, FlowForm, Outcome, SearchEnd
+from wedgebrake.dynamics.harmonic import Harmonic, phase_at
+from wedgebrake.dynamics.jit import array_of, compiled, compiled_for
+from wedgebrake.dynamics.linear_flow import PIECE, enter, state_at
 from wedgebrake.dynamics.linear_flow import acceleration as linear_acceleration
-from wedgebrake.solvers.event_driven.event_search import (
-    HIT_HIGH,
-    HIT_LOW,
-    OUT_OF_PATIENCE,
-    REACHED_END,
-    slip,
-)
+from wedgebrake.dynamics.segment_log import SEGMENT, write
+from wedgebrake.solvers.event_driven.event_search import Motion, slip
 from wedgebrake.solvers.smooth.runge_kutta import (
     DEGREE,
     STAGES,
@@ -76,9 +59,6 @@ from wedgebrake.solvers.smooth.taylor import (
 from wedgebrake.solvers.smooth.taylor import acceleration as series_acceleration
 from wedgebrake.solvers.smooth.taylor import step as step_by_series
 
-LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(6)
-LOG_COLUMNS = 6
-
 # Columns of a row of the trail, one for each step: its stretch, where it starts and its size;
 # for Runge-Kutta steps also the speeds of the stages.
 TRAIL_STRETCH, TRAIL_TIME, TRAIL_THETA, TRAIL_W, TRAIL_SIZE, TRAIL_SPEEDS = range(6)
@@ -96,18 +76,6 @@ _CLOSE = 1e-2
 # Rows of the scratch array.
 _RATE, _ACCEL, _DRIVE, _SUMS, _POLY, _TERMS = range(6)
 SCRATCH_ROWS = 6
-
-
-@compiled
-def _write(log, rows, kind, period, t, theta, w, side):
-    """One row of the log; the caller has made sure that there is room."""
-    log[rows, LOG_KIND] = kind
-    log[rows, LOG_PERIOD] = period
-    log[rows, LOG_TIME] = t
-    log[rows, LOG_THETA] = theta
-    log[rows, LOG_W] = w
-    log[rows, LOG_SIDE] = side
-    return rows + 1
 
 
 @compiled
@@ -139,14 +107,14 @@ def _crossing(tableau, work, w, w1, h, low, high):
     """
     _, _, _, _, d_matrix, bernstein = tableau
     poly = work[_POLY]
-    x, hit = 2.0, REACHED_END
-    for what in (HIT_LOW, HIT_HIGH):
-        edge = low if what == HIT_LOW else high
+    x, hit = 2.0, SearchEnd.TIME
+    for what in (SearchEnd.HIT_LOW, SearchEnd.HIT_HIGH):
+        edge = low if what == SearchEnd.HIT_LOW else high
         if math.isinf(edge):
             continue
         coefficients(d_matrix, bernstein, w, w1, h, work[_ACCEL], work[_TERMS], poly)
         for k in range(DEGREE + 1):
-            poly[k] = poly[k] - edge if what == HIT_LOW else edge - poly[k]
+            poly[k] = poly[k] - edge if what == SearchEnd.HIT_LOW else edge - poly[k]
         found = first_root(poly, _ON_KINK if w == edge else 0.0)
         if w == edge and found == _ON_KINK:
             found = 0.0
@@ -215,12 +183,12 @@ def _numeric_step(
         near_low = low if lowest - margin <= low else -math.inf
         near_high = high if highest + margin >= high else math.inf
         if math.isinf(near_low) and math.isinf(near_high):
-            return theta1, w1, a1, hs, following, REACHED_END, attempts
+            return theta1, w1, a1, hs, following, SearchEnd.TIME, attempts
         extend(plant, laws, numbers, a_extra, c_extra, t, theta, w, hs, work[_RATE], work[_ACCEL])
         x, hit = _crossing(tableau, work, w, w1, hs, near_low, near_high)
-        if hit == REACHED_END or (stalled and x * hs <= tiny):
-            return theta1, w1, a1, hs, following, REACHED_END, attempts
-        edge = low if hit == HIT_LOW else high
+        if hit == SearchEnd.TIME or (stalled and x * hs <= tiny):
+            return theta1, w1, a1, hs, following, SearchEnd.TIME, attempts
+        edge = low if hit == SearchEnd.HIT_LOW else high
         cut = x * hs
         if cut <= tiny:
             return theta, edge, a, 0.0, h, hit, attempts
@@ -243,7 +211,7 @@ def _numeric_step(
                 return theta1 + w1 * late, edge, a1, cut + late, max(h, cut), hit, attempts
             cut = min(max(cut + late, 0.5 * cut), 1.5 * cut)
         h = 0.5 * min(cut, hs)
-    return theta, w, a, -1.0, -1.0 if walled else 0.0, REACHED_END, attempts
+    return theta, w, a, -1.0, -1.0 if walled else 0.0, SearchEnd.TIME, attempts
 
 
 @compiled
@@ -262,12 +230,12 @@ def _series_step(
     step_by_series(inputs, outputs)
     h = outputs[SIZE, 0]
     if not h >= min(tiny, h_left):
-        return theta, w, outputs[ACCELS, 0], -1.0, REACHED_END
+        return theta, w, outputs[ACCELS, 0], -1.0, SearchEnd.TIME
     inputs[LAST, 0] = max(h, 1e-3 * inputs[LAST, 0])
     size, hit = crossing(outputs, 0, low, high, tiny)
-    if hit == REACHED_END or (stalled and size <= tiny):
-        return outputs[THETA1, 0], outputs[W1, 0], outputs[A1, 0], h, REACHED_END
-    edge = low if hit == HIT_LOW else high
+    if hit == SearchEnd.TIME or (stalled and size <= tiny):
+        return outputs[THETA1, 0], outputs[W1, 0], outputs[A1, 0], h, SearchEnd.TIME
+    edge = low if hit == SearchEnd.HIT_LOW else high
     if size <= tiny:
         return theta, edge, outputs[ACCELS, 0], 0.0, hit
     theta, _, a = state(outputs, 0, size)
@@ -288,19 +256,17 @@ def _see_series(outputs, t, h, period, want_period, want_time, seen, wanted):
 
 
 @compiled
-def _see_linear(row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen, wanted):
+def _see_linear(piece, forcing, theta0, w0, t0, t, period, want_period, want_time, seen, wanted):
     """Closed-form states at the wanted times up to t; the next one wanted."""
-    sin0, cos0 = math.sin(omega * t0), math.cos(omega * t0)
-    pull = entry(row, w2, omega, theta0, w0, sin0, cos0)
+    entry = enter(piece, forcing, theta0, w0, phase_at(forcing, t0))
     while wanted < want_time.size and (
         want_period[wanted] < period or (want_period[wanted] == period and want_time[wanted] <= t)
     ):
         at = want_time[wanted]
         seen[wanted, 0], seen[wanted, 1] = theta0, w0
         if at > t0:
-            sin1, cos1 = math.sin(omega * at), math.cos(omega * at)
             seen[wanted, 0], seen[wanted, 1] = state_at(
-                row, w2, f, omega, theta0, w0, sin0, cos0, pull, at - t0, sin1, cos1
+                piece, forcing, entry, at - t0, phase_at(forcing, at)
             )
         wanted += 1
     return wanted
@@ -378,6 +344,7 @@ def _run(
     """
     inertia, _, stiffness, amplitude, omega, w_rest = plant
     w2, f = stiffness / inertia, amplitude / inertia
+    forcing = Harmonic(f, omega)
     length = 2.0 * math.pi / omega
     top = edges.size
     reach = POLE * band
@@ -399,43 +366,42 @@ def _run(
     rising = a > 0.0 or (a == 0.0 and f * omega * math.cos(omega * t) > w2 * w)
     stretch = stretch_at(edges, w, rising)
     inside = abs(w - w_rest) <= band
-    rows = _write(log, rows, START, period, t, theta, w, 0.0)
+    rows = write(log, rows, EventKind.START, period, t, theta, w, stretch, 0.0)
     if inside:
-        rows = _write(log, rows, BAND_ENTERED, period, t, theta, w, 0.0)
+        rows = write(log, rows, EventKind.BAND_ENTERED, period, t, theta, w, stretch, 0.0)
 
     while True:
         if rows + 4 > log.shape[0] or (trailing and left == trail.shape[0]):
-            return LOG_FULL, period, t, theta, w, steps, rows, wanted, left
+            return Outcome.LOG_FULL, period, t, theta, w, steps, rows, wanted, left
         final = period >= last_period
         t_end = last_time if final else length
-        hit = REACHED_END
+        hit = SearchEnd.TIME
         t0, theta0, w0, a0 = t, theta, w, a
         came_linear = linear[stretch]
         if t >= t_end:
             pass
         elif linear[stretch]:
-            row = table[stretch]
-            if row[KIND] == BLOCKED:
-                return NO_SLIDING, period, t, theta, w, steps, rows, wanted, left
+            piece = table[stretch]
+            if piece.form == FlowForm.BLOCKED:
+                return Outcome.NO_FORWARD_SOLUTION, period, t, theta, w, steps, rows, wanted, left
             low = edges[stretch - 1] if stretch > 0 else -math.inf
             high = edges[stretch] if stretch < top else math.inf
-            if row[G2] < 0.0:
+            if piece.damping < 0.0:
                 low, high = max(low, -w_diverged), min(high, w_diverged)
-            sin0, cos0 = math.sin(omega * t), math.cos(omega * t)
-            a = linear_acceleration(row, w2, f, theta, w, sin0)
-            hit, t, _, _, theta, w, a, spent = slip(
-                row, w2, f, omega, low, high, t, t_end, sin0, cos0, theta, w, a, max_steps - steps
-            )
+            phase = phase_at(forcing, t)
+            a = linear_acceleration(piece, forcing, theta, w, phase)
+            start = Motion(t, phase, theta, w, a)
+            found = slip(piece, forcing, low, high, start, t_end, max_steps - steps)
+            hit, (t, _, theta, w, a), spent = found
             # Steps without length count too, so that a run of only such steps ends.
             steps += max(spent, 1)
-            if hit == OUT_OF_PATIENCE:
-                return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
+            if hit == SearchEnd.WORK_LIMIT:
+                return Outcome.STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
             if trailing:
                 left = _leave(trail, left, stretch, t0, theta0, w0, t - t0)
             if wanted < want_time.size:
                 wanted = _see_linear(
-                    row, w2, f, omega, theta0, w0, t0, t, period, want_period, want_time, seen,
-                    wanted,
+                    piece, forcing, theta0, w0, t0, t, period, want_period, want_time, seen, wanted,
                 )  # fmt: skip
             h = min(h_max, 0.3 * abs((w - w_rest) / a))
         else:
@@ -455,7 +421,7 @@ def _run(
             steps += attempts
             stalled = hs == 0.0
             if hs < 0.0:
-                outcome = NO_SLIDING if h < 0.0 else STEP_LIMIT
+                outcome = Outcome.NO_FORWARD_SOLUTION if h < 0.0 else Outcome.STEP_LIMIT
                 return outcome, period, t, theta, w, steps, rows, wanted, left
             if trailing and not stalled:
                 left = _leave(trail, left, stretch, t0, theta0, w0, hs)
@@ -482,40 +448,40 @@ def _run(
                 when = t0 + (t - t0) * gap0 / (gap0 - gap1)
             if series is not None:
                 when = t0 + passes(outputs, t - t0, w_rest + side * band)
-            kind = BAND_ENTERED if inside else BAND_LEFT
-            rows = _write(log, rows, kind, period, when, theta, w, side)
+            kind = EventKind.BAND_ENTERED if inside else EventKind.BAND_LEFT
+            rows = write(log, rows, kind, period, when, theta, w, stretch, side)
 
         given_up = steps > max_steps
         # Numba removes a branch whose argument is None.
         if stop is not None:
             given_up = given_up or stop[0]
         if given_up:
-            return STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
+            return Outcome.STEP_LIMIT, period, t, theta, w, steps, rows, wanted, left
         if not math.isfinite(w) or abs(w - w_rest) >= w_diverged:
-            return DIVERGED, period, t, theta, w, steps, rows, wanted, left
-        if hit != REACHED_END:
-            side = -1.0 if hit == HIT_LOW else 1.0
-            stretch = stretch_at(edges, w, hit == HIT_HIGH)
-            kind = REVERSAL if w == edges[rest_edge] else BREAKPOINT
+            return Outcome.DIVERGED, period, t, theta, w, steps, rows, wanted, left
+        if hit != SearchEnd.TIME:
+            side = -1.0 if hit == SearchEnd.HIT_LOW else 1.0
+            stretch = stretch_at(edges, w, hit == SearchEnd.HIT_HIGH)
+            kind = EventKind.REVERSAL if w == edges[rest_edge] else EventKind.BREAKPOINT
             on_kink = w == edges[rest_edge] or w == kinks[stretch, 0] or w == kinks[stretch, 1]
             if on_kink and (w != w0 or t != t0):
-                rows = _write(log, rows, kind, period, t, theta, w, side)
+                rows = write(log, rows, kind, period, t, theta, w, stretch, side)
         elif not linear[stretch]:
             stretch = stretch_at(edges, w, a > 0.0)
         if pair is not None:  # noqa: SIM102 - one condition alone is left out by Numba
             if came_linear and not linear[stretch]:
                 a = acceleration(plant, laws, numbers, drive_at(plant, t), theta, w)
 
-        if hit == REACHED_END and t >= t_end:
+        if hit == SearchEnd.TIME and t >= t_end:
             if final:
                 for i in range(wanted, want_time.size):  # at the very end, or at most rounding off
                     seen[i, 0], seen[i, 1] = theta, w
                 wanted = want_time.size
-                rows = _write(log, rows, END, period, t_end, theta, w, 0.0)
-                return COMPLETED, period, t_end, theta, w, steps, rows, wanted, left
+                rows = write(log, rows, EventKind.END, period, t_end, theta, w, stretch, 0.0)
+                return Outcome.COMPLETED, period, t_end, theta, w, steps, rows, wanted, left
             period += 1
             t = 0.0
-            rows = _write(log, rows, PERIOD, period, t, theta, w, 0.0)
+            rows = write(log, rows, EventKind.RETURN, period, t, theta, w, stretch, 0.0)
 
 
 def _signature():
@@ -528,8 +494,8 @@ def _signature():
     tableau = types.Tuple((matrix, vector, matrix, vector, matrix, matrix))
     return (
         types.UniTuple(real, 6), types.Tuple((laws, numbers, tableau, matrix)), types.none, vector,
-        matrix, flags, matrix, whole, real, real, types.UniTuple(real, 3), real, whole, real, real,
-        real, whole, real, whole, matrix, indices, vector, matrix, matrix, matrix,
+        matrix, flags, array_of(PIECE), whole, real, real, types.UniTuple(real, 3), real, whole,
+        real, real, real, whole, real, whole, array_of(SEGMENT), indices, vector, matrix, matrix, matrix,
         types.Array(types.boolean, 1, "C"),
     )  # fmt: skip
 

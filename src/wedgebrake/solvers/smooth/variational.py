@@ -16,9 +16,9 @@ a step is gone again in parts.
 
 import numpy as np
 
-from wedgebrake.dynamics.brake_torque import brake_torque
+from wedgebrake.dynamics.brake_torque import brake_torque, smooth_brake
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import G2, impulse
+from wedgebrake.dynamics.linear_flow import impulse
 from wedgebrake.solvers.smooth.dense_output import carry as through_series
 from wedgebrake.solvers.smooth.runge_kutta import ROWS, STAGES, SUMS, acceleration, drive_at, room
 from wedgebrake.solvers.smooth.runge_kutta import step as advance
@@ -41,7 +41,7 @@ _STIFF = 4.0
 
 @compiled
 def _torque(laws, numbers, v):
-    return brake_torque(*laws, *numbers, v)
+    return brake_torque(smooth_brake(laws, numbers), v)
 
 
 @compiled
@@ -91,10 +91,10 @@ def _numeric(plant, weights, c, h, slopes, sums, matrix):
 
 
 @compiled
-def _linear(row, w2, tau, matrix):
+def _linear(piece, tau, matrix):
     """``matrix`` after a time tau in closed form."""
-    h, rate = impulse(row, w2, tau)
-    top = rate + row[G2] * h
+    h, rate = impulse(piece, tau)
+    top, w2 = rate + piece.damping * h, piece.stiffness
     for j in range(2):
         x, y = matrix[0, j], matrix[1, j]
         matrix[0, j] = top * x + h * y
@@ -141,7 +141,7 @@ def carry(plant, pair, past, rtol, kinks, linear, table, trail, left, matrix):
     for row in trail[:left]:
         stretch = int(row[TRAIL_STRETCH])
         if linear[stretch]:
-            _linear(table[stretch], plant[2] / plant[0], row[TRAIL_SIZE], matrix)
+            _linear(table[stretch], row[TRAIL_SIZE], matrix)
             continue
         if pair is not None:
             _through_pair(plant, pair, kinks, row, scratch, matrix)
