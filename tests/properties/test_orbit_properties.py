@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import wedgebrake as wb
 from systems import systems
-from wedgebrake.continuation import segment_bvp_kernel as kernel
-from wedgebrake.continuation.orbit import OrbitStatus
+from wedgebrake.orbits import segment_bvp_kernel as kernel
+from wedgebrake.orbits.orbit import OrbitStatus
 from wedgebrake.solvers.event_driven.solve import problem
 
 orbit_property = settings(

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from wedgebrake.orbits.flow import run
 
 import wedgebrake as wb
 from equations import angular_frequency, law
-from wedgebrake.continuation import segment_bvp_kernel as kernel
-from wedgebrake.continuation.flow import run
-from wedgebrake.continuation.segment_bvp import Chain
 from wedgebrake.dynamics import enums
+from wedgebrake.orbits import segment_bvp_kernel as kernel
+from wedgebrake.orbits.segment_bvp import Chain
 from wedgebrake.solvers.event_driven import trajectory
 from wedgebrake.solvers.event_driven.solve import problem
 

@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from wedgebrake.orbits.ranges import make_ranges
 
 import wedgebrake as wb
 from children import started
 from printed import names, unwrapped
 from wedgebrake.cli.continue_report import answer, stable_stretches
-from wedgebrake.continuation.diagram import follow
-from wedgebrake.continuation.ranges import make_ranges
+from wedgebrake.orbits.diagram import follow
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
 EXAMPLES = Path(__file__).parents[2] / "examples"

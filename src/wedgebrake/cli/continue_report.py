@@ -10,11 +10,11 @@ import numpy as np
 from wedgebrake._version import __version__
 from wedgebrake.cli.continue_command import Order, Outcome
 from wedgebrake.cli.report import versions
-from wedgebrake.continuation.bifurcation_types import Kind
-from wedgebrake.continuation.branch_point import BranchPoint
-from wedgebrake.continuation.dataset import Followed
-from wedgebrake.continuation.stability_intervals import stability_intervals
 from wedgebrake.dynamics.enums import MotionClass, motion_word
+from wedgebrake.orbits.bifurcation_types import Kind
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.dataset import Followed
+from wedgebrake.orbits.stability_intervals import stability_intervals
 
 if TYPE_CHECKING:
     import xarray as xr

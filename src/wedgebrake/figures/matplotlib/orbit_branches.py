@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.continuation.stability_intervals import stability_intervals
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures.matplotlib import (
     caption,
@@ -20,6 +19,7 @@ from wedgebrake.figures.matplotlib import (
 )
 from wedgebrake.figures.matplotlib.layout import page
 from wedgebrake.figures.matplotlib.sweep_record import Record
+from wedgebrake.orbits.stability_intervals import stability_intervals
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,7 +7,13 @@ import numpy as np
 
 from wedgebrake.analysis.accumulators import extreme
 from wedgebrake.analysis.saltation import Deviations, propagate
-from wedgebrake.continuation.segment_kernel import (
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.dynamics.harmonic import phase_of
+from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.linear_flow import enter, forcing_of, state_at
+from wedgebrake.dynamics.section import phase_at_return
+from wedgebrake.dynamics.segment_log import write
+from wedgebrake.orbits.segment_kernel import (
     CELL,
     cell_count,
     event_kind,
@@ -16,12 +22,6 @@ from wedgebrake.continuation.segment_kernel import (
     mode_of,
     segment_of,
 )
-from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.dynamics.harmonic import phase_of
-from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import enter, forcing_of, state_at
-from wedgebrake.dynamics.section import phase_at_return
-from wedgebrake.dynamics.segment_log import write
 
 _TURN = 2.0 * math.pi
 
@@ -125,9 +125,7 @@ def _extremes_of_slip(problem, segment, extremes):
             _, theta, w = extreme(piece, forcing, entry, t0, since, until, rising)
             extremes = _widened(extremes, theta, w)
         if (here.velocity > 0.0) != (speed > 0.0):
-            turned = _extreme_angle(
-                piece, forcing, entry, begin.phase, since, until, speed > 0.0
-            )
+            turned = _extreme_angle(piece, forcing, entry, begin.phase, since, until, speed > 0.0)
             extremes = _widened(extremes, turned.angle, turned.velocity)
         since, speed, rising = until, here.velocity, now
     return extremes

@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wedgebrake.continuation.bifurcation_detection import Step, tests
-from wedgebrake.continuation.bifurcation_types import Kind
-from wedgebrake.continuation.branch import (
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.part import shown
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.bifurcation_detection import Step, tests
+from wedgebrake.orbits.bifurcation_types import Kind
+from wedgebrake.orbits.branch import (
     COLLAPSED,
     MEETS,
     NOTHING_FURTHER,
@@ -21,17 +24,17 @@ from wedgebrake.continuation.branch import (
     check_step,
     doubling_of,
 )
-from wedgebrake.continuation.branch_point import BranchPoint
-from wedgebrake.continuation.curves import (
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.curves import (
     BifurcationCurve,
     OrbitCurve,
     OrbitSolution,
     has_odd_symmetry,
 )
-from wedgebrake.continuation.dataset import multiplier_columns, provenance
-from wedgebrake.continuation.diagram import SWITCH, first_orbit, follow
-from wedgebrake.continuation.discontinuity_induced import leading_quantity, transition
-from wedgebrake.continuation.palc import (
+from wedgebrake.orbits.dataset import multiplier_columns, provenance
+from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow
+from wedgebrake.orbits.discontinuity_induced import leading_quantity, transition
+from wedgebrake.orbits.palc import (
     FAILED,
     CurvePoint,
     NotConvergedError,
@@ -40,13 +43,10 @@ from wedgebrake.continuation.palc import (
     newton,
     tangent,
 )
-from wedgebrake.continuation.problem import OrbitProblem, Range, make_ranges, value_of
-from wedgebrake.continuation.section import FloatArray
-from wedgebrake.continuation.segment_margins import violated
-from wedgebrake.continuation.shooting import check
-from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.part import shown
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.problem import OrbitProblem, Range, make_ranges, value_of
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.segment_margins import violated
+from wedgebrake.orbits.shooting import check
 
 if TYPE_CHECKING:
     import xarray as xr

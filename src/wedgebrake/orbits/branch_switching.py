@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from wedgebrake.continuation.bifurcation_types import Kind
-from wedgebrake.continuation.branch_point import BranchPoint
-from wedgebrake.continuation.curves import OrbitCurve, OrbitSolution
-from wedgebrake.continuation.palc import FAILED, corrected
-from wedgebrake.continuation.section import FloatArray
-from wedgebrake.continuation.shooting import is_orbit
+from wedgebrake.orbits.bifurcation_types import Kind
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
+from wedgebrake.orbits.palc import FAILED, corrected
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.shooting import is_orbit
 
 # Distances from the meeting point, in scaled unknowns, in the order in which they are tried.
 _DISTANCES = (3e-3, 1e-3, 1e-2, 3e-4)

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from wedgebrake.continuation.bifurcation_types import Bifurcation
-from wedgebrake.continuation.curves import OrbitSolution
-from wedgebrake.continuation.equations import multipliers
-from wedgebrake.continuation.orbit import order_name
-from wedgebrake.continuation.section import FloatArray
 from wedgebrake.model.display import Result
+from wedgebrake.orbits.bifurcation_types import Bifurcation
+from wedgebrake.orbits.curves import OrbitSolution
+from wedgebrake.orbits.equations import multipliers
+from wedgebrake.orbits.orbit import order_name
+from wedgebrake.orbits.section import FloatArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -11,7 +11,7 @@ from wedgebrake.model.system import BrakedDriveline
 
 FloatArray = NDArray[np.float64]
 # Of a structured type, as the margins of an orbit.
-Records = NDArray[np.void]
+Records = NDArray[np.record]
 
 # Points of an orbit nearer than this share of its size are one.
 SAME = 1e-6

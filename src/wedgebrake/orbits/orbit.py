@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.continuation.curves import OrbitSolution
-from wedgebrake.continuation.equations import multipliers
-from wedgebrake.continuation.section import FloatArray
 from wedgebrake.model.display import Result
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.curves import OrbitSolution
+from wedgebrake.orbits.equations import multipliers
+from wedgebrake.orbits.section import FloatArray
 
 # Segments of an orbit that are listed one by one, and those that its equations may have.
 _FEW_SEGMENTS, MOST_SEGMENTS = 24, 600

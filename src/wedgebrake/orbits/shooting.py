@@ -10,19 +10,19 @@ import numpy as np
 
 from wedgebrake.analysis.classify_run import classify_run
 from wedgebrake.analysis.run_settings import LIMIT, protocol
-from wedgebrake.continuation.curves import OrbitCurve, OrbitSolution
-from wedgebrake.continuation.equations import NoOrbitError
-from wedgebrake.continuation.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
-from wedgebrake.continuation.palc import FAILED, NotConvergedError, newton
-from wedgebrake.continuation.problem import OrbitProblem
-from wedgebrake.continuation.section import FloatArray
-from wedgebrake.continuation.segment_bvp import from_log, run
-from wedgebrake.continuation.segment_margins import violated
-from wedgebrake.continuation.stroboscopic_map import StroboscopicMap, iterate
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
+from wedgebrake.orbits.equations import NoOrbitError
+from wedgebrake.orbits.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
+from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
+from wedgebrake.orbits.problem import OrbitProblem
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.segment_bvp import from_log, run
+from wedgebrake.orbits.segment_margins import violated
+from wedgebrake.orbits.stroboscopic_map import StroboscopicMap, iterate
 from wedgebrake.solvers.simulate import check_limits, check_state, choose_method
 
 _MOST_ORDER = 512

@@ -8,10 +8,10 @@ from typing import Generic, TypeVar
 import numpy as np
 from scipy.optimize import brentq
 
-from wedgebrake.continuation.bifurcation_types import Kind, Margin
-from wedgebrake.continuation.curves import OrbitCurve
-from wedgebrake.continuation.palc import Curve, CurvePoint, NotConvergedError, corrected
-from wedgebrake.continuation.section import FloatArray
+from wedgebrake.orbits.bifurcation_types import Kind, Margin
+from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.palc import Curve, CurvePoint, NotConvergedError, corrected
+from wedgebrake.orbits.section import FloatArray
 
 # A margin that jumps through zero has no root there.
 _ROOT = 1e-6

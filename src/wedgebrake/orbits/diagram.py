@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.continuation.branch import LONGEST_STEP, POINTS, STEP, Branch, continuation
-from wedgebrake.continuation.branch_point import BranchPoint
-from wedgebrake.continuation.branch_switching import leaving
-from wedgebrake.continuation.dataset import Followed, assemble
-from wedgebrake.continuation.deduplication import CLOSED, lies_on, marks
-from wedgebrake.continuation.orbit import Orbit
-from wedgebrake.continuation.problem import Range, make_ranges
-from wedgebrake.continuation.section import FloatArray
-from wedgebrake.continuation.shooting import check, orbit, orbit_to_follow
 from wedgebrake.errors import InputError
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.branch import LONGEST_STEP, POINTS, STEP, Branch, continuation
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.branch_switching import leaving
+from wedgebrake.orbits.dataset import Followed, assemble
+from wedgebrake.orbits.deduplication import CLOSED, lies_on, marks
+from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.problem import Range, make_ranges
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.shooting import check, orbit, orbit_to_follow
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,8 +11,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from wedgebrake.continuation.equations import NoOrbitError
-from wedgebrake.continuation.section import FloatArray
+from wedgebrake.orbits.equations import NoOrbitError
+from wedgebrake.orbits.section import FloatArray
 
 # Newton's method ends where its step is rounding, and is given up where it does not shrink.
 _CONVERGED, _ACCEPTED = 1e-13, 1e-9

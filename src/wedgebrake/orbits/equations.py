@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from wedgebrake.continuation.section import FloatArray, Records
 from wedgebrake.model.display import Tabular
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.section import FloatArray, Records
 
 
 class NoOrbitError(ArithmeticError):

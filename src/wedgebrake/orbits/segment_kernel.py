@@ -18,8 +18,6 @@ length. ``segment_margins`` measures how far a solution is from there.
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from wedgebrake.dynamics.enums import EventKind, FlowForm
 from wedgebrake.dynamics.harmonic import differentiated, phase_of, rate, second_rate, value
 from wedgebrake.dynamics.jit import compiled

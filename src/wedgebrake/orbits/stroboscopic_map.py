@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.sticking import sticks
-from wedgebrake.continuation.equations import Measures, NoOrbitError
-from wedgebrake.continuation.section import FloatArray, Records, Section
-from wedgebrake.continuation.segment_margins import MARGINS
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.equations import Measures, NoOrbitError
+from wedgebrake.orbits.section import FloatArray, Records, Section
+from wedgebrake.orbits.segment_margins import MARGINS
 from wedgebrake.solvers.simulate import simulate
 
 _MOST_STEPS = 1_000_000

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.continuation.branch_point import BranchPoint
-from wedgebrake.continuation.curves import OrbitCurve
-from wedgebrake.continuation.palc import FAILED, newton
-from wedgebrake.continuation.section import FloatArray
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.palc import FAILED, newton
+from wedgebrake.orbits.section import FloatArray
 
 CLOSED = "the branch has closed"
 # Poincare points nearer than this share of their size are those of one orbit.

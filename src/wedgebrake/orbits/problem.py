@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from wedgebrake.continuation.section import Section
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import is_finite, is_number, shown
 from wedgebrake.model.sweep_settings import INITIAL, refuse_doubled, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.orbits.section import Section
 
 # Differences and Newton's method ask for neighbours in a parameter again and again.
 _REMEMBERED = 16

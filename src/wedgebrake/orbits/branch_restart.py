@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from wedgebrake.continuation.bifurcation_types import Bifurcation, Margin, Scenario
-from wedgebrake.continuation.curves import OrbitCurve, OrbitSolution
-from wedgebrake.continuation.discontinuity_induced import Transition, transition
-from wedgebrake.continuation.palc import FAILED, CurvePoint, corrected
-from wedgebrake.continuation.segment_bvp import Codes, SegmentBVP
-from wedgebrake.continuation.shooting import is_orbit
 from wedgebrake.errors import InputError
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Margin, Scenario
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
+from wedgebrake.orbits.discontinuity_induced import Transition, transition
+from wedgebrake.orbits.palc import FAILED, CurvePoint, corrected
+from wedgebrake.orbits.segment_bvp import Codes, SegmentBVP
+from wedgebrake.orbits.shooting import is_orbit
 
 PERMANENT = "permanent sticking: every angle that the brake holds is an equilibrium"
 # Lengths [rad] of inserted segments, in the order in which they are tried.

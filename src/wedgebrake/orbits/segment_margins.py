@@ -6,8 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.accumulators import extreme
-from wedgebrake.continuation.bifurcation_types import Margin
-from wedgebrake.continuation.segment_kernel import (
+from wedgebrake.dynamics.harmonic import angle_of_rate, phase_of
+from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.linear_flow import acceleration, enter, forcing_of
+from wedgebrake.dynamics.problem import torque_at_rest
+from wedgebrake.dynamics.records import record
+from wedgebrake.orbits.bifurcation_types import Margin
+from wedgebrake.orbits.segment_kernel import (
     CELL,
     cell_count,
     kinematics_at,
@@ -16,11 +21,6 @@ from wedgebrake.continuation.segment_kernel import (
     segment_of,
     torque_scale,
 )
-from wedgebrake.dynamics.harmonic import angle_of_rate, phase_of
-from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import acceleration, enter, forcing_of
-from wedgebrake.dynamics.problem import torque_at_rest
-from wedgebrake.dynamics.records import record
 
 # The first four are positive where the solution is an orbit:
 # duration    of the segment [rad]
@@ -33,7 +33,7 @@ MARGINS = record("duration touch holding crossing touch_phase touch_angle touch_
 QUANTITIES = ("duration", "touch", "holding", "crossing")
 
 
-def violated(margins: NDArray[np.void]) -> list[Margin]:
+def violated(margins: NDArray[np.record]) -> list[Margin]:
     """Margins in which a solution fails to be an orbit, segment by segment."""
     lacking = ~np.stack([margins[name] > 0.0 for name in QUANTITIES], axis=-1)
     return [Margin(int(segment), QUANTITIES[k]) for segment, k in np.argwhere(lacking)]

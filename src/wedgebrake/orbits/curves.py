@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.continuation.equations import Equations, Measures, NoOrbitError
-from wedgebrake.continuation.problem import OrbitProblem
-from wedgebrake.continuation.section import SAME, FloatArray, Records, Section
 from wedgebrake.errors import InputError
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.equations import Equations, Measures, NoOrbitError
+from wedgebrake.orbits.problem import OrbitProblem
+from wedgebrake.orbits.section import SAME, FloatArray, Records, Section
 
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small.
 _DIFFERENCE = 1e-6

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
-from wedgebrake.continuation.branch import Branch
-from wedgebrake.continuation.branch_point import BranchPoint
-from wedgebrake.continuation.problem import Range
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.branch import Branch
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.problem import Range
 
 if TYPE_CHECKING:
     import xarray as xr

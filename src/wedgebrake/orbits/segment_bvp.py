@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis import accumulators, saltation
-from wedgebrake.continuation import segment_kernel
-from wedgebrake.continuation.equations import Measures, NoOrbitError
-from wedgebrake.continuation.section import FloatArray, Records, Section
-from wedgebrake.continuation.segment_margins import MARGINS, compute_margins
-from wedgebrake.continuation.segment_orbit import (
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.dynamics.problem import Instant, State
+from wedgebrake.dynamics.segment_log import REST, empty_log
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits import segment_kernel
+from wedgebrake.orbits.equations import Measures, NoOrbitError
+from wedgebrake.orbits.section import FloatArray, Records, Section
+from wedgebrake.orbits.segment_margins import MARGINS, compute_margins
+from wedgebrake.orbits.segment_orbit import (
     Extremes,
     extremes_of,
     monodromy_invariants,
     write_log,
 )
-from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.dynamics.problem import Instant, State
-from wedgebrake.dynamics.segment_log import REST, empty_log
-from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.event_driven import trajectory
 
 # An orbit returns to this share of its size, times the growth of a deviation.

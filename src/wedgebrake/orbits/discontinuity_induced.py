@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.continuation.bifurcation_types import Kind, Margin
-from wedgebrake.continuation.curves import OrbitSolution
-from wedgebrake.continuation.section import FloatArray
-from wedgebrake.continuation.segment_bvp import Codes, SegmentBVP
-from wedgebrake.continuation.segment_kernel import breakaway
-from wedgebrake.continuation.segment_margins import QUANTITIES
 from wedgebrake.dynamics.harmonic import phase_of
 from wedgebrake.dynamics.problem import torque_rate_at_rest
+from wedgebrake.orbits.bifurcation_types import Kind, Margin
+from wedgebrake.orbits.curves import OrbitSolution
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.segment_bvp import Codes, SegmentBVP
+from wedgebrake.orbits.segment_kernel import breakaway
+from wedgebrake.orbits.segment_margins import QUANTITIES
 
 ALL_SLIP_ENDS = "all slip ends, permanent sticking begins"
 # A slip in the middle of a stick lasts three times as long as the torque takes to its extreme.
@@ -94,7 +94,7 @@ class _Place(NamedTuple):
     before: int
     code: int
     after: int
-    margins: np.void
+    margins: np.record
 
     @property
     def touched(self) -> int:

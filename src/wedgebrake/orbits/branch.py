@@ -9,24 +9,27 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.continuation.bifurcation_detection import (
+from wedgebrake.errors import InputError
+from wedgebrake.model.display import Result
+from wedgebrake.model.part import is_number, shown
+from wedgebrake.orbits.bifurcation_detection import (
     Step,
     first_vanishing,
     smooth_bifurcations,
     tests,
 )
-from wedgebrake.continuation.bifurcation_types import Bifurcation, Kind, Margin, Scenario
-from wedgebrake.continuation.branch_point import BranchPoint
-from wedgebrake.continuation.branch_restart import (
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.branch_restart import (
     PERMANENT,
     onset_of_permanent_sticking,
     restart,
 )
-from wedgebrake.continuation.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
-from wedgebrake.continuation.deduplication import CLOSED, Mark, reached, way
-from wedgebrake.continuation.discontinuity_induced import ALL_SLIP_ENDS
-from wedgebrake.continuation.orbit import Orbit
-from wedgebrake.continuation.palc import (
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
+from wedgebrake.orbits.deduplication import CLOSED, Mark, reached, way
+from wedgebrake.orbits.discontinuity_induced import ALL_SLIP_ENDS
+from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.palc import (
     CurvePoint,
     NotConvergedError,
     StepLength,
@@ -34,12 +37,9 @@ from wedgebrake.continuation.palc import (
     newton,
     tangent,
 )
-from wedgebrake.continuation.problem import OrbitProblem, make_ranges, value_of
-from wedgebrake.continuation.section import FloatArray
-from wedgebrake.continuation.segment_margins import violated
-from wedgebrake.errors import InputError
-from wedgebrake.model.display import Result
-from wedgebrake.model.part import is_number, shown
+from wedgebrake.orbits.problem import OrbitProblem, make_ranges, value_of
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.segment_margins import violated
 
 STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
