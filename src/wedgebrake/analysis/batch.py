@@ -67,7 +67,8 @@ def tables_of(rows: Mapping[str, Sequence[tuple[Any, ...] | None]]) -> Tables:
         speeds[i, : len(some)], kinetic[i, : len(some)] = some, coefficients
     return Tables(
         table("driveline", DRIVELINE), table("brake", BRAKE),
-        np.array([row[0] for row in friction]), speeds, kinetic, table("actuation", ACTUATION), table("excitation", EXCITATION),
+        np.array([row[0] for row in friction]), speeds, kinetic,
+        table("actuation", ACTUATION), table("excitation", EXCITATION),
     )  # fmt: skip
 
 

@@ -170,7 +170,7 @@ def from_result(result: Any) -> Motion:
     from wedgebrake.dynamics.enums import MotionClass, StickClass
     from wedgebrake.solvers.status import Status
 
-    words = {
+    words: dict[str, Any] = {
         "kind": MotionClass(result["motion"]).word,
         "stick_class": StickClass(result["stick_class"]).word,
         "status": Status.of(result["outcome"]).value,

@@ -20,7 +20,7 @@ _PACKAGES = {
     "dynamics": "linear_flow.acceleration",
     "solvers": "ode14x_kernel.acceleration",
     "solvers.event_driven": "root_exclusion.safe_step",
-    "solvers.smooth": "runge_kutta.room",
+    "solvers.smooth": "runge_kutta.pole_distance",
     "analysis": "saltation.propagate",
     "orbits": "segment_kernel.residual",
 }

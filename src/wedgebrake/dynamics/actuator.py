@@ -15,7 +15,7 @@ class Actuator(NamedTuple):
     release: bool
 
 
-def commanded_force(initial_force, slope, speed):  # type: ignore[no-untyped-def]
+def commanded_force(initial_force, slope, speed):
     """Force [N] at the sliding speed |v| [rad/s] before release; for numbers and arrays."""
     return initial_force + slope * speed
 

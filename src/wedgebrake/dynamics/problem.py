@@ -6,9 +6,7 @@ State layout: angle [rad] and velocity [rad/s] of the driveline, columns ``ANGLE
 """
 
 import math
-from typing import NamedTuple
-
-from numpy.typing import NDArray
+from typing import Any, NamedTuple
 
 from wedgebrake.dynamics.harmonic import Harmonic, rate, value
 from wedgebrake.dynamics.jit import compiled
@@ -26,8 +24,8 @@ class PiecewiseLinearBrake(NamedTuple):
     lower, upper  : torque interval that the brake holds at rest [N m], may be infinite
     """
 
-    breakpoints: NDArray
-    pieces: NDArray
+    breakpoints: Any
+    pieces: Any
     first_forward: int
     lower: float
     upper: float

@@ -43,7 +43,7 @@ class OrbitSolution:
         except InputError as error:
             raise NoOrbitError(str(error)) from None
 
-    @property
+    @cached_property
     def system(self) -> BrakedDriveline:
         """System of which it is an orbit."""
         return self.problem.system(self.values)

@@ -39,12 +39,14 @@ class OrbitProblem:
     ) -> None:
         self.base, self.names, self.scales = system, names, scales
         self.method, self.rtol = method, rtol
-        self._kernel_problems: dict[tuple[float, ...], Any] = {}
+        self._remembered: dict[tuple[float, ...], tuple[BrakedDriveline, Any]] = {}
 
     def system(self, values: tuple[float, ...]) -> BrakedDriveline:
         """The system with these values; raises ``InputError`` where there is none."""
         if not values:
             return self.base
+        if values in self._remembered:
+            return self._remembered[values][0]
         return self.base.replace(**dict(zip(self.names, map(float, values), strict=True)))
 
     def section(self, values: tuple[float, ...]) -> Section:
@@ -53,18 +55,19 @@ class OrbitProblem:
 
     def kernel_problem(self, values: tuple[float, ...]) -> Any:
         """The system as the kernels take it; raises ``InputError`` where there is none."""
-        if values not in self._kernel_problems:
-            if len(self._kernel_problems) >= _REMEMBERED:
-                del self._kernel_problems[next(iter(self._kernel_problems))]
-            self._kernel_problems[values] = self._assemble(self.system(values))
-        return self._kernel_problems[values]
+        if values not in self._remembered:
+            if len(self._remembered) >= _REMEMBERED:
+                del self._remembered[next(iter(self._remembered))]
+            system = self.system(values)
+            self._remembered[values] = system, self._assemble(system)
+        return self._remembered[values][1]
 
     def _assemble(self, system: BrakedDriveline) -> Any:
         if self.method == "exact":
             from wedgebrake.solvers.event_driven.solve import problem
 
             return problem(system)
-        from wedgebrake.solvers.smooth.solve import problem as smooth_problem
+        from wedgebrake.solvers.smooth.assemble import problem as smooth_problem
 
         return smooth_problem(system, self.rtol, any_law=True)
 

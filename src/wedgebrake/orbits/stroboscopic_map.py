@@ -39,7 +39,7 @@ class StroboscopicMap:
         """The orbit's angle, and the velocity that belongs to it."""
         angle, velocity = np.max(np.abs(self._states(unknowns)), axis=0)
         # At the section the one may vanish where the other is largest.
-        omega = problem.plant[4]
+        omega = problem.problem.torque.angular_frequency
         velocity = max(velocity, omega * angle) or 1.0
         return np.tile([max(angle, velocity / omega), velocity], self.order)
 
@@ -92,7 +92,7 @@ class StroboscopicMap:
         start = (float(unknowns[0]), float(unknowns[1]))
         response = simulate(
             system, periods=self.order, initial=start, method="smooth",
-            rtol=problem.tolerances[0], samples_per_period=_SAMPLES,
+            rtol=problem.problem.tolerances.relative, samples_per_period=_SAMPLES,
         )  # fmt: skip
         stuck = sticks(response, 0.0).attrs
         return Measures(

@@ -14,11 +14,10 @@ and the brake as compiled laws. It knows neither events nor kinks: it steps over
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.brake_torque import ACTUATOR, LAW, SHAPE, SmoothBrake, brake_torque
@@ -66,8 +65,8 @@ class Scheme(NamedTuple):
     band: float
     divergence_velocity: float
     step: float
-    substeps: NDArray
-    turns: NDArray
+    substeps: Any
+    turns: Any
     max_steps: int
 
 

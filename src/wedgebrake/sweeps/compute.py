@@ -90,7 +90,7 @@ class Chunk:
         plan = self._plan
         if plan.method != "smooth" or plan.grid.follow is not None or not plan.protocol.first:
             return 1
-        from wedgebrake.solvers.smooth.batch import WIDTH
+        from wedgebrake.solvers.smooth.simd_batch import WIDTH
 
         return WIDTH
 
@@ -168,14 +168,14 @@ class Chunk:
         protocol = self._plan.protocol
         if self._lanes() == 1:
             return {}
-        from wedgebrake.solvers.smooth.batch import advance_together, fits
-        from wedgebrake.solvers.smooth.solve import problem
+        from wedgebrake.solvers.smooth.assemble import problem
+        from wedgebrake.solvers.smooth.solve_periods import advance_together, fits_lanes
 
         given = {
             number: problem(system, protocol.rtol, *self._state(number))
             for number, system in systems.items()
         }
-        given = {number: one for number, one in given.items() if fits(one)}
+        given = {number: one for number, one in given.items() if fits_lanes(one)}
         if not given:
             return {}
         states = self._states[list(given)]

@@ -52,9 +52,10 @@ def problem(
         breakpoints, slopes, offsets, np.empty(count, PIECE), np.empty(0, LINE), np.empty(0)
     )
     limits = (law.holding[0], law.holding[1])
-    return problem_of(
+    given: Problem = problem_of(
         driveline, torque, work, count, law.first_forward, limits, DIVERGED_FACTOR * scale
     )
+    return given
 
 
 def solve(
