@@ -38,10 +38,7 @@ class OrbitSolution:
     @cached_property
     def kernel_problem(self) -> Any:
         """The system as the kernels take it; raises ``NoOrbitError`` where there is none."""
-        try:
-            return self.problem.kernel_problem(self.values)
-        except InputError as error:
-            raise NoOrbitError(str(error)) from None
+        return _kernel_problem(self.problem, self.values)
 
     @cached_property
     def system(self) -> BrakedDriveline:
@@ -100,6 +97,13 @@ class OrbitSolution:
         return self.equations.mirror_difference(self.unknowns, self.system, tolerance)
 
 
+def _kernel_problem(problem: OrbitProblem, values: tuple[float, ...]) -> Any:
+    try:
+        return problem.kernel_problem(values)
+    except InputError as error:
+        raise NoOrbitError(str(error)) from None
+
+
 def has_odd_symmetry(system: BrakedDriveline) -> bool:
     """Return True if both directions are alike: an odd brake on a shaft that does not turn."""
     gain = system.brake.amplification
@@ -133,26 +137,28 @@ class OrbitCurve:
         if key not in self._solutions:
             if len(self._solutions) >= _REMEMBERED:
                 del self._solutions[next(iter(self._solutions))]
-            self._solutions[key] = self._unscaled(y)
+            unknowns, values = self._unscaled(y)
+            self._solutions[key] = OrbitSolution(self.problem, values, self.equations, unknowns)
         return self._solutions[key]
 
-    def _unscaled(self, y: FloatArray) -> OrbitSolution:
+    def _unscaled(self, y: FloatArray) -> tuple[FloatArray, tuple[float, ...]]:
+        """Unknowns and parameters."""
         size, unscaled = self.equations.size, y * self.scales
-        values = tuple(float(value) for value in unscaled[size:])
-        return OrbitSolution(self.problem, values, self.equations, unscaled[:size])
+        return unscaled[:size], tuple(unscaled[size:].tolist())
 
     def residual(self, y: FloatArray) -> FloatArray:
         """F(y)."""
-        at = self._unscaled(y)
-        return self.equations.residual(at.unknowns, at.kernel_problem)
+        unknowns, values = self._unscaled(y)
+        return self.equations.residual(unknowns, _kernel_problem(self.problem, values))
 
     def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F(y) and its derivative; that by the parameters from differences."""
-        size, at = self.equations.size, self._unscaled(y)
-        values, matrix = self.equations.linearize(at.unknowns, at.kernel_problem)
+        size, (unknowns, values) = self.equations.size, self._unscaled(y)
+        kernel_problem = _kernel_problem(self.problem, values)
+        residual, matrix = self.equations.linearize(unknowns, kernel_problem)
         columns = [matrix * self.scales[:size]]
         columns += [difference(self.residual, y, i)[:, None] for i in range(size, y.size)]
-        return values, np.hstack(columns)
+        return residual, np.hstack(columns)
 
 
 @dataclass(frozen=True, eq=False)

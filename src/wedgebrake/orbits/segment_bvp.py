@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis import accumulators, saltation
+from wedgebrake.analysis import accumulators
+from wedgebrake.analysis.saltation import propagate
+from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import REST, empty_log
@@ -272,8 +274,8 @@ def run(problem: Any, state: FloatArray, periods: int) -> Run:
         rows *= 4
     if found.outcome != Outcome.COMPLETED:
         raise NoOrbitError
-    identity = saltation.Deviations(1.0, 0.0, 0.0, 1.0)
-    there = saltation.propagate(problem, log, found.rows, identity, np.empty(0), 0)
+    identity = Deviations(1.0, 0.0, 0.0, 1.0)
+    there = propagate(problem, log, found.rows, identity, np.empty(0), 0)
     x1, y1, x2, y2 = there.deviations
     matrix = math.exp(min(there.log_scale, 700.0)) * np.array([[x1, x2], [y1, y2]])
     return Run(log[: found.rows], np.array([found.state.angle, found.state.velocity]), matrix)

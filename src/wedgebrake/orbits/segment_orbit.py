@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.analysis.accumulators import extreme
-from wedgebrake.analysis.saltation import Deviations, propagate
+from wedgebrake.analysis.saltation import propagate
+from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.harmonic import phase_of
 from wedgebrake.dynamics.jit import compiled
