@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from wedgebrake.orbits.ranges import make_ranges
+from wedgebrake.orbits.problem import make_ranges
 
 import wedgebrake as wb
 from children import started
