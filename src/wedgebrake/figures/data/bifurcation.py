@@ -1,4 +1,4 @@
-"""What is drawn of a sweep over one parameter: points, classes, exponents, branch by branch."""
+"""The bifurcation diagram: Poincare points, classes and exponents over one parameter."""
 
 from __future__ import annotations
 
@@ -6,70 +6,89 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.figures.matplotlib import class_styles, heatmap, style
-from wedgebrake.figures.matplotlib.heatmap import Axis
-from wedgebrake.figures.matplotlib.sweep_branches import Branch, split
+from wedgebrake.figures import style
+from wedgebrake.figures.data import class_styles
+from wedgebrake.figures.data.branches import SweepBranch, split
+from wedgebrake.figures.data.class_styles import (
+    CODES,
+    DIFFER,
+    EMPTY,
+    MOTIONS,
+    PERIODIC,
+    STICK_CLASSES,
+    LineStyle,
+)
+from wedgebrake.figures.data.legend import LIMIT_ENTRY, LegendEntry, class_entries, class_entry
+from wedgebrake.figures.data.swept_axis import SweptAxis, require_swept
 
 if TYPE_CHECKING:
     import xarray as xr
 
+FloatArray = NDArray[np.float64]
+Codes = NDArray[np.int64]
+
 # Periodic motions on two branches differ from this share of the picture's height on.
 _DIFFERS = 0.02
-# The picture's height is at least this share of the largest value: rounding is no scatter.
+# The picture's height is at least this share of the largest value, so that rounding errors do not
+# fill it.
 _LEAST = 0.02
 
 
-@dataclass(frozen=True)
-class Record:
+@dataclass(frozen=True, eq=False)
+class BifurcationDiagram:
     """A sweep over one parameter, in ascending order of it.
 
-    quantity  : "velocity" or "angle"
-    points    : of the quantity, (branch, n, period)
-    motions, sticks : classes, as places among the looks, (branch, n)
+    quantity        : "velocity" or "angle"
+    points          : of the quantity, (branch, n, period)
+    motions, sticks : codes of the classes, (branch, n)
     orders, exponent, error : (branch, n)
-    differs   : whether the branches differ, (n,)
-    limits    : where the damping of sliding changes sign, and whether it is positive beyond
-    low, high : limits of the quantity's axis
+    differs         : mask of the values at which the branches differ, (n,)
+    limits          : values where sliding becomes stable or unstable, True if stable beyond
+    low, high       : limits of the quantity's axis
     """
 
-    x: Axis
+    x: SweptAxis
     quantity: str
-    branches: list[Branch]
-    points: np.ndarray
-    motions: np.ndarray
-    orders: np.ndarray
-    sticks: np.ndarray
-    exponent: np.ndarray
-    error: np.ndarray
-    differs: np.ndarray
+    branches: list[SweepBranch]
+    points: FloatArray
+    motions: Codes
+    orders: Codes
+    sticks: Codes
+    exponent: FloatArray
+    error: FloatArray
+    differs: NDArray[np.bool_]
     limits: list[tuple[float, bool]]
     low: float
     high: float
 
     @classmethod
-    def of(cls, dataset: xr.Dataset, quantity: str) -> Record:
-        """The record of a dataset.
+    def of(cls, dataset: xr.Dataset, quantity: str) -> BifurcationDiagram:
+        """The diagram of a dataset.
 
         Raises ``InputError`` for a dataset that is no sweep over one parameter, another
         quantity, or a dataset without its points.
         """
-        (name,) = heatmap.swept(dataset, 1)
+        (name,) = require_swept(dataset, 1)
         _check_quantity(dataset, quantity)
-        x = heatmap.axis(dataset, name)
+        x = SweptAxis.of(dataset, name)
         branches = split(dataset)
 
-        def rows(values: list[xr.DataArray]) -> np.ndarray:
+        def rows(values: list[xr.DataArray]) -> NDArray[np.float64]:
             dims = (name, "period") if "period" in values[0].dims else (name,)
             return np.stack([one.transpose(*dims).to_numpy()[x.order] for one in values])
 
-        def result(of: str) -> np.ndarray:
+        def result(of: str) -> NDArray[np.float64]:
             return rows([branch.dataset[of] for branch in branches])
 
+        def codes(of: str) -> Codes:
+            coded = getattr(class_styles, of)
+            return rows([coded(branch.dataset) for branch in branches]).astype(np.int64)
+
         points = result(quantity).astype(float)
-        motions = rows([class_styles.classes(branch.dataset) for branch in branches])
-        orders = result("order")
+        motions, orders = codes("motion_codes"), result("order").astype(np.int64)
         low, high = _span(points, motions)
         return cls(
             x=x,
@@ -78,7 +97,7 @@ class Record:
             points=points,
             motions=motions,
             orders=orders,
-            sticks=rows([class_styles.stick_classes(branch.dataset) for branch in branches]),
+            sticks=codes("stick_codes"),
             exponent=result("largest_exponent").astype(float),
             error=result("exponent_error").astype(float),
             differs=_differing(points, motions, orders, _DIFFERS * (high - low)),
@@ -88,14 +107,33 @@ class Record:
         )
 
     @property
-    def empty(self) -> np.ndarray:
-        """Which parameters have no points, (branch, n)."""
-        none: np.ndarray = ~np.any(np.isfinite(self.points), axis=2)
+    def empty(self) -> NDArray[np.bool_]:
+        """Mask of the values without points, (branch, n)."""
+        none: NDArray[np.bool_] = ~np.any(np.isfinite(self.points), axis=2)
         return none
+
+    def legends(self, *, exponent: bool) -> list[tuple[str, list[LegendEntry]]]:
+        """Legends of the bands of classes, with their headings, and of other marks.
+
+        exponent : True if the exponents are drawn too
+        """
+        marks = [LIMIT_ENTRY] if self.limits else []
+        marks += [class_entry(DIFFER)] if np.any(self.differs) else []
+        marks += [class_entry(EMPTY)] if np.any(self.empty) else []
+        if exponent and len(self.branches) > 1:
+            marks += [
+                LegendEntry(f"{one.direction} (exponent)", LineStyle(one.colour, 0.9))
+                for one in self.branches
+            ]
+        return [
+            ("motion", class_entries(self.motions, MOTIONS, shares=False)),
+            ("sticks", class_entries(self.sticks, STICK_CLASSES, shares=False)),
+            ("", marks),
+        ]
 
 
 def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
-    """Refuse what the dataset has no Poincare points of."""
+    """Raise ``InputError`` unless the dataset has Poincare points of the quantity."""
     if quantity not in style.SECTION:
         raise InputError(f"quantity = {quantity!r}: {nearest(str(quantity), style.SECTION)}")
     if quantity not in dataset.data_vars or "period" not in dataset[quantity].dims:
@@ -105,9 +143,9 @@ def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
         )
 
 
-def _span(points: np.ndarray, motions: np.ndarray) -> tuple[float, float]:
-    """Lowest and highest value shown: of all points but those of runs that diverged."""
-    kept = points[np.isfinite(points) & (motions != class_styles.DIVERGED)[..., None]]
+def _span(points: FloatArray, motions: Codes) -> tuple[float, float]:
+    """Lowest and highest value shown: of all points except those of runs that diverged."""
+    kept = points[np.isfinite(points) & (motions != CODES["diverged"])[..., None]]
     if not kept.size:
         kept = points[np.isfinite(points)]
     if not kept.size:
@@ -117,9 +155,9 @@ def _span(points: np.ndarray, motions: np.ndarray) -> tuple[float, float]:
 
 
 def _differing(
-    points: np.ndarray, motions: np.ndarray, orders: np.ndarray, least: float
-) -> np.ndarray:
-    """Where two branches are two motions, (n,)."""
+    points: FloatArray, motions: Codes, orders: Codes, least: float
+) -> NDArray[np.bool_]:
+    """Mask of the values at which two branches are two motions, (n,)."""
     differs = np.zeros(points.shape[1], dtype=bool)
     if points.shape[0] != 2:
         return differs
@@ -129,13 +167,13 @@ def _differing(
             continue
         if one != other or orders[0, place] != orders[1, place]:
             differs[place] = True
-        elif one in class_styles.PERIODIC:
+        elif one in PERIODIC:
             last = -max(1, int(orders[0, place]))
-            differs[place] = _apart(points[0, place, last:], points[1, place, last:]) > least
+            differs[place] = _distance(points[0, place, last:], points[1, place, last:]) > least
     return differs
 
 
-def _apart(one: np.ndarray, other: np.ndarray) -> float:
+def _distance(one: FloatArray, other: FloatArray) -> float:
     """The Hausdorff distance of two sets of numbers; 0 if one is empty."""
     one, other = one[np.isfinite(one)], other[np.isfinite(other)]
     if not (one.size and other.size):
@@ -144,10 +182,10 @@ def _apart(one: np.ndarray, other: np.ndarray) -> float:
     return float(max(np.max(np.min(distance, axis=0)), np.max(np.min(distance, axis=1))))
 
 
-def _crossings(x: Axis, damping: np.ndarray) -> list[tuple[float, bool]]:
-    """Where the damping of sliding changes sign, and whether it is positive to the right."""
+def _crossings(x: SweptAxis, damping: FloatArray) -> list[tuple[float, bool]]:
+    """Values where the damping of sliding changes sign, True if it is positive beyond."""
     known = np.isfinite(damping)
-    places, values = x.places(x.values)[known], damping[known]
+    places, values = x.positions(x.values)[known], damping[known]
     stable = values > 0.0
     return [
         (x.at(_zero(places, values, int(i))), bool(stable[i + 1]))
@@ -155,8 +193,8 @@ def _crossings(x: Axis, damping: np.ndarray) -> list[tuple[float, bool]]:
     ]
 
 
-def _zero(places: np.ndarray, values: np.ndarray, i: int) -> float:
-    """Where the smaller of two dampings passes zero between the points i and i + 1.
+def _zero(places: FloatArray, values: FloatArray, i: int) -> float:
+    """Position where the smaller of two dampings is zero between the points i and i + 1.
 
     Each is nearly straight, and the smaller has a kink where they cross: it is zero where the
     later of both lines is, each drawn through the two points on its side.

@@ -1,4 +1,4 @@
-"""What is said above a picture of a sweep or of orbits: the machine, the method, the protocol."""
+"""Captions of pictures: the machine with its groups, the method, the run settings."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.analysis.linear_stability import AXES as LINEAR
 from wedgebrake.analysis.spectrum import is_driven
-from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures import style
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import PARTS
 
@@ -25,30 +25,30 @@ _DEPENDS = {
     "drive": {"drive_speed", "stiffness", "inertia", "amplitude"},
 }
 _METHODS = {"exact": "exact solution", "smooth": "adaptive solution", "ode14x": "ODE14x scheme"}
-# What was followed along parameters, by the kind of a dataset.
+# What was continued over parameters, by the kind of a dataset.
 _FOLLOWED = {"orbits": "periodic orbits", "boundary": "a bifurcation"}
 
 
-def about(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
-    """Sentences for the caption: the machine with its groups; method and protocol.
+def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
+    """Sentences about a result: the machine with its groups; method and run settings.
 
     names : the swept parameters
     """
-    sentences = _numbers(dataset, names, fixed(dataset)), _sentence(how(dataset, names))
-    return [sentence for sentence in sentences if sentence]
+    found = _numbers(dataset, names, fixed_parameters(dataset)), _sentence(how(dataset, names))
+    return [sentence for sentence in found if sentence]
 
 
 def of_response(dataset: xr.Dataset) -> list[str]:
-    """The same for what comes of one response: machine with groups; method and start."""
+    """Sentences about one response: the machine with its groups; method and initial state."""
     initial = _stated(dataset, "options").get("initial")
     start = "" if not isinstance(initial, list) else ", from " + _state(initial)
     solved = method_words(str(dataset.attrs.get("method", "")))
-    sentences = _numbers(dataset, (), ()), _sentence(f"{solved}{start}" if solved else "")
-    return [sentence for sentence in sentences if sentence]
+    found = _numbers(dataset, (), ()), _sentence(f"{solved}{start}" if solved else "")
+    return [sentence for sentence in found if sentence]
 
 
 def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
-    """The machine of a map of linear stability, with the groups that count there."""
+    """The machine of a map of linear stability, with the groups that it depends on."""
     groups = _stated(dataset, "groups")
     counted = {name: groups.get(name) for name in LINEAR if name not in names}
     numbers = equations(counted)
@@ -56,7 +56,7 @@ def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
 
 
 def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
-    """Method and protocol, without a capital."""
+    """Method and run settings, as a clause."""
     method, protocol = str(dataset.attrs.get("method", "")), _stated(dataset, "protocol")
     parts = [method_words(method)] if method else []
     followed = _FOLLOWED.get(str(dataset.attrs.get("kind")))
@@ -66,7 +66,7 @@ def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
         absent = "" if _is_driven(dataset, names) else " of a torque that does not act"
         parts.append(f"{protocol['periods']} periods{absent}{_left_out(protocol)}")
     initial = protocol.get("initial")
-    chosen = {"initial_angle", "initial_velocity"} & {*names, *fixed(dataset)}
+    chosen = {"initial_angle", "initial_velocity"} & {*names, *fixed_parameters(dataset)}
     if protocol.get("follow"):
         parts.append("each point from the end of its neighbour")
     elif isinstance(initial, list) and not chosen:
@@ -75,7 +75,7 @@ def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
 
 
 def direction(dataset: xr.Dataset, branch: str) -> str:
-    """Words for a branch: which parameter goes where."""
+    """A branch in words: which parameter increases or decreases."""
     followed = _stated(dataset, "protocol").get("follow")
     if not (followed and branch):
         return branch
@@ -84,12 +84,12 @@ def direction(dataset: xr.Dataset, branch: str) -> str:
 
 
 def machine(system: Mapping[str, Any]) -> str:
-    """Brake and friction of a system, given as its tables: "Wedge brake, Coulomb friction"."""
+    """Brake and friction of a system, from its tables: "Wedge brake, Coulomb friction"."""
     words = []
     for part in ("brake", "friction"):
         table = system.get(part)
         if isinstance(table, dict) and "kind" in table:
-            # A part of one's own has the name of its class for a kind: MyBrake, my brake.
+            # The kind of a custom part is the name of its class: MyBrake, my brake.
             kind = re.sub(r"(?<=.)([A-Z])", r" \1", str(table["kind"])).replace("-", " ").lower()
             words.append(f"{kind.removesuffix(part).strip()} {part}".strip())
     return _sentence(", ".join(words)).replace("coulomb", "Coulomb")
@@ -101,7 +101,7 @@ def method_words(method: str) -> str:
 
 
 def equations(groups: Mapping[str, float | None]) -> str:
-    """Groups with their values, without those that are not defined and a shaft at rest."""
+    """Groups with their values, without undefined ones and the speed of a shaft at rest."""
     return ", ".join(
         _equation(name, value)
         for name, value in groups.items()
@@ -117,9 +117,9 @@ def _equation(name: str, value: float, unit: str = "1") -> str:
     return f"{style.short(name)} = ${style.number(value)}${behind}"
 
 
-def _numbers(dataset: xr.Dataset, names: Sequence[str], fixed: Sequence[str]) -> str:
-    """The machine with the groups that no swept parameter changes, and values chosen."""
-    changed = {_parameter(name) for name in (*names, *fixed)}
+def _numbers(dataset: xr.Dataset, names: Sequence[str], chosen: Sequence[str]) -> str:
+    """The machine with the groups that no swept parameter changes, and the fixed values."""
+    changed = {_parameter(name) for name in (*names, *chosen)}
     groups = equations(
         {
             name: value
@@ -127,20 +127,20 @@ def _numbers(dataset: xr.Dataset, names: Sequence[str], fixed: Sequence[str]) ->
             if not changed & _DEPENDS.get(name, {name})
         }
     )
-    chosen = [
+    values = [
         _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
-        for name in fixed
+        for name in chosen
     ]
-    # How steep a smoothed law is decides where its limits lie, and is no group.
+    # The steepness of a smoothed law moves its stability limits, and is no group.
     steepness = _stated(dataset, "system").get("friction", {}).get("steepness")
     if steepness is not None and "steepness" not in changed:
-        chosen.append(_equation("steepness", float(steepness), "s/m"))
-    numbers = ", ".join(part for part in (groups, *chosen) if part)
+        values.append(_equation("steepness", float(steepness), "s/m"))
+    numbers = ", ".join(part for part in (groups, *values) if part)
     return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
 
 
-def fixed(dataset: xr.Dataset) -> list[str]:
-    """Parameters of which a value was chosen."""
+def fixed_parameters(dataset: xr.Dataset) -> list[str]:
+    """Parameters of which one value was chosen from the sweep."""
     return [
         str(name)
         for name, value in dataset.coords.items()
@@ -149,28 +149,28 @@ def fixed(dataset: xr.Dataset) -> list[str]:
 
 
 def _parameter(name: str) -> str:
-    """The SI parameter behind a coordinate: the one that a group sets, or its own name."""
+    """The SI parameter that a coordinate changes: that of a group, or the one of its name."""
     return SETTERS[name].target if name in SETTERS else swept_name(name)
 
 
 def swept_name(name: str) -> str:
-    """The parameter or group that a coordinate is.
+    """The parameter or group of a coordinate.
 
-    Where a result has the parameter's name too, the coordinate begins with the part:
-    "brake_angle".
+    A coordinate begins with the part, as in "brake_angle", where a result has the parameter's
+    name.
     """
     part, _, own = name.partition("_")
     return own if part in PARTS else name
 
 
 def _is_driven(dataset: xr.Dataset, names: Sequence[str]) -> bool:
-    """Whether a torque acts, somewhere at least where its amplitude is swept."""
-    changed = {_parameter(name) for name in (*names, *fixed(dataset))}
+    """Return True if a torque acts, at least somewhere if its amplitude is swept."""
+    changed = {_parameter(name) for name in (*names, *fixed_parameters(dataset))}
     return "amplitude" in changed or is_driven(dataset)
 
 
 def _left_out(protocol: Mapping[str, Any]) -> str:
-    """What of the periods is no part of the picture."""
+    """The periods that are not part of the picture."""
     transient, most = protocol.get("transient"), protocol.get("limit")
     if transient is None:
         return ""
@@ -181,12 +181,12 @@ def _left_out(protocol: Mapping[str, Any]) -> str:
 
 
 def _state(values: Sequence[float]) -> str:
-    """A state in brackets."""
+    """A state in parentheses."""
     return "(" + ", ".join(f"{value:g}" for value in values) + ")"
 
 
 def _sentence(words: str) -> str:
-    """Words with a capital."""
+    """Words with a capital letter."""
     return words[:1].upper() + words[1:]
 
 
