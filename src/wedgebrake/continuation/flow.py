@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis import saltation
 from wedgebrake.continuation.equations import FloatArray, NoOrbitError
+from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import empty_log
@@ -40,7 +41,7 @@ def run(problem: Any, state: FloatArray, periods: int) -> Run:
         rows *= 4
     if found.outcome != Outcome.COMPLETED:
         raise NoOrbitError
-    identity = saltation.Deviations(1.0, 0.0, 0.0, 1.0)
+    identity = Deviations(1.0, 0.0, 0.0, 1.0)
     there = saltation.propagate(problem, log, found.rows, identity, np.empty(0), 0)
     x1, y1, x2, y2 = there.deviations
     matrix = math.exp(min(there.log_scale, 700.0)) * np.array([[x1, x2], [y1, y2]])
