@@ -62,7 +62,9 @@ if TYPE_CHECKING:
     from wedgebrake.orbits.shooting import orbit
     from wedgebrake.solvers.simulate import simulate
     from wedgebrake.solvers.status import Status
-    from wedgebrake.sweeps.maps import basins, bifurcation, regime_map
+    from wedgebrake.sweeps.basins import basins
+    from wedgebrake.sweeps.bifurcation import bifurcation
+    from wedgebrake.sweeps.regime_map import regime_map
     from wedgebrake.sweeps.sweep import sweep
 
 # Where each public name lives.
@@ -93,8 +95,8 @@ _HOMES = {
     "TabulatedFriction": "model.friction",
     "WedgeBrake": "model.brakes",
     "WedgebrakeError": "errors",
-    "basins": "sweeps.maps",
-    "bifurcation": "sweeps.maps",
+    "basins": "sweeps.basins",
+    "bifurcation": "sweeps.bifurcation",
     "boundaries": "orbits.codim2",
     "boundary": "orbits.codim2",
     "brake_torque": "analysis.torque",
@@ -108,7 +110,7 @@ _HOMES = {
     "plot": "figures.matplotlib.draw",
     "poincare": "analysis.poincare",
     "read_study": "model.study",
-    "regime_map": "sweeps.maps",
+    "regime_map": "sweeps.regime_map",
     "save_study": "model.study_text",
     "simulate": "solvers.simulate",
     "spectral_lines": "analysis.spectral_peaks",

@@ -23,8 +23,9 @@ from wedgebrake.orbits.diagram import follow
 from wedgebrake.orbits.orbit import Orbit, OrbitStatus
 from wedgebrake.orbits.problem import Range, make_ranges, value_of
 from wedgebrake.orbits.shooting import check, orbit_to_follow
-from wedgebrake.sweeps.maps import bifurcation, regime_map
+from wedgebrake.sweeps.bifurcation import bifurcation
 from wedgebrake.sweeps.progress import Progress
+from wedgebrake.sweeps.regime_map import regime_map
 
 if TYPE_CHECKING:
     import xarray as xr
