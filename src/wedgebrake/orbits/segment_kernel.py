@@ -182,21 +182,23 @@ def breakaway(problem, code):
 
 @compiled
 def _velocity_series(piece, forcing, w, a, phase, tau, power):
-    """(w(tau) - w(0)) / tau^power by its Taylor series, where it begins with that power.
+    """(w(tau) - w(0)) / tau^power and its rate, by a Taylor series that begins with that power.
 
     a : acceleration at entry, 0 for the power 2
     """
     derivative, following = a, jerk(piece, forcing, w, a, phase)
     drive, at = differentiated(forcing, phase)
-    total, factor = 0.0, 1.0
+    total, slope, factor, last = 0.0, 0.0, 1.0, 0.0
     for n in range(1, 13):
         if n >= power:
-            total += derivative * factor / math.gamma(n + 1.0)
-            factor *= tau
+            term = derivative / math.gamma(n + 1.0)
+            total += term * factor
+            slope += (n - power) * term * last
+            last, factor = factor, factor * tau
         drive, at = differentiated(drive, at)
         before, derivative = derivative, following
         following = value(drive, at) - piece.damping * derivative - piece.stiffness * before
-    return total
+    return total, slope
 
 
 @compiled
@@ -228,25 +230,27 @@ def _slip_equations(problem, segment):
     if segment.before == 0 and breakaway(problem, segment.code) == 0.0:
         # Without the part that the initial acceleration makes, which the end of rest makes zero.
         if turned <= _SHORT:
-            ratio = _velocity_series(piece, forcing, w0, 0.0, first, tau, 2)
+            ratio, slope = _velocity_series(piece, forcing, w0, 0.0, first, tau, 2)
         else:
             ratio = (w - w0 - a0 * h) / (tau * tau)
+            slope = (a1 - a0 * h_rate) / (tau * tau) - 2.0 * ratio / tau
         if turned <= _VANISHING:
             drive = second_rate(forcing, first) / omega
             change = drive - g2 * j0 / omega
-            return angle, Equation(ratio, drive / 2.0 - change / 6.0, 0.0, h_rate, change / 6.0)
+            by_phase = drive / 2.0 - change / 6.0
+            return angle, Equation(ratio, by_phase, 0.0, h_rate, slope / omega)
         by_phase = (2.0 * ratio / tau - h * (j0 + g2 * a0) / (tau * tau)) / omega
-        by_end = ((a1 - a0 * h_rate) / (tau * tau) - 2.0 * ratio / tau) / omega
-        return angle, Equation(ratio, by_phase, 0.0, h_rate, by_end)
+        return angle, Equation(ratio, by_phase, 0.0, h_rate, slope / omega)
     if turned <= _SHORT:
-        ratio = _velocity_series(piece, forcing, w0, a0, first, tau, 1)
+        ratio, slope = _velocity_series(piece, forcing, w0, a0, first, tau, 1)
     else:
         ratio = (w - w0) / tau
+        slope = (a1 - ratio) / tau
     if turned <= _VANISHING:
-        change = 0.5 * j0 / omega
-        return angle, Equation(ratio, rate(forcing, first) / omega - change, -w2, h_rate, change)
-    by_phase, by_end = (by_phase + ratio / omega) / tau, (by_end - ratio / omega) / tau
-    return angle, Equation(ratio, by_phase, by_angle / tau, h_rate, by_end)
+        by_phase, by_angle = (rate(forcing, first) - 0.5 * j0) / omega, -w2
+    else:
+        by_phase, by_angle = (by_phase + ratio / omega) / tau, by_angle / tau
+    return angle, Equation(ratio, by_phase, by_angle, h_rate, slope / omega)
 
 
 @compiled
