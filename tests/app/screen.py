@@ -122,9 +122,7 @@ class Screen:
         from playwright.sync_api import expect
 
         not_later = re.compile(f"^({'|'.join(map(str, range(number + 1)))})$")
-        expect(self.page.locator(f"[data-{what}]")).not_to_have_attribute(
-            f"data-{what}", not_later
-        )
+        expect(self.page.locator(f"[data-{what}]")).not_to_have_attribute(f"data-{what}", not_later)
 
     def still(self) -> None:
         """Wait until nothing new has come for longer than work is put off."""

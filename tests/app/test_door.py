@@ -7,7 +7,6 @@ import base64
 import http.client
 import json
 import re
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import panel as pn

@@ -60,6 +60,8 @@ _SIZE = """() => {
   const {scrollWidth, scrollHeight, clientWidth, clientHeight} = document.scrollingElement;
   return {scrollWidth, scrollHeight, clientWidth, clientHeight};
 }"""
+
+
 def boxes(screen):
     """(left, top, right, bottom) of the areas by name."""
     found = {}

@@ -91,6 +91,7 @@ VALUES = [
 @together
 async def test_values_that_a_widget_does_not_offer(bad_server):
     """Whatever they do to that session, another one has its answers."""
+
     async def send(one, part):
         for value in VALUES:
             await one.set(*part, value)

@@ -20,7 +20,7 @@ from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK
+from wedgebrake.solvers.log_reader import SHORTEST_STICK
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,7 +129,7 @@ def describe(system: BrakedDriveline, swept: Collection[str] = ()) -> str:
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
     """Everything that ``simulate --json`` prints."""
     from wedgebrake.analysis.sticking import steady_start, sticks
-    from wedgebrake.solvers.solution import EventKind
+    from wedgebrake.dynamics.enums import EventKind
 
     steady_from = steady_start(response)
     steady = sticks(response, steady_from)

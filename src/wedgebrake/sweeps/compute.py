@@ -1,115 +1,83 @@
-"""The results of some points of a sweep. What a chunk gives depends on nothing but the plan."""
+"""Results of some points of a sweep, which depend on nothing but the plan."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis import batch as kernel
-from wedgebrake.analysis import evaluate_point
-from wedgebrake.dynamics import enums
+from wedgebrake.analysis.evaluate_point import RESULT, clear
+from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
-from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 from wedgebrake.sweeps.grid import batches
 from wedgebrake.sweeps.plan import Plan
-from wedgebrake.sweeps.results import VARIABLES, PointStatus
+from wedgebrake.sweeps.results import PointStatus
 from wedgebrake.sweeps.system_tables import Parts, system_at
 
-FloatArray = NDArray[np.float64]
-
-# Periods that are worked on at once: some milliseconds, so that threads finish together and
-# an interrupt is heard; a slow solver's points are worked on one by one.
+# Periods of a batch: some milliseconds, so that threads finish together and interrupts take
+# effect soon. The points of a slow solver are computed one by one.
 _BATCH_PERIODS = 4000
-# What a point that is given time to settle may take.
+# Estimate of the periods in which a point settles.
 _SETTLING_PERIODS = 1000
-
-_COLUMNS = {
-    "motion": evaluate_point.CLASS,
-    "order": evaluate_point.ORDER,
-    "stick_class": evaluate_point.STICK_CLASS,
-    "sticks_forward": evaluate_point.STICKS_FORWARD,
-    "sticks_backward": evaluate_point.STICKS_BACKWARD,
-    "stick_share": evaluate_point.STICK_SHARE,
-    "largest_exponent": evaluate_point.LARGEST_EXPONENT,
-    "second_exponent": evaluate_point.SECOND_EXPONENT,
-    "exponent_error": evaluate_point.EXPONENT_ERROR,
-    "return_distance": evaluate_point.RETURN_DISTANCE,
-    "size": evaluate_point.SIZE,
-    "transient": evaluate_point.TRANSIENT,
-    "settling": evaluate_point.SETTLING,
-    "peak_torque": evaluate_point.PEAK_TORQUE,
-    "friction_power": evaluate_point.FRICTION_POWER,
-    "sliding_damping": evaluate_point.SLIDING_DAMPING,
-    "events": evaluate_point.EVENTS,
-    "final_angle": evaluate_point.FINAL_THETA,
-    "final_velocity": evaluate_point.FINAL_W,
-}
-_STATUS = {
-    enums.COMPLETED: PointStatus.COMPLETED,
-    enums.DIVERGED: PointStatus.DIVERGED,
-    enums.NO_SLIDING: PointStatus.NO_FORWARD_SOLUTION,
-    enums.EVENT_LIMIT: PointStatus.EVENT_LIMIT,
-    enums.STEP_LIMIT: PointStatus.STEP_LIMIT,
-}
 
 
 class Chunk:
-    """Some points of a plan, cut into batches that any threads may work on in any order.
+    """Some points of a plan, divided into batches that threads may compute in any order.
 
-    where : dim of the points -> slice of it
+    where : dimension of the points -> slice of it
     """
 
-    def __init__(self, plan: Plan, parts: Parts, where: dict[str, slice]) -> None:
+    def __init__(self, plan: Plan, parts: Parts, where: Mapping[str, slice]) -> None:
         self._plan = plan
-        self._sizes = {name: one.stop - one.start for name, one in where.items()}
+        self._sizes = {dim: one.stop - one.start for dim, one in where.items()}
         count = math.prod(self._sizes.values())
-        offsets = [where[axis.dim].start for axis in plan.grid.axes]
-        shape = [one.stop - one.start for one in where.values()]
-        grid = np.indices(shape).reshape(len(shape), -1)[-len(offsets) :]
+        places = dict(zip(where, np.indices(tuple(self._sizes.values())), strict=True))
         self._indices = tuple(
-            (one + offset).astype(np.int64) for one, offset in zip(grid, offsets, strict=True)
+            (places[axis.dim].ravel() + where[axis.dim].start).astype(np.int64)
+            for axis in plan.grid.axes
         )
-        self._answers = np.empty((count, evaluate_point.COLUMNS))
-        self._record = np.full(
-            (count if plan.keep_points else 0, plan.protocol.recorded + 1, 2), np.nan
-        )
+        self._points = np.empty(count, dtype=RESULT)
+        record = plan.protocol.recorded + 1
+        self._record = np.full((count if plan.keep_points else 0, record, 2), np.nan)
         self._states = self._initial_states(count)
         if plan.method == "exact":
-            self._tables, self._chosen = parts.tables(self._indices)
+            self._tables, self._choices = parts.tables(self._indices)
+        run = self._run_exactly if plan.method == "exact" else self._run_simulated
         self.work: list[Callable[[], None]] = [
-            self._task(numbers)
-            for numbers in batches(self._sizes, plan.grid.follow, self._points_at_once())
+            partial(run, numbers)
+            for numbers in batches(self._sizes, plan.grid.follow, self._batch_size())
         ]
 
     def results(self) -> dict[str, Any]:
-        """The variables over the chunk, once all its work is done."""
+        """Return the variables over the chunk, once all its work is done."""
         shape = tuple(self._sizes.values())
-        results: dict[str, Any] = {}
-        for name, column in _COLUMNS.items():
-            variable = VARIABLES[name]
-            values = self._answers[:, column]
-            if np.dtype(variable.dtype).kind == "i":
-                values = np.where(np.isnan(values), variable.fill, values)
-            results[name] = values.astype(variable.dtype).reshape(shape)
-        outcome = self._answers[:, evaluate_point.OUTCOME]
-        status = np.full(outcome.size, PointStatus.INVALID, dtype=np.int8)
-        for code, meaning in _STATUS.items():
-            status[outcome == code] = meaning
+        results: dict[str, Any] = {
+            one.name: self._points[one.name].astype(one.dtype).reshape(shape)
+            for one in self._plan.variables
+            if one.name in (RESULT.names or ())
+        }
+        results["transient"][results["motion"] < 0] = np.nan
+        status = np.full(self._points.size, PointStatus.INVALID, dtype=np.int8)
+        for outcome in Outcome:
+            if outcome.name in PointStatus.__members__:
+                status[self._points["outcome"] == outcome] = PointStatus[outcome.name]
         results["status"] = status.reshape(shape)
         if self._plan.keep_points:
             for i, name in enumerate(("angle", "velocity")):
                 results[name] = np.ascontiguousarray(self._record[:, :, i]).reshape(*shape, -1)
         return results
 
-    def _points_at_once(self) -> int:
+    def _batch_size(self) -> int:
+        """Return the number of points of a batch."""
         protocol = self._plan.protocol
         if self._plan.method != "exact":
             return self._lanes()
@@ -117,79 +85,69 @@ class Chunk:
         return max(1, _BATCH_PERIODS // (wait + protocol.recorded))
 
     def _lanes(self) -> int:
-        """Points of a slow solver that are worked on at once: transients go side by side."""
+        """Return how many transients of a slow solver are computed side by side."""
         plan = self._plan
         if plan.method != "smooth" or plan.grid.follow is not None or not plan.protocol.first:
             return 1
-        from wedgebrake.solvers.smooth.batch import WIDTH
+        from wedgebrake.solvers.smooth.simd_batch import WIDTH
 
         return WIDTH
 
-    def _initial_states(self, count: int) -> FloatArray:
+    def _initial_states(self, count: int) -> NDArray[np.float64]:
         states = np.empty((count, 2))
         states[:] = self._plan.initial
-        for column, name in enumerate(INITIAL):
-            for axis, numbers in zip(self._plan.grid.axes, self._indices, strict=True):
-                if axis.name == name:
-                    states[:, column] = axis.values[numbers]
+        for axis, numbers in zip(self._plan.grid.axes, self._indices, strict=True):
+            if axis.name in INITIAL:
+                states[:, list(INITIAL).index(axis.name)] = axis.values[numbers]
         return states
 
-    def _task(self, numbers: NDArray[np.int64]) -> Callable[[], None]:
-        run = self._run_exactly if self._plan.method == "exact" else self._run_simulated
-        return lambda: run(numbers)
-
     def _run_exactly(self, numbers: NDArray[np.int64]) -> None:
-        """A batch in one call of the kernel, which needs no Python and releases its lock."""
-        plan, protocol = self._plan, self._plan.protocol
-        friction = plan.system.friction
-        assert isinstance(friction, SetValuedFriction)  # noqa: S101 - checked at the front door
-        answers = np.empty((numbers.size, evaluate_point.COLUMNS))
+        """Compute a batch with the compiled kernel, which releases Python's lock."""
+        plan = self._plan
+        points = np.empty(numbers.size, dtype=RESULT)
         kept = numbers if plan.keep_points else numbers[:0]
         record = self._record[kept]
         kernel.run(
             brake_law(plan.system.brake)[0],
-            np.array([speed for speed, _ in friction.nodes()]),
-            *self._tables,
-            self._chosen[numbers],
+            self._tables,
+            self._choices[numbers],
             self._states[numbers],
             plan.grid.follow is not None,
-            -1 if protocol.automatic else protocol.first,
-            protocol.recorded,
-            protocol.limit,
-            protocol.max_events,
+            plan.protocol.settings,
             DIVERGED_FACTOR,
-            answers,
+            points,
             record,
         )
-        self._answers[numbers] = answers
+        self._points[numbers] = points
         self._record[kept] = record
 
     def _run_simulated(self, numbers: NDArray[np.int64]) -> None:
-        """Point by point, by any solver."""
-        from wedgebrake.analysis.classify_run import judge
+        """Compute a batch point by point, with any solver."""
+        from wedgebrake.analysis.classify_run import classify_run
 
         plan = self._plan
-        systems = {number: self._system(number) for number in numbers}
-        begun = self._begun({n: one for n, one in systems.items() if one is not None})
-        before: FloatArray | None = None
+        systems = {int(number): self._system(int(number)) for number in numbers}
+        transients = self._transients({n: one for n, one in systems.items() if one is not None})
+        before: tuple[float, float] | None = None
         for number, system in systems.items():
             initial = self._state(number)
             if plan.grid.follow is not None and before is not None:
-                initial = (
-                    float(before[evaluate_point.FINAL_THETA]),
-                    float(before[evaluate_point.FINAL_W]),
-                )
+                initial = before
+            before = None
             if system is None:
-                self._answers[number], before = np.nan, None
+                clear(self._points[number])
                 continue
-            answer, record = judge(system, initial, plan.method, plan.protocol, begun.get(number))
-            self._answers[number] = answer
-            before = answer if answer[evaluate_point.OUTCOME] == enums.COMPLETED else None
+            result, record = classify_run(
+                system, initial, plan.method, plan.protocol, transients.get(number)
+            )
+            self._points[number] = result
+            if result.outcome == Outcome.COMPLETED:
+                before = (float(result.final_angle), float(result.final_velocity))
             if plan.keep_points:
                 self._record[number, : record.shape[0]] = record
 
     def _system(self, number: int) -> BrakedDriveline | None:
-        """The system of a point; None where there is none."""
+        """Return the system of a point; None if it is not valid."""
         place = tuple(int(one[number]) for one in self._indices)
         try:
             return system_at(self._plan.system, self._plan.grid.axes, place)
@@ -199,19 +157,19 @@ class Chunk:
     def _state(self, number: int) -> tuple[float, float]:
         return float(self._states[number, 0]), float(self._states[number, 1])
 
-    def _begun(self, systems: dict[int, BrakedDriveline]) -> dict[int, Any]:
-        """Transients that were run side by side."""
+    def _transients(self, systems: Mapping[int, BrakedDriveline]) -> dict[int, Any]:
+        """Return the ends of transients that are computed side by side."""
         protocol = self._plan.protocol
         if self._lanes() == 1:
             return {}
-        from wedgebrake.solvers.smooth.batch import advance_together, fits
-        from wedgebrake.solvers.smooth.solve import problem
+        from wedgebrake.solvers.smooth.assemble import problem
+        from wedgebrake.solvers.smooth.solve_periods import advance_together, fits_lanes
 
         given = {
             number: problem(system, protocol.rtol, *self._state(number))
             for number, system in systems.items()
         }
-        given = {number: one for number, one in given.items() if fits(one)}
+        given = {number: one for number, one in given.items() if fits_lanes(one)}
         if not given:
             return {}
         states = self._states[list(given)]
@@ -219,8 +177,8 @@ class Chunk:
         return dict(zip(given, passed, strict=True))
 
 
-def compute(plan: Plan, where: dict[str, slice]) -> dict[str, Any]:
-    """The results of a chunk, in this thread: what a worker of a cluster does."""
+def compute(plan: Plan, where: Mapping[str, slice]) -> dict[str, Any]:
+    """Return the results of a chunk, computed in this thread as by a worker of a cluster."""
     chunk = Chunk(plan, Parts(plan.system, plan.grid.axes), where)
     for work in chunk.work:
         work()

@@ -21,11 +21,7 @@ from wedgebrake.explorer.core.snapshot import Moment, look
 from wedgebrake.explorer.core.state import Desk
 from wedgebrake.explorer.core.studies import opened
 from wedgebrake.explorer.core.verdict import verdict
-from wedgebrake.explorer.ui.plots import new_plate
-from wedgebrake.explorer.ui.plots.history import History
-from wedgebrake.explorer.ui.plots.phase import Phase
-from wedgebrake.explorer.ui.plots.section import Section
-from wedgebrake.explorer.ui.plots.spectrum import Spectrum
+from wedgebrake.explorer.ui.parameter_plots import ParameterPlot
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.explorer.ui.widgets.controls import widget_styles
 from wedgebrake.explorer.ui.widgets.header import Header
@@ -33,6 +29,10 @@ from wedgebrake.explorer.ui.widgets.page import page
 from wedgebrake.explorer.ui.widgets.parameters import ParameterPanel
 from wedgebrake.explorer.ui.widgets.plot_tabs import PlotTabs
 from wedgebrake.explorer.ui.widgets.verdict_strip import VerdictStrip
+from wedgebrake.figures.bokeh.history import HistoryChart
+from wedgebrake.figures.bokeh.phase import PhaseChart
+from wedgebrake.figures.bokeh.section import SectionChart
+from wedgebrake.figures.bokeh.spectrum import SpectrumChart
 from wedgebrake.model.study import read_study
 
 _LOG = logging.getLogger("wedgebrake.explorer")
@@ -90,8 +90,8 @@ class Explorer(pn.viewable.Viewer):
             lambda name, value, dragging: self._edit({name: value}, dragging), self.refuse, styles
         )
         self._strip = VerdictStrip()
-        history, section, spectrum = History(), Section(), Spectrum()
-        phase = Phase(history)
+        history, section, spectrum = HistoryChart(), SectionChart(), SpectrumChart()
+        phase = PhaseChart(history)
         self._charts = (history, phase, section, spectrum)
         self._stage = BrakeAnimation(sizing_mode="stretch_both", margin=0)
         self._plates: dict[str, Any] = {}
@@ -238,8 +238,9 @@ class Explorer(pn.viewable.Viewer):
     def _show_moment(self, number: int, moment: Moment) -> None:
         with pn.io.hold():
             self._say_files()
+            ghost = moment.ghost.figures if moment.ghost is not None else None
             for chart in self._charts:
-                chart.show(moment)
+                chart.show(moment.figures, ghost)
             self._stage.show(self._desk, moment)
             self._strip.show(verdict(self._desk, moment), number)
 
@@ -286,7 +287,7 @@ class Explorer(pn.viewable.Viewer):
     def _plate(self, name: str) -> Any:
         """Return a plot, created on first use: each costs as much as all charts of a motion."""
         if name not in self._plates:
-            plate = self._plates[name] = new_plate(name)
+            plate = self._plates[name] = ParameterPlot(name)
             plate.figure.on_event(Tap, self._tapped)
             self._atlas.add(name, plate.figure)
         return self._plates[name]

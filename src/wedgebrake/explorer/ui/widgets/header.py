@@ -105,7 +105,9 @@ class Header:
             pn.pane.HTML(details, css_classes=["help"], **self._style), self._download,
             css_classes=["header"], sizing_mode="stretch_width", **self._style,
         )  # fmt: skip
-        self._presets.param.watch(lambda event: event.new and self._said(choose, event.new), "value")
+        self._presets.param.watch(
+            lambda event: event.new and self._said(choose, event.new), "value"
+        )
         save.on_click(lambda _: export("study"))
         exports.on_click(lambda event: export(event.new))
         self._law.param.watch(lambda event: self._said(edit, "friction", event.new), "value")

@@ -13,7 +13,14 @@ from bokeh.models import InlineStyleSheet
 from wedgebrake.explorer.core.fields import Row, sections, symbol
 from wedgebrake.explorer.core.formatting import number_text, parsed_numbers, plain
 from wedgebrake.explorer.core.state import Desk
-from wedgebrake.explorer.ui.widgets.controls import Checkbox, Input, Select, Slider, style_sheet, update
+from wedgebrake.explorer.ui.widgets.controls import (
+    Checkbox,
+    Input,
+    Select,
+    Slider,
+    style_sheet,
+    update,
+)
 
 Edit = Callable[[str, Any, bool], None]
 """Takes a name, its new value, and True while the slider is dragged."""
@@ -106,8 +113,12 @@ class _Control:
     def _add(self, widget: type, *classes: str, **options: Any) -> Any:
         self.widgets.append(
             widget(
-                css_classes=[*classes], shared=self._styles, margin=0, width=None,
-                sizing_mode="stretch_width", **options,
+                css_classes=[*classes],
+                shared=self._styles,
+                margin=0,
+                width=None,
+                sizing_mode="stretch_width",
+                **options,
             )
         )
         return self.widgets[-1]
@@ -136,7 +147,9 @@ class _Choice(_Control):
 class _Switch(_Control):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
-        self._box = self._add(Checkbox, "wide", f"input-{row.name}", name=row.title, value=row.value)
+        self._box = self._add(
+            Checkbox, "wide", f"input-{row.name}", name=row.title, value=row.value
+        )
         self._box.param.watch(lambda event: self._edit(row.name, event.new, False), "value")
 
     def show(self, row: Row) -> None:

@@ -11,10 +11,11 @@ from bokeh.models import InlineStyleSheet
 
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core import basins, diagram, regimes, stability
-from wedgebrake.explorer.core.axis import Axis
+from wedgebrake.explorer.core.axis import parameter_axis
 from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
 from wedgebrake.explorer.core.state import Desk, axes
 from wedgebrake.explorer.ui.widgets.controls import Input, Select, style_sheet, update
+from wedgebrake.figures.data.parameter_axis import ParameterAxis
 from wedgebrake.model.groups import SETTERS
 
 _TITLES = {
@@ -126,7 +127,7 @@ class _AxisControl:
         for end in (self._low, self._high):
             end.param.watch(self._typed, "value")
 
-    def show(self, role: str, axis: Axis | None, desk: Desk) -> None:
+    def show(self, role: str, axis: ParameterAxis | None, desk: Desk) -> None:
         """Show a parameter and its range; None hides them."""
         self._role = role
         for widget in self.widgets:
@@ -145,15 +146,15 @@ class _AxisControl:
         self._change({"spans": {self._axis: [one[0] for one in ends]}})
 
 
-def _ranges(desk: Desk) -> list[Axis]:
+def _ranges(desk: Desk) -> list[ParameterAxis]:
     """Return the axes of the open plot; none if this machine has no such plot."""
     plate = desk.view.plate
     names = {"regimes": regimes.parameters, "stability": stability.parameters}
     try:
         if plate == "diagram":
-            return [Axis.of(desk, diagram.parameter(desk))]
-        pair = names[plate](desk) if plate in names else basins.PARAMETERS
-        return [Axis.of(desk, name) for name in pair]
+            return [parameter_axis(desk, diagram.parameters(desk)[0])]
+        pair = names[plate](desk) if plate in names else basins.parameters(desk)
+        return [parameter_axis(desk, name) for name in pair]
     except InputError:
         return []
 
@@ -163,6 +164,6 @@ def _choices(desk: Desk) -> dict[str, dict[str, str]]:
     found: dict[str, dict[str, str]] = {"Groups": {}, "Parameters": {}}
     for name in axes(desk.system):
         heading = "Groups" if name in SETTERS else "Parameters"
-        axis = Axis.of(desk, name)
+        axis = parameter_axis(desk, name)
         found[heading][f"{axis.symbol}  {axis.words}".strip()] = name
     return {heading: choices for heading, choices in found.items() if choices}

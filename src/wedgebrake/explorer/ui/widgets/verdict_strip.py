@@ -49,5 +49,5 @@ def _tile(tile: dict[str, str]) -> str:
     return (
         f'<div class="tile {told["tone"]} tile-{told["name"]}" title="{told["hint"]}">'
         f'<dt>{told["title"]}</dt><dd class="value"><i aria-hidden="true">'
-        f'{_SIGNS[tile["tone"]]}</i> {told["value"]}</dd><dd>{told["detail"]}</dd></div>'
+        f"{_SIGNS[tile['tone']]}</i> {told['value']}</dd><dd>{told['detail']}</dd></div>"
     )
