@@ -24,7 +24,8 @@ _EXPORTS = [
     ("Python program", "python"),
 ]  # fmt: skip
 _LAWS = {
-    CoulombFriction.kind: "Exact", SmoothedFriction.kind: "Smoothed", TabulatedFriction.kind: "Table",
+    CoulombFriction.kind: "Exact", SmoothedFriction.kind: "Smoothed",
+    TabulatedFriction.kind: "Table",
 }  # fmt: skip
 _BRAND = (
     '<svg width="24" height="20" viewBox="0 0 24 20" aria-hidden="true"><rect x="1" y="1"'
@@ -105,9 +106,7 @@ class Header:
             pn.pane.HTML(details, css_classes=["help"], **self._style), self._download,
             css_classes=["header"], sizing_mode="stretch_width", **self._style,
         )  # fmt: skip
-        self._presets.param.watch(
-            lambda event: event.new and self._said(choose, event.new), "value"
-        )
+        self._presets.param.watch(lambda event: self._said(choose, event.new), "value")
         save.on_click(lambda _: export("study"))
         exports.on_click(lambda event: export(event.new))
         self._law.param.watch(lambda event: self._said(edit, "friction", event.new), "value")
@@ -144,7 +143,7 @@ class Header:
         self._download._transfer()
 
     def _said(self, callback: Callable[..., None], *arguments: Any) -> None:
-        if not self._showing:
+        if not self._showing and arguments[0]:
             callback(*arguments)
 
     def _file(self) -> Any:

@@ -200,8 +200,8 @@ class _Number(_List):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         self._slider = self._add(
-            Slider, f"slider-{row.name}", name=row.title, show_value=False, tooltips=False, start=row.low,
-            end=row.high, value=row.low,
+            Slider, f"slider-{row.name}", name=row.title, show_value=False, tooltips=False,
+            start=row.low, end=row.high, value=row.low,
         )  # fmt: skip
         self.widgets.reverse()
         self._slider.param.watch(lambda event: self._slid(event.new, True), "value")
