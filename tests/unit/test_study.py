@@ -16,10 +16,10 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.errors import nearest
-from wedgebrake.model.part import labels
 from wedgebrake.model.study import METHODS, Run, parse_study, schema
 from wedgebrake.model.sweep_settings import Sweep, sweepable
 from wedgebrake.model.tables import CHOSEN, FIXED
+from wedgebrake.model.validation import labels
 from wedgebrake.solvers.simulate import METHODS as SOLVERS
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from wedgebrake.cli.main import USUAL_COLLECTIONS
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import shown
 from wedgebrake.model.study import load_study
+from wedgebrake.model.validation import shown
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
 _ORIGIN = re.compile(r"[A-Za-z0-9.*-]+(:\d{1,5})?|\[[0-9a-fA-F:]+\](:\d{1,5})?")

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from typing import Any
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import PARTS
 from wedgebrake.model.tables import CHOSEN
+from wedgebrake.model.validation import shown
 
 _TABLES = (*PARTS, "groups", "run", "sweep")
 # A parameter of each table that can be set.

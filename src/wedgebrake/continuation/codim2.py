@@ -27,8 +27,8 @@ from wedgebrake.continuation.segment_bvp import Chain
 from wedgebrake.continuation.shooting import check
 from wedgebrake.continuation.symmetry import alike, between_halves, is_odd, met, prime_order
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import shown
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,7 @@ from wedgebrake.continuation.problem import Family
 from wedgebrake.continuation.ranges import exact_scale, make_ranges, value_of
 from wedgebrake.continuation.symmetry import is_odd
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import is_number, shown
+from wedgebrake.model.validation import check_instance, check_number, check_whole, shown
 
 STEP, POINTS = 0.02, 2000
 _MOST_POINTS = 1_000_000
@@ -45,8 +45,7 @@ def continuation(
 
     Raises ``InputError`` for arguments that are wrong, or an orbit that was not found.
     """
-    if not isinstance(orbit, Orbit):
-        raise InputError(f"orbit = {shown(orbit)}: must be an Orbit, as wb.orbit(system) gives it.")
+    check_instance("orbit", orbit, Orbit, "an Orbit, as wb.orbit(system) gives it")
     if orbit._solved is None:
         raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
     check_step(step, points)
@@ -70,10 +69,6 @@ def continuation(
 
 def check_step(step: Any, points: Any) -> None:
     """Refuse, with ``InputError``, steps that lead nowhere."""
-    if not is_number(step) or not 1e-6 <= step <= 0.5:
-        raise InputError(
-            f"step = {shown(step)}: must be a number, 1e-6 to 0.5. It is a share of the range."
-        )
-    whole = isinstance(points, int | np.integer) and not isinstance(points, bool)
-    if not whole or not 2 <= points <= _MOST_POINTS:
-        raise InputError(f"points = {shown(points)}: must be a whole number, 2 to {_MOST_POINTS}.")
+    why = " It is a share of the range."
+    check_number("step", step, 1e-6, 0.5, "a number, 1e-6 to 0.5", why)
+    check_whole("points", points, 2, _MOST_POINTS)

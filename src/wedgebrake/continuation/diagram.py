@@ -19,8 +19,7 @@ from wedgebrake.continuation.point import BranchPoint
 from wedgebrake.continuation.ranges import Range
 from wedgebrake.continuation.shooting import orbit, orbit_to_follow
 from wedgebrake.continuation.symmetry import alike, prime_order
-from wedgebrake.errors import InputError
-from wedgebrake.model.part import shown
+from wedgebrake.model.validation import check_instance, check_whole
 
 SWITCH = 2
 _MOST_LEVELS = 20
@@ -64,11 +63,8 @@ def follow(
 
     first : an orbit at the first end of the range
     """
-    whole = isinstance(switch, int | np.integer) and not isinstance(switch, bool)
-    if not whole or not 0 <= switch <= _MOST_LEVELS:
-        raise InputError(f"switch = {shown(switch)}: must be a whole number, 0 to {_MOST_LEVELS}.")
-    if not isinstance(opposite, bool):
-        raise InputError(f"opposite = {shown(opposite)}: must be True or False.")
+    check_whole("switch", switch, 0, _MOST_LEVELS)
+    check_instance("opposite", opposite, bool)
     settings: dict[str, Any] = {"step": step, "points": points}
     branch = continuation(first, **settings | {over.name: (over.first, over.last)})
     followed = [_followed(branch, -1, "begin of the range", [], progress)]

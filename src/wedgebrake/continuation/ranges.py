@@ -8,9 +8,9 @@ from typing import Any
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import is_finite, is_number, shown
 from wedgebrake.model.sweep_settings import INITIAL, refuse_doubled, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.validation import is_finite, is_number, shown
 
 # Names of what a dataset holds of an orbit.
 TAKEN = ("angle", "velocity")

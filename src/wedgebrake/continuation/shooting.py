@@ -22,8 +22,8 @@ from wedgebrake.continuation.stroboscopic_map import Strobe
 from wedgebrake.continuation.symmetry import is_symmetric, prime_order
 from wedgebrake.dynamics import enums
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, check_whole
 from wedgebrake.solvers.simulate import check_limits, check_state, choose_method
 
 _MOST_ORDER = 512
@@ -133,8 +133,7 @@ def orbit_to_follow(
 
 def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
     """The solver's name; raises ``InputError`` for what no orbit can be found with."""
-    if not isinstance(system, BrakedDriveline):
-        raise InputError(f"system = {shown(system)}: must be a BrakedDriveline.")
+    check_instance("system", system, BrakedDriveline)
     chosen = choose_method(system, method)
     if chosen == "ode14x":
         raise InputError(
@@ -142,11 +141,8 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
             " 'smooth', by the friction law."
         )
     check_limits(rtol, 1e-4, 1, 1)
-    whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
-    if order is not None and (not whole or not 1 <= order <= _MOST_ORDER):
-        raise InputError(
-            f"order = {shown(order)}: must be a whole number of periods, 1 to {_MOST_ORDER}."
-        )
+    if order is not None:
+        check_whole("order", order, 1, _MOST_ORDER, "a whole number of periods")
     return chosen
 
 

@@ -15,10 +15,11 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import toml
 from wedgebrake.model.display import Tabular, part_rows
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, is_finite, is_number, named, parameter, shown
+from wedgebrake.model.part import Part, parameter
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, parse_sweep, sweep_schema
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
+from wedgebrake.model.validation import is_finite, is_number, named, shown
 
 Method = Literal["exact", "smooth", "ode14x"]
 METHODS: tuple[str, ...] = get_args(Method)

@@ -13,10 +13,11 @@ from wedgebrake.model.brakes import Brake
 from wedgebrake.model.files import write
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, labels, shown
+from wedgebrake.model.part import Part
 from wedgebrake.model.study import Study, parse_study
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.validation import labels, shown
 
 _Tables = dict[str, dict[str, Any]]
 

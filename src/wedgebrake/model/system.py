@@ -18,7 +18,8 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.part import Part, is_finite, is_number, shown
+from wedgebrake.model.part import Part
+from wedgebrake.model.validation import is_finite, is_number, shown
 
 PARTS: tuple[str, ...] = ("driveline", "brake", "friction", "actuation", "excitation")
 _BASES: dict[str, type[Part]] = {

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.part import shown
 from wedgebrake.model.sweep_settings import INITIAL, MOST_VALUES, refuse_doubled, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.validation import shown
 from wedgebrake.sweeps.results import VARIABLES
 
 # Values of an axis, and combinations of them, that are tried on a system.

@@ -15,9 +15,9 @@ from wedgebrake.model.brakes import BandBrake, ConventionalBrake, LeadingShoeBra
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import CoulombFriction, TabulatedFriction
-from wedgebrake.model.part import shown
 from wedgebrake.model.study import Run, Study
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import shown
 from wedgebrake.paper.assumptions import AS_PRINTED, CORRECTED, WEDGE, Assumptions, Case
 from wedgebrake.paper.diagrams import HERTZ, PLANS, Plan
 from wedgebrake.paper.figures import responses

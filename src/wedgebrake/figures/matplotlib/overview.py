@@ -14,6 +14,7 @@ from wedgebrake.analysis.sticking import span, steady_start
 from wedgebrake.errors import InputError
 from wedgebrake.figures.matplotlib import caption, history, phase, section, spectrum, style
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,8 +48,7 @@ def overview(
 
     Raises ``InputError`` for a dataset that is no response or a start outside it.
     """
-    if not isinstance(system, BrakedDriveline):
-        raise InputError(f"system = {system!r}: must be a BrakedDriveline.")
+    check_instance("system", system, BrakedDriveline)
     free = _is_free(system, response)
     periods = None if free else PERIODS
     usual = span(response)[0] if free else steady_start(response)

@@ -1,0 +1,100 @@
+"""The public names, each with its module: ``lazy_loader`` and type checkers read them here."""
+
+from . import paper as paper
+from ._version import __version__
+from .analysis.energy import energy
+from .analysis.linear_stability import stability, stability_map
+from .analysis.motion import Motion, motion
+from .analysis.poincare import poincare
+from .analysis.spectral_peaks import spectral_lines
+from .analysis.spectrum import spectrum
+from .analysis.sticking import sticks
+from .analysis.torque import BrakeTorque, brake_torque
+from .continuation.branch import Branch
+from .continuation.branches import branches
+from .continuation.codim2 import boundaries, boundary
+from .continuation.continuation import continuation
+from .continuation.orbit import Orbit
+from .continuation.point import BranchPoint
+from .continuation.shooting import orbit
+from .errors import InputError, OutputError, WedgebrakeError
+from .explorer.notebook import explore
+from .figures.matplotlib.draw import plot
+from .model.actuation import Actuation
+from .model.brakes import (
+    BandBrake,
+    Brake,
+    ConventionalBrake,
+    LeadingShoeBrake,
+    LeverBrake,
+    WedgeBrake,
+)
+from .model.characteristic import Characteristic
+from .model.driveline import Driveline
+from .model.excitation import HarmonicTorque
+from .model.friction import CoulombFriction, CustomFriction, SmoothedFriction, TabulatedFriction
+from .model.groups import Groups
+from .model.part import parameter
+from .model.study import Study, load_study, read_study
+from .model.study_text import save_study
+from .model.system import BrakedDriveline
+from .solvers.simulate import simulate
+from .solvers.status import Status
+from .sweeps.maps import basins, bifurcation, regime_map
+from .sweeps.sweep import sweep
+
+__all__ = [
+    "Actuation",
+    "BandBrake",
+    "Brake",
+    "BrakeTorque",
+    "BrakedDriveline",
+    "Branch",
+    "BranchPoint",
+    "Characteristic",
+    "ConventionalBrake",
+    "CoulombFriction",
+    "CustomFriction",
+    "Driveline",
+    "Groups",
+    "HarmonicTorque",
+    "InputError",
+    "LeadingShoeBrake",
+    "LeverBrake",
+    "Motion",
+    "Orbit",
+    "OutputError",
+    "SmoothedFriction",
+    "Status",
+    "Study",
+    "TabulatedFriction",
+    "WedgeBrake",
+    "WedgebrakeError",
+    "__version__",
+    "basins",
+    "bifurcation",
+    "boundaries",
+    "boundary",
+    "brake_torque",
+    "branches",
+    "continuation",
+    "energy",
+    "explore",
+    "load_study",
+    "motion",
+    "orbit",
+    "paper",
+    "parameter",
+    "plot",
+    "poincare",
+    "read_study",
+    "regime_map",
+    "save_study",
+    "simulate",
+    "spectral_lines",
+    "spectrum",
+    "stability",
+    "stability_map",
+    "sticks",
+    "sweep",
+]
