@@ -5,7 +5,7 @@ commands    stability, simulate, sweep, continue, paper, app, schema, example, d
 changes     --set NAME=VALUE
 over        --over NAME=FROM:TO:COUNT, or NAME=FROM:TO
 report      a response as JSON and as words
-sweeping    a sweep with progress and a store, and what Ctrl-C leaves of it
+x
 sweep_report, sweep_text
             a sweep as JSON and as words
 continuing  branches of orbits: what is asked, checked, followed

@@ -115,6 +115,11 @@ def named(name: str) -> str:
     return name if word and name.isascii() else shown(name)
 
 
+def as_typed(text: str) -> str:
+    """Return a word of the command line as it was typed, if that is one short printable line."""
+    return text if text.isprintable() and len(text) <= 60 else shown(text)
+
+
 def labels(field: FieldInfo) -> dict[str, Any]:
     """Return the symbol, SI unit and example of a field, as far as it has them."""
     return field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
