@@ -22,6 +22,7 @@ html_extra_path = ["paper.html"]
 highlight_language = "none"
 smartquotes = False  # -- begins an option, and θ'' is a derivative
 myst_heading_anchors = 3
+myst_enable_extensions = ["dollarmath"]
 # Notebooks are shown as they were committed; a test runs them and compares.
 nb_execution_mode = "off"
 nb_merge_streams = True

@@ -281,39 +281,45 @@ class TestClosedForms:
 
 
 class TestBalance:
+    @pytest.mark.parametrize("samples", [12, 20, 200])
     @pytest.mark.parametrize("brake", BRAKES)
     @pytest.mark.parametrize(("eta", "F0"), PAPER)
-    def test_exact(self, eta, F0, brake):
-        found = energy(wb.simulate(wb.paper.system(eta=eta, F0=F0, brake=brake), periods=60))
+    def test_exact_at_any_sampling(self, eta, F0, brake, samples):
+        system = wb.paper.system(eta=eta, F0=F0, brake=brake)
+        found = energy(wb.simulate(system, periods=30, samples_per_period=samples))
         assert found.attrs["law"] == "system"
         assert found.attrs["error"] < 1e-12
         dissipated = found.attrs["total_friction_heat"] + found.attrs["total_viscous_loss"]
         assert abs(found.attrs["total_residual"]) < 1e-10 * dissipated
         assert found.attrs["total_friction_heat"] > 1.0
 
+    @pytest.mark.parametrize(("method", "error"), [("smooth", 1e-6), ("ode14x", 1e-5)])
     @pytest.mark.parametrize("brake", BRAKES)
-    @pytest.mark.parametrize(("eta", "F0"), PAPER)
-    def test_exact_with_twenty_samples(self, eta, F0, brake):
-        system = wb.paper.system(eta=eta, F0=F0, brake=brake)
-        found = energy(wb.simulate(system, periods=60, samples_per_period=20))
-        assert found.attrs["error"] < 1e-12
-
-    @pytest.mark.parametrize("brake", BRAKES)
-    @pytest.mark.parametrize(("eta", "F0"), PAPER)
-    def test_smooth(self, eta, F0, brake):
+    @pytest.mark.parametrize(("eta", "F0"), PAPER[:2])
+    def test_smooth_friction(self, eta, F0, brake, method, error):
         system = wb.paper.system(eta=eta, F0=F0, brake=brake, friction="smoothed")
-        found = energy(wb.simulate(system, periods=60))
-        assert found.attrs["error"] < 1e-6
+        found = energy(wb.simulate(system, periods=30, method=method))
+        assert found.attrs["error"] < error
         assert found.attrs["total_friction_heat"] > 1.0
 
-    @pytest.mark.parametrize("brake", BRAKES)
-    @pytest.mark.parametrize(("eta", "F0"), PAPER)
-    def test_ode14x_smoothed(self, eta, F0, brake):
-        system = wb.paper.system(eta=eta, F0=F0, brake=brake, friction="smoothed")
-        found = energy(wb.simulate(system, periods=30, method="ode14x"))
-        assert found.attrs["error"] < 1e-5
+    def test_velocity_interpolated_past_self_locking(self):
+        """The torque of a wedge that locks at low speed is infinite beyond it."""
+        friction = wb.SmoothedFriction(kinetic=0.3)
+        system = wb.paper.system().replace(friction=friction, angle=0.26122, damping=1.86)
+        system = system.replace(slope=-2412.0, amplitude=765.0, frequency=3.314)
+        heats, errors = [], []
+        for samples in (200, 2000, 20_000):
+            response = wb.simulate(
+                system, periods=1, initial=(-0.1, -10.0), samples_per_period=samples
+            )
+            found = energy(response)
+            heats.append(float(found.friction_heat[0]))
+            errors.append(found.attrs["error"])
+        assert errors[0] < 1e-2
+        assert errors[2] < 1e-4 * errors[0]
+        assert heats[0] == pytest.approx(heats[2], rel=1e-2)
 
-    @pytest.mark.parametrize(("eta", "F0"), PAPER)
+    @pytest.mark.parametrize(("eta", "F0"), PAPER[:2])
     def test_ode14x_coulomb_has_its_own_error(self, eta, F0):
         """Jumping over the band, the paper's step misses energy; a shorter one misses less."""
         system = wb.paper.system(eta=eta, F0=F0)
@@ -324,14 +330,7 @@ class TestBalance:
         assert errors[0] < 1e-2
         assert errors[1] < 0.1 * errors[0]
 
-    @pytest.mark.parametrize("samples", [12, 20, 1000])
-    @pytest.mark.parametrize("brake", BRAKES)
-    def test_exact_at_any_sampling(self, brake, samples):
-        system = wb.paper.system(eta=-24.0, brake=brake)
-        response = wb.simulate(system, periods=30, samples_per_period=samples)
-        assert energy(response).attrs["error"] < 1e-12
-
-    @pytest.mark.parametrize("seed", range(120))
+    @pytest.mark.parametrize("seed", range(60))
     def test_random_systems_to_rounding(self, seed):
         """Of any damping up to stiff, and any torque down to one thirtieth of the natural one."""
         system, initial = random_case(seed)
@@ -342,7 +341,7 @@ class TestBalance:
         missed = float(np.max(np.abs(found.residual)))
         assert missed <= 1e-12 * float(np.mean(turned)) + room_for_times(system, response)
 
-    @pytest.mark.parametrize("seed", range(0, 120, 6))
+    @pytest.mark.parametrize("seed", range(0, 60, 6))
     def test_each_integral_of_random_systems(self, seed):
         """Against products of exponentials integrated with 40 digits, from event to event."""
         system, initial = random_case(seed)
@@ -368,7 +367,7 @@ class TestBalance:
         system = wb.paper.system(friction="smoothed").replace(steepness=steepness)
         assert energy(wb.simulate(system, periods=30)).attrs["error"] < 2e-5
 
-    @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
     @given(systems.cases())
     def test_any_system(self, case):
         system, initial = case
@@ -503,13 +502,6 @@ class TestPeakTorque:
         np.testing.assert_allclose(peaks, held, rtol=1e-11)
         assert float(np.abs(response.brake_torque).max()) < held
 
-    @pytest.mark.parametrize("samples", [20, 33, 200])
-    def test_does_not_depend_on_the_sampling(self, samples):
-        system, initial = CASES["static above kinetic"]
-        dense = energy(wb.simulate(system, periods=20, initial=initial, samples_per_period=2000))
-        found = energy(wb.simulate(system, periods=20, initial=initial, samples_per_period=samples))
-        np.testing.assert_allclose(found.peak_torque, dense.peak_torque, rtol=1e-6)
-
 
 class TestAmplification:
     def test_mean_over_both_directions(self):
@@ -530,7 +522,7 @@ class TestAmplification:
         np.testing.assert_allclose(found.amplification, 0.3, rtol=1e-10)
 
 
-class TestWhereTheLawIsNotTold:
+class TestUnknownLaw:
     @pytest.mark.parametrize("brake", BRAKES)
     @pytest.mark.parametrize("method", ["smooth", "ode14x"])
     def test_custom_friction(self, method, brake):
@@ -558,7 +550,7 @@ class TestWhereTheLawIsNotTold:
         for name in ("friction_heat", "torque_work", "peak_torque", "amplification"):
             np.testing.assert_allclose(found[name], expected[name], rtol=1e-9)
 
-    def test_tabulated_friction_is_told(self):
+    def test_tabulated_friction_is_known(self):
         table = wb.TabulatedFriction(
             speeds=(0.0, 0.2, 1.0), coefficients=(0.33, 0.28, 0.3), static=0.34
         )
@@ -636,31 +628,31 @@ class TestWindow:
 
 class TestArguments:
     def test_less_than_a_period(self):
-        with pytest.raises(wb.InputError, match=r"no whole period.*Simulate at least two"):
+        with pytest.raises(wb.InputError, match=r"^response"):
             energy(wb.simulate(wb.paper.system(), duration=0.05))
         response = wb.simulate(wb.paper.system(), periods=3)
-        with pytest.raises(wb.InputError, match=r"no whole period.*choose an earlier start"):
+        with pytest.raises(wb.InputError, match=r"^response"):
             energy(response, start=0.25)
         nothing = wb.simulate(wb.paper.system(), periods=3, times=[])
-        with pytest.raises(wb.InputError, match="samples: none"):
+        with pytest.raises(wb.InputError, match=r"^response"):
             energy(nothing)
 
     def test_ended_before_a_period(self):
         response = wb.simulate(wb.paper.system(alpha=0.9), periods=3, initial=(0.0, 1.0))
         assert response.attrs["status"] == "no_forward_solution"
-        with pytest.raises(wb.InputError, match=r"ended early \(no_forward_solution\)"):
+        with pytest.raises(wb.InputError, match=r"^response"):
             energy(response)
 
     @pytest.mark.parametrize("samples", [5, 9])
     def test_too_few_samples(self, samples):
         response = wb.simulate(wb.paper.system(F0=1.0), periods=3, samples_per_period=samples)
-        with pytest.raises(wb.InputError, match=r"up to .* s apart.*samples_per_period of at"):
+        with pytest.raises(wb.InputError, match=r"^response"):
             energy(response)
 
     def test_gap_in_the_samples(self):
         times = np.append(np.linspace(0.0, 0.5, 1000), np.linspace(1.0, 1.9, 1000))
         response = wb.simulate(wb.paper.system(F0=1.0), periods=20, times=times)
-        with pytest.raises(wb.InputError, match="leave gaps"):
+        with pytest.raises(wb.InputError, match=r"^response"):
             energy(response)
         assert energy(response, start=1.0).attrs["error"] == 0.0
 
@@ -672,5 +664,5 @@ class TestArguments:
 
     @pytest.mark.parametrize("wrong", [None, 1.0, xr.Dataset(), xr.Dataset(attrs={"system": "{}"})])
     def test_no_response(self, wrong):
-        with pytest.raises(wb.InputError, match=r"response = .*wb\.simulate"):
+        with pytest.raises(wb.InputError, match=r"^response"):
             energy(wrong)

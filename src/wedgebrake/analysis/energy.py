@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis import segments as _arcs
-from wedgebrake.analysis.dense_torque import Along
+from wedgebrake.analysis.dense_motion import DenseMotion
+from wedgebrake.analysis.segments import Segments, segments_between
 from wedgebrake.analysis.sticking import inside, span
-from wedgebrake.analysis.system_from_response import Machine, machine
+from wedgebrake.analysis.system_from_response import ResponseSystem, system_from_response
 from wedgebrake.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,15 +18,14 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# Recorded states must not lie further apart than these shares of the torque's period and of
-# the natural one.
+# Largest distance of recorded states, in periods of the torque and of the free vibration.
 _FORCED, _FREE = 0.1, 0.25
-# Number of states that are integrated at a time.
+# Number of nodes that are evaluated at a time.
 _BLOCK = 300_000
-# States closer than this share of a period are one.
+# States closer than this fraction of a period count as one.
 _SAME = 1e-12
-# The error is told as a share of the turnover, at least of this share of the stored energy.
-_LEAST_TURNOVER = 1e-6
+# The error refers to the energy exchanged, or to this fraction of the stored energy if larger.
+_LEAST_EXCHANGE = 1e-6
 
 _SPEC = {
     "torque_work": ("J", "work of the torque"),
@@ -34,7 +33,7 @@ _SPEC = {
     "viscous_loss": ("J", "heat of the viscous damping"),
     "friction_heat": ("J", "heat of the brake"),
     "stored_change": ("J", "gain of kinetic and elastic energy"),
-    "residual": ("J", "what the balance misses"),
+    "residual": ("J", "error of the balance"),
     "friction_power": ("W", "mean power of the brake's heat"),
     "peak_torque": ("N m", "largest magnitude of the brake torque, also at rest"),
     "amplification": ("1", "mean |F_mu|/F_a while the pressed brake slides"),
@@ -44,15 +43,15 @@ _INTEGRALS = (*_BALANCE[:4], "amplification_time", "amplification_integral", "pe
 
 
 def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
-    """Where the energy goes, in every whole period of the torque (docs/theory.md, section 10).
+    """Energy balance of every whole period of the torque (docs/theory.md, section 10).
 
     With v = drive_speed + theta' the sliding velocity,
 
         torque_work + drive_work = viscous_loss + friction_heat + stored_change + residual
         int T theta' dt, int drive_speed R F_mu dt, int c theta'^2 dt, int R F_mu v dt
 
-    Every integral is one over the motion between the recorded states, and none is found from
-    the others: the residual measures their error. For responses of "exact" the motion between
+    Every integral is computed from the motion between the recorded states, and none from the
+    others, so that the residual measures their error. For responses of "exact" the motion between
     the states is known in closed form, whatever the sampling, and the residual is rounding: below
     1e-12 of the energy turned over, more only if the rounding of the recorded times corresponds
     to more energy (a torque much slower than a lightly damped vibration). A smooth law passes
@@ -79,7 +78,7 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         the brake slides (no stick) and is pressed (F_a > 0), nan where it never does.
         ``attrs``: start, stop [s]; ``total_`` and each of the six energies [J]; over the whole
         window mean_friction_power, mean_amplification, largest_peak_torque; error, the largest
-        |residual| as a share of what a period turns over on average; law, "system" or
+        |residual| relative to the mean energy exchanged in a period; law, "system" or
         "samples": where the torque between the samples comes from; method, status and
         message of the response.
 
@@ -90,15 +89,15 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         or samples too far apart: more than a tenth of the torque's period or a quarter of
         the natural one.
     """
-    given = machine(response)
+    given = system_from_response(response)
     begin, end = span(response)
     low = begin if start is None else inside(start, begin, end)
     period = given.excitation.period
     first, last = _periods(response, low, period)
     times = response["poincare_time"].to_numpy()[first : last + 1]
-    along = _arcs.arcs(response, times[0], times[-1], _SAME * period)
-    check_gaps(along, given, period, "the energy balance")
-    parts = _integrals(response, given, along, times)
+    segments = segments_between(response, times[0], times[-1], _SAME * period)
+    check_gaps(segments, given, period, "the energy balance")
+    parts = _integrals(response, given, segments, times)
     angle = response["poincare_angle"].to_numpy()[first : last + 1]
     velocity = response["poincare_velocity"].to_numpy()[first : last + 1]
     line = given.driveline
@@ -108,49 +107,49 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
 
 
 def _integrals(
-    response: xr.Dataset, given: Machine, along: _arcs.Arcs, times: FloatArray
+    response: xr.Dataset, given: ResponseSystem, segments: Segments, times: FloatArray
 ) -> dict[str, FloatArray]:
-    """Integrals over each period, computed in blocks of arcs to limit the memory."""
-    motion = Along(response, given, along)
-    number, count = np.searchsorted(times, along.middle) - 1, times.size - 1
+    """Integrals over each period, computed in blocks of segments to limit the memory."""
+    motion = DenseMotion(response, given, segments)
+    number, count = np.searchsorted(times, segments.middle) - 1, times.size - 1
     sums = {name: np.zeros(count) for name in _INTEGRALS}
-    for group in motion.alike():
-        rule = motion.rows(group).rule()
+    for group in motion.quadrature_groups():
+        rule = motion.select(group).quadrature()
         # Blocks of whole periods, so that the result does not depend on their size.
         several = max(1, _BLOCK * count // (group.size * rule[0].size))
         cuts = np.searchsorted(number[group], np.arange(several, count, several))
         for rows in filter(np.size, np.split(group, cuts)):
             first, last = number[rows[0]], number[rows[-1]] + 1
-            some = _Some(motion.rows(rows), rule, number[rows] - first, last - first)
-            for name, values in some.integrals().items():
+            block = _Block(motion.select(rows), rule, number[rows] - first, last - first)
+            for name, values in block.integrals().items():
                 add = np.maximum if name == "peak_torque" else np.add
                 add(sums[name][first:last], values, out=sums[name][first:last])
     return sums
 
 
-class _Some(NamedTuple):
-    """Some arcs of a motion, and the integrals over each of ``several`` periods.
+class _Block(NamedTuple):
+    """Segments of a motion that lie in ``periods`` periods.
 
-    rule   : nodes and weights (m,) of the quadrature over an arc
-    period : (n,) index of the period of each arc
+    rule   : nodes and weights (m,) of the quadrature over a segment
+    period : (n,) index of the period of each segment
     """
 
-    motion: Along
+    motion: DenseMotion
     rule: tuple[FloatArray, FloatArray]
     period: NDArray[np.intp]
-    several: int
+    periods: int
 
     def integrals(self) -> dict[str, FloatArray]:
-        """Everything that is integrated along the motion, and the peak torque."""
+        """Integrals over each period, and its peak torque."""
         motion, given = self.motion, self.motion.given
         line, (x, weights) = given.driveline, self.rule
         velocity, sliding, torque = motion.state(x)
-        share = motion.along.length[:, None] * weights
+        share = motion.segments.duration[:, None] * weights
         force = given.force(sliding)
-        counts = (force > 0.0) & ~motion.stuck[:, None]
+        counts = (force > 0.0) & ~motion.sticking[:, None]
         ratio = np.abs(torque) / (given.radius * np.where(counts, force, np.inf))
         return {
-            "torque_work": self._sum(share * motion.drive(x) * velocity),
+            "torque_work": self._sum(share * motion.excitation(x) * velocity),
             "drive_work": self._sum(share * line.drive_speed * torque),
             "viscous_loss": self._sum(share * line.damping * velocity**2),
             "friction_heat": self._sum(share * torque * sliding),
@@ -160,11 +159,11 @@ class _Some(NamedTuple):
         }
 
     def _sum(self, values: FloatArray) -> FloatArray:
-        """Sum over the arcs of each period."""
-        return np.asarray(np.bincount(self.period, values.sum(axis=1), self.several), dtype=float)
+        """Sum over the segments of each period."""
+        return np.asarray(np.bincount(self.period, values.sum(axis=1), self.periods), dtype=float)
 
     def _peak(self, inner: FloatArray) -> FloatArray:
-        """The largest of |torque| in each period; ``inner``: that at the nodes."""
+        """Largest |torque| in each period, given |torque| at the nodes."""
         ends = np.array([0.0, 1.0])
         outer = np.abs(self.motion.state(ends)[2])
         x = np.concatenate(([0.0], self.rule[0], [1.0]))
@@ -180,18 +179,20 @@ class _Some(NamedTuple):
         step = np.where(hollow, 0.5 * (left - fall / np.where(hollow, bend, 1.0)), 0.0)
         vertex = x[top] + np.clip(step, left, right)
         turning = np.abs(self.motion.state(vertex[:, None])[2])[:, 0]
-        peak = np.zeros(self.several)
+        peak = np.zeros(self.periods)
         np.maximum.at(peak, self.period, np.maximum(torque.max(axis=1), turning))
         return peak
 
 
 def _periods(response: xr.Dataset, low: float, period: float) -> tuple[int, int]:
-    """First and last of the Poincare points whose periods were sampled from ``low`` on."""
+    """Indices of the first and last Poincare point of the sampled periods from ``low`` on."""
     times = response["time"].to_numpy()
     points = response["poincare_time"].to_numpy()
-    room = _FORCED * period
+    margin = _FORCED * period
     if times.size:
-        good = (points >= max(low - 1e-9 * period, times[0] - room)) & (points <= times[-1] + room)
+        good = (points >= max(low - 1e-9 * period, times[0] - margin)) & (
+            points <= times[-1] + margin
+        )
         found = np.flatnonzero(good)
         if found.size >= 2:
             return int(found[0]), int(found[-1])
@@ -205,13 +206,13 @@ def _periods(response: xr.Dataset, low: float, period: float) -> tuple[int, int]
     )
 
 
-def check_gaps(along: _arcs.Arcs, given: Machine, period: float, what: str) -> None:
-    """Raise ``InputError`` for states too far apart for an integral; ``what`` needs it."""
+def check_gaps(segments: Segments, given: ResponseSystem, period: float, what: str) -> None:
+    """Raise ``InputError`` if states are too far apart for the integrals of ``what``."""
     natural = given.driveline.natural_frequency
     limit = _FORCED * period
     if natural > 0.0:
         limit = min(limit, _FREE * 2.0 * np.pi / natural)
-    widest = float(np.max(along.length))
+    widest = float(np.max(segments.duration))
     if widest > limit * (1.0 + 1e-6):
         raise InputError(
             f"response: its states lie up to {widest:g} s apart, but {what} needs {limit:g} s or"
@@ -222,13 +223,16 @@ def check_gaps(along: _arcs.Arcs, given: Machine, period: float, what: str) -> N
 
 def _dataset(
     response: xr.Dataset,
-    given: Machine,
+    given: ResponseSystem,
     parts: dict[str, FloatArray],
     times: FloatArray,
     first: int,
-    most: float,
+    largest_stored: float,
 ) -> xr.Dataset:
-    """The integrals as a labelled dataset; ``most``: the largest energy stored [J]."""
+    """Return the integrals as a labelled dataset.
+
+    largest_stored : largest stored energy [J]
+    """
     import xarray as xr
 
     supplied = parts["torque_work"] + parts["drive_work"]
@@ -257,7 +261,7 @@ def _dataset(
         "mean_friction_power": float(np.sum(parts["friction_heat"]) / (times[-1] - times[0])),
         "mean_amplification": float(_ratio(np.sum(ratio), np.sum(pressed))),
         "largest_peak_torque": float(np.max(parts["peak_torque"])),
-        "error": _error(values, most),
+        "error": _error(values, largest_stored),
         "law": "samples" if given.system is None else "system",
     }
     kept = ("method", "status", "message")
@@ -266,15 +270,15 @@ def _dataset(
 
 
 def _ratio(part: Any, whole: Any) -> Any:
-    """part/whole; nan where the whole is nothing."""
+    """Return part/whole, nan where the whole is zero."""
     return np.where(whole > 0.0, part / np.where(whole > 0.0, whole, 1.0), np.nan)
 
 
-def _error(values: dict[str, FloatArray], most: float) -> float:
-    """The largest residual as a share of the mean turnover of a period.
+def _error(values: dict[str, FloatArray], largest_stored: float) -> float:
+    """Largest residual as a fraction of the mean energy exchanged in a period.
 
-    Where next to nothing is turned over, of the stored energy, or rounding would look large.
+    If almost no energy is exchanged it refers to the stored energy, so that rounding stays small.
     """
-    turned = sum(np.abs(values[name]) for name in _BALANCE[:5])
-    scale = max(0.5 * float(np.mean(turned)), _LEAST_TURNOVER * most)
+    exchanged = sum(np.abs(values[name]) for name in _BALANCE[:5])
+    scale = max(0.5 * float(np.mean(exchanged)), _LEAST_EXCHANGE * largest_stored)
     return float(np.max(np.abs(values["residual"]))) / scale if scale > 0.0 else 0.0

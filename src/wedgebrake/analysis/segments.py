@@ -1,7 +1,7 @@
-"""The motion of a response as arcs between the states that it holds.
+"""Segments of a response: the motion between neighbouring states that it holds.
 
-Samples, events and Poincare points are merged, so that every arc is smooth: the torque of
-the brake jumps or bends only where two arcs meet.
+Samples, events and Poincare points are merged. Every segment is smooth, since the brake torque
+jumps or bends only where two segments meet.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# (time, angle, velocity) of every kind of state that a response holds.
+# Time, angle and velocity of every kind of state in a response.
 _STATES = (
     ("time", "angle", "velocity"),
     ("event_time", "event_angle", "event_velocity"),
@@ -33,54 +33,59 @@ WEIGHTS: FloatArray = 0.5 * _WEIGHT
 
 
 @dataclass(frozen=True)
-class Arcs:
-    """Stretches of motion, one after the other, each (n,).
+class Segments:
+    """Consecutive segments of a motion, each field (n,).
 
-    start, length : beginning and duration [s]
-    angle, rise   : angle at the beginning, and what is gained [rad]
-    before, after : velocity of the driveline at both ends [rad/s]
+    start, duration : start time and duration [s]
+    angle, rotation : angle at the start, and its change over the segment [rad]
+    start_velocity, end_velocity : velocity of the driveline at both ends [rad/s]
     """
 
     start: FloatArray
-    length: FloatArray
+    duration: FloatArray
     angle: FloatArray
-    rise: FloatArray
-    before: FloatArray
-    after: FloatArray
+    rotation: FloatArray
+    start_velocity: FloatArray
+    end_velocity: FloatArray
 
-    def block(self, rows: slice | NDArray[np.intp]) -> Arcs:
-        """Some of the arcs."""
-        return Arcs(*(getattr(self, field.name)[rows] for field in fields(self)))
+    def select(self, rows: slice | NDArray[np.intp]) -> Segments:
+        """Return some of the segments."""
+        return Segments(*(getattr(self, field.name)[rows] for field in fields(self)))
 
     @property
     def middle(self) -> FloatArray:
-        """Time of the middle [s]."""
-        return self.start + 0.5 * self.length
+        """Time in the middle of each segment [s]."""
+        return self.start + 0.5 * self.duration
 
     @property
     def inner_velocity(self) -> FloatArray:
-        """A velocity [rad/s] between the smallest and largest of an arc, for any motion."""
-        return 0.5 * self.rise / self.length + 0.25 * (self.before + self.after)
+        """A velocity between the extremes of each segment [rad/s]."""
+        return 0.5 * self.rotation / self.duration + 0.25 * (
+            self.start_velocity + self.end_velocity
+        )
 
     def velocity(self, x: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
-        """Velocity [rad/s] at the shares ``x`` of each arc, (n, m); x is (m,) or (n, m).
+        """Interpolate the velocity [rad/s] at fractions ``x`` of each segment, (n, m).
 
-        The angle is the polynomial of fifth order through angle, velocity and acceleration
-        at both ends; ``first``, ``last`` are the accelerations there [rad/s^2].
+        The angle is the polynomial of fifth degree that matches angle, velocity and acceleration
+        at both ends.
+
+        x           : (m,) or (n, m)
+        first, last : (n,) accelerations at both ends [rad/s^2]
         """
-        h, w0, w1 = self.length[:, None], self.before[:, None], self.after[:, None]
+        h, w0, w1 = self.duration[:, None], self.start_velocity[:, None], self.end_velocity[:, None]
         a0, a1 = first[:, None], last[:, None]
         y = 1.0 - x
         gain = w1 - w0
-        missed = self.rise[:, None] / h - 0.5 * (w0 + w1) - h * (a0 - a1) / 12.0
+        missed = self.rotation[:, None] / h - 0.5 * (w0 + w1) - h * (a0 - a1) / 12.0
         bow = y * (h * a0 - gain) - x * (h * a1 - gain) + 30.0 * missed * x * y
         return np.asarray(w0 + x * gain + x * y * bow)
 
 
-def arcs(response: xr.Dataset, low: float, high: float, shortest: float) -> Arcs:
-    """The arcs of a response between two times at which it holds a state [s].
+def segments_between(response: xr.Dataset, low: float, high: float, shortest: float) -> Segments:
+    """Return the segments of a response between two times at which it holds a state [s].
 
-    States closer to each other than ``shortest`` [s] are one state.
+    States closer to each other than ``shortest`` [s] count as one.
     """
     columns = []
     for names, final in zip(zip(*_STATES, strict=True), _FINAL, strict=True):
@@ -92,4 +97,4 @@ def arcs(response: xr.Dataset, low: float, high: float, shortest: float) -> Arcs
     at, to = table[:, :-1], table[:, 1:]
     long = to[0] - at[0] > shortest
     at, to = at[:, long], to[:, long]
-    return Arcs(at[0], to[0] - at[0], at[1], to[1] - at[1], at[2], to[2])
+    return Segments(at[0], to[0] - at[0], at[1], to[1] - at[1], at[2], to[2])

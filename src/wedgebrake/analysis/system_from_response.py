@@ -1,8 +1,8 @@
-"""The machine of a response, and the torque of its brake along arcs.
+"""The system of a response, and the brake torque along segments of its motion.
 
-A law belongs to a set of arcs: it takes sliding velocities (n, m) [rad/s],
-one row for each arc, and gives the torques R F_mu (n, m) [N m]. The law of the system serves
-where the response can be read back into one; else what was recorded at the samples.
+A torque law belongs to a set of segments: it maps sliding velocities (n, m) [rad/s], one row for
+each segment, to torques R F_mu (n, m) [N m]. It is the law of the system where the response
+contains it, and otherwise interpolates the recorded samples.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.segments import Arcs
+from wedgebrake.analysis.segments import Segments
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.characteristic import Characteristic
@@ -30,12 +30,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-Law = Callable[[FloatArray], FloatArray]
+TorqueLaw = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
-class Machine:
-    """What a response says of its system; ``system`` is None where its laws are not known."""
+class ResponseSystem:
+    """Parts of the system that a response describes.
+
+    system : the whole system; None if the response does not contain its laws
+    """
 
     driveline: Driveline
     actuation: Actuation
@@ -51,10 +54,10 @@ class Machine:
         return np.maximum(value, 0.0) if given.release else value
 
 
-def machine(response: xr.Dataset) -> Machine:
-    """The machine of a response.
+def system_from_response(response: xr.Dataset) -> ResponseSystem:
+    """Read the system of a response from its attributes.
 
-    Raises ``InputError`` where the response does not describe it.
+    Raises ``InputError`` if the response does not describe one.
     """
     try:
         tables: dict[str, Any] = json.loads(response.attrs["system"])
@@ -75,33 +78,33 @@ def machine(response: xr.Dataset) -> Machine:
     else:
         known = Friction.kinds.get(kind, Friction)
         set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)
-    return Machine(*parts, radius, set_valued, system)
+    return ResponseSystem(*parts, radius, set_valued, system)
 
 
 def _system(tables: dict[str, Any]) -> BrakedDriveline | None:
-    """The system itself; None for laws of the user's own, which no table holds."""
+    """Rebuild the system; None if it has laws of the user's own, which tables do not hold."""
     try:
         return parse_study({name: tables[name] for name in PARTS}).system
     except InputError:
         return None
 
 
-def law_along(response: xr.Dataset, given: Machine, along: Arcs) -> Law:
-    """The torque of the sliding brake along the arcs."""
-    forward = along.inner_velocity + given.driveline.drive_speed > 0.0
+def torque_law(response: xr.Dataset, given: ResponseSystem, segments: Segments) -> TorqueLaw:
+    """Return the torque law of the sliding brake for segments of a motion."""
+    forward = segments.inner_velocity + given.driveline.drive_speed > 0.0
     if given.system is None:
         return _recorded(response, given, forward)
     if given.set_valued:
         law = given.system.characteristic
-        return _piecewise(law, piece_of(given, along) >= law.first_forward)
+        return _piecewise(law, pieces_of(given, segments) >= law.first_forward)
     return _smooth(given.system, forward)
 
 
-def piece_of(given: Machine, along: Arcs) -> NDArray[np.intp]:
-    """Piece of the characteristic of each arc, for a known set-valued law."""
+def pieces_of(given: ResponseSystem, segments: Segments) -> NDArray[np.intp]:
+    """Return the piece of the characteristic of each segment, for a known set-valued law."""
     assert given.system is not None  # noqa: S101 - callers check that it is known
     law = given.system.characteristic
-    inside = along.inner_velocity + given.driveline.drive_speed
+    inside = segments.inner_velocity + given.driveline.drive_speed
     piece = law.piece(inside)
     # A sliding direction in which a self-locking brake cannot slide is a rounding error.
     forward = (inside > 0.0) == np.isfinite(law.offsets[piece])
@@ -109,8 +112,8 @@ def piece_of(given: Machine, along: Arcs) -> NDArray[np.intp]:
     return np.where(forward, np.maximum(piece, first), np.minimum(piece, first - 1))
 
 
-def holding(given: Machine, method: str) -> tuple[float, float]:
-    """(lower, upper) torque that the brake holds at rest [N m]."""
+def holding_interval(given: ResponseSystem, method: str) -> tuple[float, float]:
+    """Return the lower and upper limit of the torque that the brake holds at rest [N m]."""
     if given.system is None or not given.set_valued:
         return -math.inf, math.inf
     law = given.system.characteristic
@@ -120,12 +123,12 @@ def holding(given: Machine, method: str) -> tuple[float, float]:
     return law.holding
 
 
-def _piecewise(law: Characteristic, forward: NDArray[np.bool_]) -> Law:
-    """A characteristic; at and about rest the line of the direction of motion."""
+def _piecewise(law: Characteristic, forward: NDArray[np.bool_]) -> TorqueLaw:
+    """Torque law of a characteristic; near rest, its line for the direction of motion."""
     first, direction = law.first_forward, forward[:, None]
 
     def torque(v: FloatArray) -> FloatArray:
-        v = _kept(v, direction)
+        v = _in_direction(v, direction)
         piece = law.piece(v)
         piece = np.where(direction, np.maximum(piece, first), np.minimum(piece, first - 1))
         return np.asarray(law.offsets[piece] + law.slopes[piece] * v)
@@ -133,26 +136,26 @@ def _piecewise(law: Characteristic, forward: NDArray[np.bool_]) -> Law:
     return torque
 
 
-def _smooth(system: BrakedDriveline, forward: NDArray[np.bool_]) -> Law:
-    """A smooth law, as the solver has it; an arc keeps its direction of motion."""
+def _smooth(system: BrakedDriveline, forward: NDArray[np.bool_]) -> TorqueLaw:
+    """Torque law of a smooth friction law."""
     from wedgebrake.solvers.smooth.solve import torque_at
 
     direction = forward[:, None]
 
     def torque(v: FloatArray) -> FloatArray:
-        v = _kept(v, direction)
+        v = _in_direction(v, direction)
         return torque_at(system, v.ravel()).reshape(v.shape)
 
     return torque
 
 
-def _kept(v: FloatArray, forward: NDArray[np.bool_]) -> FloatArray:
-    """Sliding velocities in the direction that an arc has: a crossing of zero would be rounding."""
+def _in_direction(v: FloatArray, forward: NDArray[np.bool_]) -> FloatArray:
+    """Clip sliding velocities to the direction of their segment; beyond it they are rounding."""
     return np.where(forward, np.maximum(v, 0.0), np.minimum(v, 0.0))
 
 
-def _recorded(response: xr.Dataset, given: Machine, forward: NDArray[np.bool_]) -> Law:
-    """R F_a F_mu/F_a, with the ratio as a function of speed read off the samples."""
+def _recorded(response: xr.Dataset, given: ResponseSystem, forward: NDArray[np.bool_]) -> TorqueLaw:
+    """Torque law R F_a r(v), whose ratio r = F_mu/F_a is interpolated between the samples."""
     sliding = response["velocity"].to_numpy() + given.driveline.drive_speed
     force = given.force(sliding)
     usable = (force != 0.0) & np.isfinite(response["brake_torque"].to_numpy())

@@ -1,4 +1,4 @@
-"""The torque of the brake over a stretch of a response: mean, mean size, peak."""
+"""Brake torque over a window of a response: mean, mean magnitude and peak."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis import segments as _arcs
-from wedgebrake.analysis.dense_torque import Along
+from wedgebrake.analysis.dense_motion import DenseMotion
 from wedgebrake.analysis.energy import check_gaps
-from wedgebrake.analysis.system_from_response import machine
+from wedgebrake.analysis.segments import NODES, WEIGHTS, Segments, segments_between
+from wedgebrake.analysis.system_from_response import system_from_response
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Tabular
 from wedgebrake.model.validation import SECONDS, check_number, shown
@@ -27,11 +27,11 @@ _SAME = 1e-12
 
 @dataclass(frozen=True)
 class BrakeTorque(Tabular):
-    """The brake's torque R F_mu over a stretch of time [N m].
+    """Brake torque R F_mu over a window of time [N m].
 
-    mean      : its mean, positive against forward motion
-    mean_size : the mean of its magnitude
-    peak      : its largest magnitude, on both sides of every jump and at rest
+    mean      : mean, positive against forward motion
+    mean_size : mean magnitude
+    peak      : largest magnitude, on both sides of every jump and at rest
     """
 
     mean: float
@@ -42,47 +42,47 @@ class BrakeTorque(Tabular):
 def brake_torque(
     response: xr.Dataset, start: float | None = None, stop: float | None = None
 ) -> BrakeTorque:
-    """Mean, mean size and peak of the brake's torque (docs/theory.md, section 10).
+    """Mean, mean magnitude and peak of the brake torque (docs/theory.md, section 10).
 
-    Every integral is one over the motion between the recorded states. Of "exact" responses
-    the mean is exact: between events the torque is linear in the velocity, whose integral is
-    the angle. Laws and accuracy are otherwise those of ``energy``.
+    The integrals are computed from the motion between the recorded states. For "exact" responses
+    the mean is exact: between events the torque is linear in the velocity, whose integral is the
+    angle. Otherwise torque laws and accuracy are those of ``energy``.
 
     response    : as ``simulate`` gives it
-    start, stop : of the stretch [s], for example whole periods; default: what was sampled
+    start, stop : ends of the window [s], for example whole periods; default: the sampled range
 
-    Raises ``InputError`` for a dataset that is no response, a stretch outside of it, and
+    Raises ``InputError`` for a dataset that is no response, a window outside it, and
     samples too far apart: more than a tenth of the torque's period or a quarter of the
     natural one.
     """
-    given = machine(response)
+    given = system_from_response(response)
     period = given.excitation.period
-    low, high = _stretch(response, start, stop, period)
+    low, high = _window(response, start, stop, period)
     times = response["time"].to_numpy()
-    along = _arcs.arcs(response, times[0], times[-1], _SAME * period)
-    along = along.block(slice(*_touched(along, low, high)))
-    check_gaps(along, given, period, "the torque of the brake")
-    motion = Along(response, given, along)
-    # How much of the first and the last arc belongs to it.
-    begin = np.clip((low - along.start) / along.length, 0.0, 1.0)
-    end = np.clip((high - along.start) / along.length, 0.0, 1.0)
-    return _over(motion, begin, end, response.attrs.get("method") == "exact")
+    segments = segments_between(response, times[0], times[-1], _SAME * period)
+    segments = segments.select(slice(*_overlapping(segments, low, high)))
+    check_gaps(segments, given, period, "the torque of the brake")
+    motion = DenseMotion(response, given, segments)
+    # Fractions of the first and last segment inside the window.
+    begin = np.clip((low - segments.start) / segments.duration, 0.0, 1.0)
+    end = np.clip((high - segments.start) / segments.duration, 0.0, 1.0)
+    return _between(motion, begin, end, response.attrs.get("method") == "exact")
 
 
-def _touched(along: _arcs.Arcs, low: float, high: float) -> tuple[int, int]:
-    """The first of the arcs that reach into a stretch, and the one behind the last."""
-    first = int(np.searchsorted(along.start, low, side="right")) - 1
-    behind = int(np.searchsorted(along.start, high))
+def _overlapping(segments: Segments, low: float, high: float) -> tuple[int, int]:
+    """Slice bounds of the segments that overlap a window."""
+    first = int(np.searchsorted(segments.start, low, side="right")) - 1
+    behind = int(np.searchsorted(segments.start, high))
     return max(first, 0), max(behind, 1)
 
 
-def _over(motion: Along, begin: FloatArray, end: FloatArray, exact: bool) -> BrakeTorque:
-    """The torque from the shares ``begin`` to the shares ``end`` of the arcs, (n,) each."""
-    length = motion.along.length
+def _between(motion: DenseMotion, begin: FloatArray, end: FloatArray, exact: bool) -> BrakeTorque:
+    """Torque between the fractions ``begin`` and ``end`` of the segments, (n,) each."""
+    duration = motion.segments.duration
     ends = motion.state(np.column_stack((begin, end)))[2]
-    # Of whole arcs of an exact solution the integral is known, and so is that of the magnitude
-    # unless the sign changes inside.
-    known = np.full(length.size, exact and motion.given.system is not None)
+    # The integral over a whole segment of an exact solution is known, and so is that of the
+    # magnitude unless the sign changes inside.
+    known = np.full(duration.size, exact and motion.given.system is not None)
     known &= (begin == 0.0) & (end == 1.0)
     changes = np.flatnonzero(known & (ends[:, 0] * ends[:, 1] < 0.0))
     at = ends[changes, 0] / (ends[changes, 0] - ends[changes, 1])
@@ -92,11 +92,11 @@ def _over(motion: Along, begin: FloatArray, end: FloatArray, exact: bool) -> Bra
     rows = np.concatenate((others, changes, changes))
     low = np.concatenate((begin[others], np.zeros(at.size), at))
     high = np.concatenate((end[others], at, np.ones(at.size)))
-    integrals = (length * _means(motion))[known]
-    torque = motion.rows(rows).state(low[:, None] + (high - low)[:, None] * _arcs.NODES)[2]
-    shares = ((high - low) * length[rows])[:, None] * _arcs.WEIGHTS
-    span = float(np.sum((end - begin) * length))
-    sizes = (np.abs(ends), np.abs(torque), np.abs(_turning(motion, begin, end)))
+    integrals = (duration * _means(motion))[known]
+    torque = motion.select(rows).state(low[:, None] + (high - low)[:, None] * NODES)[2]
+    shares = ((high - low) * duration[rows])[:, None] * WEIGHTS
+    span = float(np.sum((end - begin) * duration))
+    sizes = (np.abs(ends), np.abs(torque), np.abs(_extremes(motion, begin, end)))
     return BrakeTorque(
         mean=float(np.sum(integrals) + np.sum(shares * torque)) / span,
         mean_size=float(np.sum(np.abs(integrals)) + np.sum(shares * sizes[1])) / span,
@@ -104,40 +104,40 @@ def _over(motion: Along, begin: FloatArray, end: FloatArray, exact: bool) -> Bra
     )
 
 
-def _means(motion: Along) -> FloatArray:
-    """The mean torque [N m] of each arc of an exact solution.
+def _means(motion: DenseMotion) -> FloatArray:
+    """Mean torque over each segment of an exact solution [N m].
 
-    A torque that is linear in the velocity has the mean that belongs to the mean velocity; at
-    rest it is what equilibrium demands of a shaft that turns evenly.
+    A torque that is linear in the velocity has its mean at the mean velocity. At rest it is what
+    equilibrium demands of a shaft that turns evenly.
     """
-    along, given = motion.along, motion.given
+    segments, given = motion.segments, motion.given
     line, drive = given.driveline, given.excitation
-    even = along.rise / along.length
-    middle = drive.angular_frequency * (motion.local + 0.5 * along.length)
-    held = drive.amplitude * np.sin(middle) * np.sinc(drive.frequency * along.length)
-    held = held - line.damping * even - line.stiffness * (along.angle + 0.5 * along.rise)
+    even = segments.rotation / segments.duration
+    middle = drive.angular_frequency * (motion.local_time + 0.5 * segments.duration)
+    held = drive.amplitude * np.sin(middle) * np.sinc(drive.frequency * segments.duration)
+    held = held - line.damping * even - line.stiffness * (segments.angle + 0.5 * segments.rotation)
     slid = motion.law((even + line.drive_speed)[:, None])[:, 0]
-    return np.where(motion.rest, held, slid)
+    return np.where(motion.at_rest, held, slid)
 
 
-def _turning(motion: Along, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """The torque [N m] where it turns inside an arc: with the velocity, or at rest by itself."""
-    along, given = motion.along, motion.given
+def _extremes(motion: DenseMotion, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """Torque [N m] at its extremes inside the segments."""
+    segments, given = motion.segments, motion.given
     drive = given.excitation
-    ends = np.column_stack((motion.local, motion.local + along.length))
+    ends = np.column_stack((motion.local_time, motion.local_time + segments.duration))
     rate = drive.amplitude * drive.angular_frequency * np.cos(drive.angular_frequency * ends)
-    held = rate - (given.driveline.stiffness * along.rise / along.length)[:, None]
+    held = rate - (given.driveline.stiffness * segments.rotation / segments.duration)[:, None]
     first, last = np.where(
-        motion.rest[:, None], held, np.column_stack((motion.first, motion.last))
+        motion.at_rest[:, None], held, np.column_stack((motion.first, motion.last))
     ).T
     turns = np.flatnonzero(first * last < 0.0)
     x = first[turns] / (first[turns] - last[turns])
     inside = (x > begin[turns]) & (x < end[turns])
-    return motion.rows(turns[inside]).state(x[inside][:, None])[2]
+    return motion.select(turns[inside]).state(x[inside][:, None])[2]
 
 
-def _stretch(response: xr.Dataset, start: Any, stop: Any, period: float) -> tuple[float, float]:
-    """The stretch [s], checked; a bound less than a sample outside is moved to the end there."""
+def _window(response: xr.Dataset, start: Any, stop: Any, period: float) -> tuple[float, float]:
+    """Checked ends of the window [s]; a bound less than a sample outside moves to the end."""
     times = response["time"].to_numpy() if "time" in response.coords else np.empty(0)
     if times.size < 2 or "stick_start" not in response.data_vars:
         raise InputError(
