@@ -334,7 +334,7 @@ class TestWords:
         for words in (
             "Wedge brake, Coulomb friction: f = 0.63, F0 = 0.036, alpha = 1.18\n",
             "Swept: eta from -60 to 12, 12 values",
-            "Judged: periods 20 to 30 of the torque, from angle 0 rad and velocity 0 rad/s on",
+            "Evaluated over torque periods 20–30, starting from rest at angle 0",
             "Points: 12, all completed\n",
             "\nMotion: ",
             "\nStick-slip: ",

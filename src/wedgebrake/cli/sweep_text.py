@@ -214,7 +214,7 @@ def _speed(report: dict[str, Any]) -> str:
     speed = report["speed"]
     computed, resumed = speed["computed"], speed["resumed"]
     if not computed:
-        return f"All {resumed} points were in the store already."
+        return f"All {resumed} points were in the store."
     text = f"{computed} points in {speed['seconds']:.3g} s"
     text += f" ({speed['points_per_second']:.3g} points/s"
     note = compiled_note(speed)

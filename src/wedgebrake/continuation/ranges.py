@@ -9,7 +9,7 @@ from typing import Any
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.sweep_settings import INITIAL, refuse_doubled, sweepable
-from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import is_finite, is_number, shown
 
 # Names of what a dataset holds of an orbit.
@@ -91,16 +91,11 @@ def _range(system: BrakedDriveline, name: str, ends: Any) -> Range:
 
 
 def _dim(system: BrakedDriveline, name: str) -> str:
-    return f"{_owner(system, name)}_{name}" if name in TAKEN else name
-
-
-def _owner(system: BrakedDriveline, name: str) -> str:
-    """The part that has a parameter."""
-    return next(part for part in PARTS if name in type(getattr(system, part)).model_fields)
+    return f"{system.owner(name)}_{name}" if name in TAKEN else name
 
 
 def value_of(system: BrakedDriveline, name: str) -> float:
     """The value of a parameter or group of a system."""
     if name in SETTERS:
         return float(getattr(system.groups, name))
-    return float(getattr(getattr(system, _owner(system, name)), name))
+    return float(getattr(getattr(system, system.owner(name)), name))

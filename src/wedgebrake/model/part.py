@@ -91,6 +91,28 @@ class Member(Part):
         return value
 
 
+class Chosen(Member):
+    """A part of several kinds: a brake or a friction law.
+
+    A subclass that states ``kind`` can be named in study files by it.
+    """
+
+    kind: ClassVar[str] = ""
+    kinds: ClassVar[dict[str, type[Any]]] = {}
+    """Every subclass that states a kind, by that kind; each base has its own."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        if cls.kind:
+            cls.kinds[cls.kind] = cls
+
+    @property
+    def kind_or_class(self) -> str:
+        """The kind, or the class of a part that states none."""
+        return self.kind or type(self).__name__
+
+
 def _flat(value: Any) -> Iterator[Any]:
     """Iterate over the entries of nested tuples."""
     if not isinstance(value, tuple):

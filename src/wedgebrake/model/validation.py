@@ -71,8 +71,8 @@ def _adapter(kind: Any, low: Any, high: Any) -> TypeAdapter[Any]:
     return TypeAdapter(Annotated[kind, Field(strict=True, ge=low, le=high, **finite)])
 
 
-def check_instance(name: str, value: Any, kind: type[_T], allowed: str = "") -> _T:
-    """Return an instance of a class; ``allowed`` says in words what it must be."""
+def check_instance(name: str, value: _T, kind: Any, allowed: str = "") -> _T:
+    """Return an instance of a class, or of a union of classes; ``allowed`` describes it."""
     if not isinstance(value, kind):
         what = allowed or ("True or False" if kind is bool else f"a {kind.__name__}")
         raise InputError(f"{name} = {shown(value)}: must be {what}.")

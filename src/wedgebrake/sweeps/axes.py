@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.sweep_settings import INITIAL, MOST_VALUES, refuse_doubled, sweepable
-from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
 from wedgebrake.sweeps.results import VARIABLES
 
@@ -77,8 +77,7 @@ def _axis(system: BrakedDriveline, name: str, given: ArrayLike) -> Axis:
 def _dim(system: BrakedDriveline, name: str) -> str:
     if name not in VARIABLES:
         return name
-    owner = next(part for part in PARTS if name in type(getattr(system, part)).model_fields)
-    return f"{owner}_{name}"
+    return f"{system.owner(name)}_{name}"
 
 
 def _numbers(name: str, given: ArrayLike) -> FloatArray:

@@ -321,7 +321,7 @@ def _verdict(system: BrakedDriveline, found: Stability) -> str:
         release = system.actuation.release_speed
         if not found.stable and math.isfinite(release):
             words.append(
-                "Growing vibration is limited at the latest by the release of the actuator, at a"
-                f" sliding speed of {release:.6g} rad/s. Simulate the system to find the motion."
+                "Growing vibration is limited at the latest when the actuator releases, at"
+                f" {release:.6g} rad/s. Run `simulate` to see the motion."
             )
     return " ".join(words)
