@@ -8,13 +8,13 @@ import wedgebrake as wb
 from wedgebrake.dynamics.enums import COMPLETED
 from wedgebrake.solvers.event_driven import solve as exact
 from wedgebrake.solvers.event_driven import trajectory as exact_kernel
-from wedgebrake.solvers.smooth import batch, solve, solve_periods
+from wedgebrake.solvers.smooth import assemble, solve_periods
 from work import DIAGRAM_COMPARED, ETAS, PERIODS, system
 
 TOLERANCES = {"coulomb": (None,), "smoothed": (1e-6, 1e-8, 1e-10, 1e-12)}
 # What the others are set beside.
 REFERENCE = {"coulomb": None, "smoothed": 1e-8}
-LANES = batch.WIDTH
+LANES = solve_periods.WIDTH
 State = tuple[float, float]
 
 
@@ -34,7 +34,7 @@ def kernel(machine: wb.BrakedDriveline, rtol: float | None, periods: int) -> Cal
             return float(found[3]), float(found[4])
 
         return run
-    task = solve.problem(machine, rtol)
+    task = assemble.problem(machine, rtol)
 
     def advance() -> State:
         found = solve_periods.advance(task, (0.0, 0.0), periods, 10**8)
@@ -48,11 +48,11 @@ def kernel_in_lanes(
     machines: Sequence[wb.BrakedDriveline], rtol: float, periods: int
 ) -> Callable[[], State]:
     """Smoothed brakes side by side, as the transients of a sweep are run: the first one's state."""
-    tasks = [solve.problem(machine, rtol) for machine in machines]
+    tasks = [assemble.problem(machine, rtol) for machine in machines]
     states = np.zeros((len(tasks), 2))
 
     def advance() -> State:
-        found = batch.advance_together(tasks, states, periods, 10**8)
+        found = solve_periods.advance_together(tasks, states, periods, 10**8)
         assert all(one.outcome == COMPLETED for one in found)
         return found[0].state
 

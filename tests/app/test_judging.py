@@ -5,7 +5,7 @@ import re
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.analysis.classes import motion_word
+from wedgebrake.dynamics.enums import motion_word
 from wedgebrake.explorer.core.calls import picture
 from wedgebrake.explorer.core.export import export
 from wedgebrake.explorer.core.machine import following

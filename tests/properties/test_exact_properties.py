@@ -20,7 +20,7 @@ from scipy.linalg import expm
 import wedgebrake as wb
 from equations import Law, Piece, angular_frequency, law
 from systems import cases
-from wedgebrake.solvers.solution import EventKind
+from wedgebrake.dynamics.enums import EventKind
 
 EPS = float(np.finfo(float).eps)
 PERIODS = 6

@@ -83,7 +83,7 @@ def _of_sequence(sequence: str) -> list[str]:
 
 
 def _kinds(names: list[str]) -> dict[str, int]:
-    from wedgebrake.solvers.solution import EventKind
+    from wedgebrake.dynamics.enums import EventKind
 
     words = {str(int(kind)): kind.name.lower() for kind in EventKind}
     found: dict[str, int] = {}

@@ -22,8 +22,8 @@ import xarray as xr
 import wedgebrake as wb
 from children import started
 from printed import names, strict_json, unwrapped
-from wedgebrake.analysis.classes import motion_word
 from wedgebrake.cli.sweep_text import sweep_text
+from wedgebrake.dynamics.enums import motion_word
 from wedgebrake.model.study import parse_study, schema
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.sweeps.results import PointStatus

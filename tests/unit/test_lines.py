@@ -241,27 +241,22 @@ class TestArguments:
         assert lines_of(*known, floor=0.0).sizes["line"] == 6
 
     @pytest.mark.parametrize(
-        ("arguments", "words"),
+        ("name", "value"),
         [
-            ({"count": 0}, "count = 0: must be a whole number"),
-            ({"count": 2.0}, "count = 2.0"),
-            ({"count": True}, "count = True"),
-            ({"floor": -0.1}, r"floor = -0.1: must be a share .* in \[0, 1\)"),
-            ({"floor": 1.0}, "floor = 1.0"),
-            ({"floor": math.nan}, "floor = nan"),
-            ({"floor": "low"}, "floor = 'low'"),
+            *[("count", value) for value in (0, 2.0, True)],
+            *[("floor", value) for value in (-0.1, 1.0, math.nan, "low")],
         ],
     )
-    def test_wrong_arguments(self, arguments, words):
+    def test_wrong_arguments(self, name, value):
         spectrum = wb.spectrum(signal([(10.0, 1.0, 0.0)]))
-        with pytest.raises(wb.InputError, match=words):
-            spectral_lines(spectrum, **arguments)
+        with pytest.raises(wb.InputError, match=f"^{name} = "):
+            spectral_lines(spectrum, **{name: value})
 
     @pytest.mark.parametrize(
         "wrong", [None, [1.0], xr.Dataset({"amplitude": ("frequency", [1.0])})]
     )
     def test_no_spectrum(self, wrong):
-        with pytest.raises(wb.InputError, match=r"spectrum = .*wb\.spectrum"):
+        with pytest.raises(wb.InputError, match=r"^spectrum = "):
             spectral_lines(wrong)
 
     def test_survives_a_netcdf_file(self, tmp_path):

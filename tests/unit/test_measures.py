@@ -143,34 +143,29 @@ class TestSpectrum:
 
     def test_times_that_are_not_equally_spaced(self):
         response = wb.simulate(wb.paper.system(), periods=2, times=[0.0, 0.01, 0.05, 0.06])
-        with pytest.raises(wb.InputError, match=r"not equally spaced.*without `times`"):
+        with pytest.raises(wb.InputError, match=r"^response"):
             wb.spectrum(response)
 
     @pytest.mark.parametrize(
-        ("arguments", "words"),
+        ("arguments", "name"),
         [
-            ({"quantity": "velocty"}, r"quantity = 'velocty'.*Did you mean 'velocity'"),
-            ({"window": "hanning!"}, r"window = 'hanning!'.*for example"),
-            ({"window": ("kaiser",)}, r"window = \('kaiser',\)"),
-            ({"start": 0.9, "stop": 0.1}, r"0 samples between.*at least 2"),
-            ({"start": 0.989}, r"1 samples"),
-            ({"start": "now"}, r"start = 'now'"),
-            ({"stop": math.nan}, r"stop = nan"),
+            ({"quantity": "velocty"}, "quantity"),
+            ({"window": "hanning!"}, "window"),
+            ({"window": ("kaiser",)}, "window"),
+            ({"start": 0.9, "stop": 0.1}, "start"),
+            ({"start": 0.989}, "start"),
+            ({"start": "now"}, "start"),
+            ({"stop": math.nan}, "stop"),
         ],
     )
-    def test_wrong_arguments(self, arguments, words):
-        with pytest.raises(wb.InputError, match=f"(?is){words}"):
+    def test_wrong_arguments(self, arguments, name):
+        with pytest.raises(wb.InputError, match=f"^{name}"):
             wb.spectrum(signal(np.ones(100)), **arguments)
 
     def test_wrong_responses(self):
-        with pytest.raises(wb.InputError, match="at least 2"):
-            wb.spectrum(signal([1.0]))
-        with pytest.raises(wb.InputError, match="at least 2"):
-            wb.spectrum(signal([]))
-        with pytest.raises(wb.InputError, match="not finite"):
-            wb.spectrum(signal([1.0, math.inf, 0.0]))
-        with pytest.raises(wb.InputError, match=r"wb\.simulate"):
-            wb.spectrum([1.0, 2.0])
+        for wrong in (signal([1.0]), signal([]), signal([1.0, math.inf, 0.0]), [1.0, 2.0]):
+            with pytest.raises(wb.InputError):
+                wb.spectrum(wrong)
 
 
 class TestPoincare:
@@ -225,28 +220,30 @@ class TestPoincare:
         assert wb.poincare(system, periods=20, transient=10).sizes["period"] == 0
 
     @pytest.mark.parametrize(
-        ("arguments", "words"),
+        ("name", "value"),
         [
-            ({"periods": 100}, "transient = 200: must be below periods = 100.*periods=250"),
-            ({"periods": 200}, "must be below"),
-            ({"periods": 10.0}, "periods = 10.0: must be a whole number"),
-            ({"transient": -1}, "transient = -1"),
-            ({"transient": True}, "transient = True"),
-            ({"section_time": -1.0}, "section_time = -1.0"),
-            ({"section_time": math.nan}, "section_time = nan"),
-            ({"start_time": 25.0}, "before start_time = 25 s. Use a transient of at least 251"),
-            ({"times": [1.0]}, "times = .*the section sets it"),
-            ({"duration": 25.0}, "duration = 25.0.*Use periods"),
-            ({"rtoll": 1e-6}, "rtoll: no such option.*'rtol'"),
-            ({"method": "exakt"}, "method = 'exakt'.*'exact'"),
+            ("periods", 10.0),
+            ("transient", 250),
+            ("transient", -1),
+            ("transient", True),
+            ("section_time", -1.0),
+            ("section_time", math.nan),
+            ("times", [1.0]),
+            ("duration", 25.0),
+            ("rtoll", 1e-6),
+            ("method", "exakt"),
         ],
     )
-    def test_wrong_arguments(self, arguments, words):
-        with pytest.raises(wb.InputError, match=words):
-            wb.poincare(wb.paper.system(), **arguments)
+    def test_wrong_arguments(self, name, value):
+        with pytest.raises(wb.InputError, match=f"^{name}"):
+            wb.poincare(wb.paper.system(), **{name: value})
+
+    def test_point_before_the_start(self):
+        with pytest.raises(wb.InputError, match=r"^transient"):
+            wb.poincare(wb.paper.system(), start_time=25.0)
 
     def test_wrong_system(self):
-        with pytest.raises(wb.InputError, match="must be a BrakedDriveline"):
+        with pytest.raises(wb.InputError, match=r"^system"):
             wb.poincare("wedge")
 
 
@@ -333,11 +330,11 @@ class TestSticks:
 
     def test_wrong_arguments(self):
         response = with_sticks([])
-        with pytest.raises(wb.InputError, match=r"start = 11.0: must be a time of the response"):
+        with pytest.raises(wb.InputError, match=r"^start = 11.0"):
             wb.sticks(response, 11.0)
-        with pytest.raises(wb.InputError, match="start = 'end'"):
+        with pytest.raises(wb.InputError, match=r"^start = 'end'"):
             sticking.stick_slip_class(response, "end")
-        with pytest.raises(wb.InputError, match=r"stick_start.*wb\.simulate"):
+        with pytest.raises(wb.InputError, match=r"^response"):
             wb.sticks(signal([1.0, 2.0]))
 
 

@@ -12,7 +12,7 @@ from scipy.integrate import simpson, solve_ivp
 
 import wedgebrake as wb
 from equations import angular_frequency, gain
-from wedgebrake.solvers.solution import EventKind
+from wedgebrake.dynamics.enums import EventKind
 
 REST = (0.0, 0.0)
 

@@ -13,10 +13,10 @@ from scipy.linalg import expm
 import wedgebrake as wb
 from equations import angular_frequency, gain
 from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.solvers.smooth import simd_codegen, solve, taylor, variational
 from wedgebrake.solvers.smooth.solve import problem
 from wedgebrake.solvers.smooth.solve_periods import PeriodMap, period_map
-from wedgebrake.solvers.solution import EventKind
 
 MOST = 10**6
 

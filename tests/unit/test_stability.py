@@ -37,29 +37,27 @@ def test_a_map_of_a_brake_without_an_angle():
 
 
 @pytest.mark.parametrize(
-    ("axes", "words"),
+    ("axes", "name"),
     [
-        ({}, "none given"),
-        ({"etta": [1.0]}, "Did you mean 'eta'"),
-        ({"alpha": []}, "not empty"),
-        ({"alpha": [0.0, 1.0]}, "greater than 0"),
-        ({"eta": [np.nan]}, "finite"),
-        ({"eta": "x"}, "array of numbers"),
+        ({}, "axes"),
+        ({"etta": [1.0]}, "etta"),
+        ({"alpha": []}, "alpha"),
+        ({"alpha": [0.0, 1.0]}, "alpha"),
+        ({"eta": [np.nan]}, "eta"),
+        ({"eta": "x"}, "eta"),
     ],
 )
-def test_wrong_axes(axes, words):
-    with pytest.raises(wb.InputError, match=words):
+def test_wrong_axes(axes, name):
+    with pytest.raises(wb.InputError, match=f"^{name}"):
         wb.stability_map(wb.paper.system(), **axes)
 
 
-def test_self_locking_is_said_plainly():
+def test_self_locking():
     kinetic = wb.stability(wb.paper.system(alpha=0.9))
     assert kinetic.self_locking == "kinetic"
     assert kinetic.forward.locked
-    assert "no forward sliding exists" in kinetic.verdict
     static = wb.stability(wb.paper.system(alpha=1.05, static=0.33))
     assert static.self_locking == "static"
-    assert "slide forwards once moving" in static.verdict
 
 
 def _grows(system, side):
@@ -327,10 +325,7 @@ def _torque(system, speed, resting=0.0):
     ids=["coulomb", "table", "peak", "smoothed"],
 )
 def test_one_linear_verdict(friction, drive_speed, slope):
-    """Verdict, sweep, map and JSON speak of one sliding, at the speed that the machine slides at.
-
-    The damping itself is that of differences of the torque, by its definition.
-    """
+    """Verdict, sweep, map and JSON agree with differences of the torque at the sliding speed."""
     system = wb.paper.system(alpha=1.4).replace(
         friction=friction, drive_speed=drive_speed, slope=slope, damping=2.0
     )
@@ -375,11 +370,7 @@ def test_the_damping_changes_sign_at_the_slope_of_the_hopf_point(friction, drive
     assert about[0] < 0.0 < about[1]
 
 
-def test_the_release_is_said_with_its_speed_where_a_vibration_grows():
-    assert "7.5 rad/s" in wb.stability(wb.paper.system()).verdict
-    for system in (wb.paper.system(release=False), wb.paper.system(eta=0.0)):
-        assert "release" not in wb.stability(system).verdict
-    # Beyond the release the brake adds nothing, and the damping is that of the driveline.
+def test_beyond_the_release_the_driveline_alone_damps():
     turning = wb.stability(wb.paper.system().replace(drive_speed=10.0))
     assert turning.damping == 0.1
     assert turning.margin_slope is None

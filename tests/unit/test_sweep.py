@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.analysis.classes import MotionClass, StickClass
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
 
 SYSTEM = wb.paper.system(eta=-24.0, F0=0.036)

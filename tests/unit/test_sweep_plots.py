@@ -18,7 +18,7 @@ from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.colors import to_rgb
 
 import wedgebrake as wb
-from wedgebrake.analysis.classes import MotionClass, StickClass
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.figures.matplotlib import basins, bifurcation, class_styles, regime, style
 from wedgebrake.figures.matplotlib.draw import plot
 from wedgebrake.figures.matplotlib.layout import caption_lines

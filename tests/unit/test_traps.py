@@ -7,7 +7,7 @@ import pytest
 
 import wedgebrake as wb
 from equations import law
-from wedgebrake.solvers.solution import EventKind
+from wedgebrake.dynamics.enums import EventKind
 
 EPS = float(np.finfo(float).eps)
 

@@ -1,12 +1,27 @@
-"""What is measured on a response: each measure takes a dataset and gives one.
+"""Analysis of systems, responses and trajectories.
 
-poincare   the state once in every period of the torque
-spectrum   one-sided amplitude spectrum, in physical units
-lines      the lines of a spectrum, named against f_e and f_n
-sticking   the intervals of rest, and the class of stick-slip
-energy     work, losses and heat in every period
-torque     the brake's torque: mean, mean size and peak
-arcs       the motion between samples (machine, along: the brake's torque there)
-motion     the class of a motion and its exponents, with the evidence (judge: how it is run;
-           protocol: for how long; classes: the words)
+Of a system:
+
+linear_stability       damping, eigenvalues and bifurcation points of steady sliding
+motion                 ``motion``: class of the steady motion and its exponents
+poincare               ``poincare``: states once in every period of the torque
+
+Of a response, as datasets:
+
+spectrum               one-sided amplitude spectrum in physical units
+spectral_peaks         lines of a spectrum, named by f_e and f_n
+sticking               intervals of rest and class of stick-slip
+energy                 work, losses and heat in every period
+torque                 mean and peak of the brake torque
+segments, dense_motion, closed_form, system_from_response
+                       motion and brake torque between the recorded states
+
+Of trajectories, compiled:
+
+accumulators           rest, sticks, heat, peak torque and size of a motion
+saltation              derivative of the flow along a trajectory
+classify               class of a motion from its returns and the growth of deviations
+evaluate_point, batch  evaluation of one system and of many, for sweeps
+classify_run           evaluation of one system by any solver
+run_settings           transient and record of a run
 """

@@ -1,104 +1,75 @@
-"""What a logged trajectory adds up to: rest, sticks, heat, peak torque, size of the motion."""
+"""What a logged trajectory adds up to: rest, sticks, heat, peak torque, range of the motion."""
 
 import math
+from typing import Any
 
-from wedgebrake.dynamics.enums import STICK
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.dynamics.harmonic import phase_at, phase_of
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import G2, Q, acceleration, entry, jerk, state_at
-from wedgebrake.solvers.event_driven.trajectory import (
-    LOG_KIND,
-    LOG_PERIOD,
-    LOG_PIECE,
-    LOG_SIDE,
-    LOG_THETA,
-    LOG_TIME,
-    LOG_W,
-    REST,
-)
+from wedgebrake.dynamics.linear_flow import acceleration, enter, forcing_of, jerk, state_at
+from wedgebrake.dynamics.motion_sums import count_stick, empty_sums, widen
+from wedgebrake.dynamics.problem import Problem, torque_at_rest
+from wedgebrake.dynamics.section import return_time
+from wedgebrake.dynamics.segment_log import REST, duration
 
-# Entries of the tally.
-(
-    REST_TIME,  # [s]
-    STICKS_FORWARD,  # entered from w > w_rest
-    STICKS_BACKWARD,
-    HEAT,  # of the brake's torque on the sliding velocity [J]
-    PEAK,  # largest |torque| of the brake [N m]
-    LOW_W,  # extreme values met
-    HIGH_W,
-    LOW_THETA,
-    HIGH_THETA,
-    LAST_SLIP,  # when slip was seen last, in periods
-) = range(10)
-ENTRIES = 10
-
-# The motion is looked at once in so many radians of its fastest rate, for its extremes.
+# The motion is sampled once in so many radians of its fastest rate, for its extremes.
 _CELL = 1.5
 # A torque below this share of the peak at both ends of a cell does not reach it between them.
 _NEAR_PEAK = 0.5
 # Below this loss (as a share of one cycle) the work of the slope is no difference of energies.
 _LOSSLESS = 1e-7
-# A slope of the torque below this share of the damping is the rounding of its sum.
-_NO_SLOPE = 1e-14
 # Gauss and Legendre's nodes and weights on (0, 1), exact to order 8.
 _NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)
 _WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
 @compiled
-def clear(tally):
-    """Begin to count."""
-    for entry_ in range(ENTRIES):
-        tally[entry_] = 0.0
-    tally[LOW_W] = tally[LOW_THETA] = math.inf
-    tally[HIGH_W] = tally[HIGH_THETA] = -math.inf
-    tally[LAST_SLIP] = -math.inf
+def _widen(sums, theta, w, torque):
+    """Include a state and the brake's torque there in the extremes."""
+    widen(sums, theta, w)
+    sums.peak_torque = max(sums.peak_torque, abs(torque))
 
 
 @compiled
-def _see(tally, theta, w, torque):
-    """Widen the extremes."""
-    tally[LOW_W] = min(tally[LOW_W], w)
-    tally[HIGH_W] = max(tally[HIGH_W], w)
-    tally[LOW_THETA] = min(tally[LOW_THETA], theta)
-    tally[HIGH_THETA] = max(tally[HIGH_THETA], theta)
-    tally[PEAK] = max(tally[PEAK], abs(torque))
-
-
-@compiled
-def _rest(plant, row, tau, tally):
-    """An interval of rest: time, and the largest torque that was held."""
-    _, damping, stiffness, amplitude, omega, w_rest = plant
-    tally[REST_TIME] += tau
-    theta, phase = row[LOG_THETA], omega * row[LOG_TIME]
+def _add_rest(problem, row, tau, sums):
+    """Add an interval of rest: its time, and the largest torque that was held."""
+    driveline, torque = problem.driveline, problem.torque
+    omega, w_rest = torque.angular_frequency, driveline.rest_velocity
+    sums.rest_time += tau
+    begin = omega * row.time
     # The ends, and where the held torque is stationary between them.
-    share = stiffness * w_rest / (amplitude * omega) if amplitude > 0.0 else 2.0
+    share = 2.0
+    if torque.amplitude > 0.0:
+        share = driveline.stiffness * w_rest / (torque.amplitude * omega)
     turn = math.acos(share) if abs(share) <= 1.0 else 0.0
-    for look in range(4):
-        at = phase if look == 0 else phase + omega * tau
-        if look >= 2:
-            at = turn if look == 2 else 2.0 * math.pi - turn
-            if not phase < at < phase + omega * tau:
+    for sample in range(4):
+        at = begin if sample == 0 else begin + omega * tau
+        if sample >= 2:
+            at = turn if sample == 2 else 2.0 * math.pi - turn
+            if not begin < at < begin + omega * tau:
                 continue
-        here = theta + w_rest * (at - phase) / omega
-        held = amplitude * math.sin(at) - damping * w_rest - stiffness * here
-        _see(tally, here, w_rest, held)
+        angle = row.angle + w_rest * (at - begin) / omega
+        held = torque_at_rest(driveline, torque, phase_of(at), angle)
+        _widen(sums, angle, w_rest, held)
 
 
 @compiled
-def extreme(row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, low, high, rising):
+def extreme(piece, forcing, entry, t0, low, high, rising):
     """(time after entry, angle, velocity) of the extreme velocity between two such times.
 
     There the acceleration vanishes.
 
-    rising : whether it is positive at ``low``
+    t0     : time of the entry;  rising : whether the acceleration is positive at ``low``
     """
-    theta, w, tau = theta0, w0, 0.5 * (low + high)
+    theta, w, tau = entry.angle, entry.velocity, 0.5 * (low + high)
     for _ in range(60):
-        t = t0 + tau
-        sine, cosine = math.sin(omega * t), math.cos(omega * t)
-        theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, tau, sine, cosine)
-        a = acceleration(row, w2, f, theta, w, sine)
-        j = jerk(row, w2, f, omega, w, a, cosine)
+        phase = phase_at(forcing, t0 + tau)
+        theta, w = state_at(piece, forcing, entry, tau, phase)
+        a = acceleration(piece, forcing, theta, w, phase)
+        j = jerk(piece, forcing, w, a, phase)
         if (a > 0.0) == rising:
             low = tau
         else:
@@ -114,21 +85,24 @@ def extreme(row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, low, high, risi
 
 
 @compiled
-def _square_by_energy(row, w2, f, omega, start, after, sin0, cos0, sin1, cos1):
-    """Integral of w^2 over a slip, from the energy balance of the piece.
+def _square_by_energy(piece, forcing, start, after, first):
+    """Integral of the squared velocity over a slip, from the energy balance of the piece.
 
-    g2 int w^2 = f int sin(omega t) w + [q theta - w^2/2 - w2 theta^2/2]; the first
-    integral, and the one with cos, follow from the equation of motion times sin and cos.
+    damping int w^2 = f int sin(omega t) w + [constant theta - w^2/2 - stiffness theta^2/2]; the
+    first integral, and the one with cos, follow from the equation of motion times sin and cos.
+
+    first : phase of the torque at ``start``
     """
-    g2, q = row[G2], row[Q]
-    theta0, w0 = start[LOG_THETA], start[LOG_W]
-    theta1, w1 = after[LOG_THETA], after[LOG_W]
+    f, omega = forcing
+    g2, w2, q = piece.damping, piece.stiffness, piece.constant
+    theta0, w0, theta1, w1 = start.angle, start.velocity, after.angle, after.velocity
+    (sin0, cos0), (sin1, cos1) = first, phase_at(forcing, after.time)
     tau_sin = (cos0 - cos1) / omega
     tau_cos = (sin1 - sin0) / omega
     product = 0.5 * (sin1 * sin1 - sin0 * sin0) / omega
-    tau = after[LOG_TIME] - start[LOG_TIME]
-    if after[LOG_PERIOD] > start[LOG_PERIOD]:
-        tau += 2.0 * math.pi / omega
+    tau = after.time - start.time
+    if after.period > start.period:
+        tau += return_time(forcing)
     square = 0.5 * tau - 0.5 * (sin1 * cos1 - sin0 * cos0) / omega
     react = omega - w2 / omega
     right_sin = f * square + q * tau_sin - (w1 * sin1 - w0 * sin0)
@@ -142,93 +116,87 @@ def _square_by_energy(row, w2, f, omega, start, after, sin0, cos0, sin1, cos1):
 
 
 @compiled
-def _square_by_nodes(row, w2, f, omega, start, sin0, cos0, pull, tau):
+def _square_by_nodes(piece, forcing, entry, t0, tau):
     """The same by quadrature, where nothing is lost or all is resonance."""
-    theta0, w0, t0 = start[LOG_THETA], start[LOG_W], start[LOG_TIME]
-    cells = 1 + int(2.0 * max(omega, math.sqrt(w2)) * tau)
+    fastest = max(forcing.angular_frequency, math.sqrt(piece.stiffness))
+    cells = 1 + int(2.0 * fastest * tau)
     width = tau / cells
     total = 0.0
     for cell in range(cells):
         for node in range(4):
             part = (cell + _NODES[node]) * width
-            sine, cosine = math.sin(omega * (t0 + part)), math.cos(omega * (t0 + part))
-            _, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, part, sine, cosine)
+            _, w = state_at(piece, forcing, entry, part, phase_at(forcing, t0 + part))
             total += _WEIGHTS[node] * width * w * w
     return total
 
 
 @compiled
-def _slip(plant, offset, row, start, after, tau, tally):
-    """An interval of slip in one piece: heat, torques and extremes."""
-    inertia, damping, stiffness, amplitude, omega, w_rest = plant
-    w2, f = stiffness / inertia, amplitude / inertia
-    theta0, w0, t0 = start[LOG_THETA], start[LOG_W], start[LOG_TIME]
-    theta1, w1, t1 = after[LOG_THETA], after[LOG_W], after[LOG_TIME]
-    sin0, cos0 = math.sin(omega * t0), math.cos(omega * t0)
-    sin1, cos1 = math.sin(omega * t1), math.cos(omega * t1)
-    pull = entry(row, w2, omega, theta0, w0, sin0, cos0)
-    slope = row[G2] * inertia - damping
-    if abs(slope) <= _NO_SLOPE * damping:
-        slope = 0.0
-    _see(tally, theta0, w0, offset + slope * w0)
-    _see(tally, theta1, w1, offset + slope * w1)
-
-    cells = 1 + int(max(omega, math.sqrt(w2)) * tau / _CELL)
-    width = tau / cells
-    before, level = acceleration(row, w2, f, theta0, w0, sin0), abs(offset + slope * w0)
-    for cell in range(1, cells + 1):
-        theta, w, sine, part = theta1, w1, sin1, tau
-        if cell < cells:
-            part = cell * width
-            sine, cosine = math.sin(omega * (t0 + part)), math.cos(omega * (t0 + part))
-            theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, part, sine, cosine)
-            _see(tally, theta, w, offset + slope * w)
-        a = acceleration(row, w2, f, theta, w, sine)
-        here = abs(offset + slope * w)
-        near = max(here, level) > _NEAR_PEAK * tally[PEAK]
-        if (a < 0.0) != (before < 0.0) and slope != 0.0 and near:
-            _, theta, w = extreme(
-                row, w2, f, omega, theta0, w0, sin0, cos0, pull, t0, part - width, part,
-                before > 0.0,
-            )  # fmt: skip
-            _see(tally, theta, w, offset + slope * w)
-        before, level = a, here
-
-    if offset != 0.0 or slope != 0.0:
-        # M v = (offset + slope w)(w - w_rest), and the integral of w is an angle.
-        turned = theta1 - theta0
-        heat = offset * (turned - w_rest * tau) - slope * w_rest * turned
-        loss = abs(row[G2]) * tau * (abs(row[G2]) + abs(omega - w2 / omega)) / omega
-        if slope != 0.0 and loss > _LOSSLESS:
-            heat += slope * _square_by_energy(
-                row, w2, f, omega, start, after, sin0, cos0, sin1, cos1
-            )
-        elif slope != 0.0:
-            heat += slope * _square_by_nodes(row, w2, f, omega, start, sin0, cos0, pull, tau)
-        tally[HEAT] += heat
+def _heat(piece, forcing, w_rest, start, after, entry, tau):
+    """Heat [J] of a slip in one piece."""
+    # M v = (offset + slope w)(w - w_rest), and the integral of w is an angle.
+    turned, slope = after.angle - start.angle, piece.slope
+    heat = piece.offset * (turned - w_rest * tau) - slope * w_rest * turned
+    if slope == 0.0:
+        return heat
+    omega, g2 = forcing.angular_frequency, abs(piece.damping)
+    loss = g2 * tau * (g2 + abs(omega - piece.stiffness / omega)) / omega
+    if loss > _LOSSLESS:
+        return heat + slope * _square_by_energy(piece, forcing, start, after, entry.phase)
+    return heat + slope * _square_by_nodes(piece, forcing, entry, start.time, tau)
 
 
 @compiled
-def add(plant, laws, log, rows, tally):
-    """Add the first ``rows`` rows of a log to a tally (ENTRIES,); the last one ends it.
+def _add_range(piece, forcing, start, after, entry, tau, sums):
+    """Add a slip in one piece to the extremes of state and torque."""
+    offset, slope, t0 = piece.offset, piece.slope, start.time
+    _widen(sums, start.angle, start.velocity, offset + slope * start.velocity)
+    _widen(sums, after.angle, after.velocity, offset + slope * after.velocity)
+    fastest = max(forcing.angular_frequency, math.sqrt(piece.stiffness))
+    cells = 1 + int(fastest * tau / _CELL)
+    width = tau / cells
+    before = acceleration(piece, forcing, start.angle, start.velocity, entry.phase)
+    level = abs(offset + slope * start.velocity)
+    for cell in range(1, cells + 1):
+        theta, w, part = after.angle, after.velocity, tau
+        phase = phase_at(forcing, after.time)
+        if cell < cells:
+            part = cell * width
+            phase = phase_at(forcing, t0 + part)
+            theta, w = state_at(piece, forcing, entry, part, phase)
+            _widen(sums, theta, w, offset + slope * w)
+        a = acceleration(piece, forcing, theta, w, phase)
+        here = abs(offset + slope * w)
+        near = max(here, level) > _NEAR_PEAK * sums.peak_torque
+        if (a < 0.0) != (before < 0.0) and slope != 0.0 and near:
+            _, theta, w = extreme(piece, forcing, entry, t0, part - width, part, before > 0.0)
+            _widen(sums, theta, w, offset + slope * w)
+        before, level = a, here
 
-    plant : (inertia, damping, stiffness, amplitude, omega, w_rest)
-    laws  : (offsets, table, lower, upper), as for ``exact.run``
-    """
-    offsets, table, _, _ = laws
-    omega = plant[4]
-    length = 2.0 * math.pi / omega
+
+@compiled
+def add(problem, log, rows, sums):
+    """Add the first ``rows`` rows of a log to a record of ``SUMS``; the last one ends it."""
+    forcing = forcing_of(problem.driveline, problem.torque)
+    interval = return_time(problem.torque)
     for i in range(rows - 1):
         row, after = log[i], log[i + 1]
-        tau = (after[LOG_PERIOD] - row[LOG_PERIOD]) * length + after[LOG_TIME] - row[LOG_TIME]
-        piece = int(row[LOG_PIECE])
-        if piece == REST:
-            _rest(plant, row, tau, tally)
+        tau = duration(row, after, interval)
+        if row.mode == REST:
+            _add_rest(problem, row, tau, sums)
         elif tau > 0.0:
-            _slip(plant, offsets[piece], table[piece], row, after, tau, tally)
-            tally[LAST_SLIP] = after[LOG_PERIOD] + after[LOG_TIME] / length
-        if int(after[LOG_KIND]) == STICK:
-            if after[LOG_SIDE] > 0.0:
-                tally[STICKS_FORWARD] += 1.0
-            else:
-                tally[STICKS_BACKWARD] += 1.0
+            piece = problem.brake.pieces[row.mode]
+            phase = phase_at(forcing, row.time)
+            entry = enter(piece, forcing, row.angle, row.velocity, phase)
+            _add_range(piece, forcing, row, after, entry, tau, sums)
+            w_rest = problem.driveline.rest_velocity
+            sums.heat += _heat(piece, forcing, w_rest, row, after, entry, tau)
+            sums.last_slip = after.period + after.time / interval
+        if after.kind == EventKind.STICK:
+            count_stick(sums, after.side)
+
+
+def sums_of(problem: Problem, log: NDArray[np.record]) -> Any:
+    """What a whole log adds up to: a record of ``SUMS``."""
+    sums = empty_sums()
+    add(problem, log, log.size, sums)
+    return sums

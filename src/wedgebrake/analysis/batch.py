@@ -1,84 +1,153 @@
-"""Many systems, one after another: the loop of every sweep, without Python in it."""
+"""Many machines, one after another: the loop of every sweep, without Python in it."""
 
 import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
-from wedgebrake.analysis.accumulators import ENTRIES
-from wedgebrake.analysis.classify import LONGEST
-from wedgebrake.analysis.evaluate_point import COLUMNS, FINAL_THETA, FINAL_W, OUTCOME, judge
-from wedgebrake.dynamics.assemble import assemble
+from wedgebrake.analysis.evaluate_point import RESULT, Settings, arrays_for, clear, evaluate
+from wedgebrake.dynamics.actuator import Actuator
+from wedgebrake.dynamics.assemble import Machine, assemble, workspace
 from wedgebrake.dynamics.brake_torque import LAW
-from wedgebrake.dynamics.enums import COMPLETED
-from wedgebrake.dynamics.jit import compiled_for
-from wedgebrake.dynamics.linear_flow import COLUMNS as FLOW_COLUMNS
-from wedgebrake.solvers.event_driven.trajectory import LOG_COLUMNS
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.harmonic import Harmonic
+from wedgebrake.dynamics.jit import array_of, compiled, compiled_for
+from wedgebrake.dynamics.linear_flow import Driveline
+from wedgebrake.dynamics.problem import ANGLE, VELOCITY
+from wedgebrake.dynamics.records import record as fields
 
 # Rows of the log that is worked through at once: it stays in the fastest cache.
-_ROWS = 256
+ROWS = 256
+_FLOATS = NDArray[np.float64]
 
 
-def _run(
-    law, speeds, lines, brakes, frictions, actions, torques, chosen, states, follow, transient,
-    periods, limit, max_events, diverged, answers, record,
-):  # fmt: skip
-    """Judge every point of a batch, in order.
+DRIVELINE = fields("inertia damping stiffness drive_speed")
+BRAKE = fields("radius shape0 shape1 shape2 shape3")
+ACTUATION = fields("initial_force slope release")
+EXCITATION = fields("amplitude angular_frequency")
+# Rows of the tables that make up a machine.
+CHOICE = fields(whole="driveline brake friction actuation excitation")
 
-    law, speeds : of ``assemble``
-    lines ... torques : tables of the parts of the systems, a row each; a row that begins
-                with nan is no valid part
-    chosen      : (points, 5) rows of the five tables
-    states      : (points, 2) angle and velocity at t = 0
-    follow      : each point starts where the one before it ended, if it ran to its end
-    transient ... max_events : of ``point.judge``
-    diverged    : of ``assemble``
-    answers     : (points, point.COLUMNS); an outcome nan: not valid
-    record      : (points, periods + 1, 2) receives the Poincare points that are reached;
-                no rows: not wanted
+
+class Tables(NamedTuple):
+    """Parts of machines, a row each; a row that begins with nan is no valid part.
+
+    driveline, brake, actuation, excitation : of the dtypes above
+    breakaway       : (n,) static coefficients of friction
+    speeds, kinetic : (n, m) sliding speeds [m/s], and the coefficients there
     """
-    nodes = speeds.size
-    room = (
-        np.empty(2 * nodes + 1), np.empty(2 * nodes + 2), np.empty(2 * nodes + 2),
-        np.empty((2 * nodes + 2, FLOW_COLUMNS)), np.empty(2 * nodes + 1),
-        np.empty((nodes + 1, 3)), np.empty(nodes),
+
+    driveline: Any
+    brake: Any
+    breakaway: _FLOATS
+    speeds: _FLOATS
+    kinetic: _FLOATS
+    actuation: Any
+    excitation: Any
+
+
+def tables_of(rows: Mapping[str, Sequence[tuple[Any, ...] | None]]) -> Tables:
+    """Tables from the numbers of each part: its fields, or None for what is no valid part.
+
+    Of friction: breakaway, speeds and coefficients, of as many points in every row; shorter
+    rows end at infinite speeds.
+    """
+
+    def table(part: str, dtype: np.dtype) -> Any:
+        invalid = (math.nan,) * len(dtype.names or ())
+        return np.array([invalid if row is None else row for row in rows[part]], dtype=dtype)
+
+    friction = [(math.nan, (), ()) if row is None else row for row in rows["friction"]]
+    most = max(len(speeds) for _, speeds, _ in friction)
+    speeds, kinetic = np.full((len(friction), most), math.inf), np.zeros((len(friction), most))
+    for i, (_, some, coefficients) in enumerate(friction):
+        speeds[i, : len(some)], kinetic[i, : len(some)] = some, coefficients
+    return Tables(
+        table("driveline", DRIVELINE), table("brake", BRAKE),
+        np.array([row[0] for row in friction]), speeds, kinetic,
+        table("actuation", ACTUATION), table("excitation", EXCITATION),
     )  # fmt: skip
-    longest = max(transient, 0 if transient >= 0 else limit) + periods + LONGEST + 1
-    log = np.empty((_ROWS, LOG_COLUMNS))
-    points, growth = np.empty((longest, 2)), np.empty(longest)
-    tallies = np.zeros((2, ENTRIES))
-    theta, w = 0.0, 0.0
-    for i in range(chosen.shape[0]):
-        line, brake, friction = lines[chosen[i, 0]], brakes[chosen[i, 1]], frictions[chosen[i, 2]]
-        action, torque = actions[chosen[i, 3]], torques[chosen[i, 4]]
-        for column in range(COLUMNS):
-            answers[i, column] = math.nan
-        if math.isnan(line[0] + brake[0] + friction[0] + action[0] + torque[0]):
+
+
+@compiled
+def _machine(tables, choice):
+    """The machine of some rows of the tables."""
+    line, brake = tables.driveline[choice.driveline], tables.brake[choice.brake]
+    action, torque = tables.actuation[choice.actuation], tables.excitation[choice.excitation]
+    return Machine(
+        Driveline(line.inertia, line.damping, line.stiffness, 0.0 - line.drive_speed),
+        Harmonic(torque.amplitude, torque.angular_frequency),
+        brake.radius,
+        (brake.shape0, brake.shape1, brake.shape2, brake.shape3),
+        tables.breakaway[choice.friction],
+        tables.speeds[choice.friction],
+        tables.kinetic[choice.friction],
+        Actuator(action.initial_force, action.slope, action.release != 0.0),
+    )
+
+
+@compiled
+def _is_valid(machine):
+    parts = machine.driveline.inertia + machine.radius + machine.breakaway
+    return not math.isnan(parts + machine.actuator.initial_force + machine.torque.amplitude)
+
+
+def _run(law, tables, choices, states, follow, settings, divergence_factor, results, record):
+    """Evaluate every point of a batch, in order.
+
+    law     : g(m, shape) of the brakes, compiled
+    choices : (points,) of dtype ``CHOICE``
+    states  : (points, 2) angle and velocity at t = 0
+    follow  : each point starts where the one before it ended, if it ran to its end
+    divergence_factor : of ``assemble``
+    results : (points,) of dtype ``RESULT``
+    record  : (points, periods + 1, 2) receives the Poincare points that are reached;
+              no rows: not wanted
+    """
+    work = workspace(tables.speeds.shape[1])
+    arrays = arrays_for(settings, ROWS)
+    angle, velocity = 0.0, 0.0
+    for i in range(choices.size):
+        result = results[i]
+        clear(result)
+        machine = _machine(tables, choices[i])
+        if not _is_valid(machine):
             continue
-        goes_on = follow and i > 0 and answers[i - 1, OUTCOME] == COMPLETED
-        if not goes_on:
-            theta, w = states[i, 0], states[i, 1]
-        problem = assemble(
-            law, line, brake, friction, speeds, action, torque, theta, w, diverged, room
-        )
-        begin, end = judge(
-            problem, theta, w, transient, periods, limit, max_events, log, points, growth,
-            tallies, answers[i],
-        )  # fmt: skip
-        theta, w = answers[i, FINAL_THETA], answers[i, FINAL_W]
+        if not (follow and i > 0 and results[i - 1].outcome == Outcome.COMPLETED):
+            angle, velocity = states[i, ANGLE], states[i, VELOCITY]
+        problem = assemble(law, machine, angle, velocity, divergence_factor, work)
+        begin, end = evaluate(problem, angle, velocity, settings, arrays, result)
+        angle, velocity = result.final_angle, result.final_velocity
         if i < record.shape[0]:
             for k in range(begin, end):
-                record[i, k - begin, 0] = points[k, 0]
-                record[i, k - begin, 1] = points[k, 1]
+                record[i, k - begin, ANGLE] = arrays.points[k, ANGLE]
+                record[i, k - begin, VELOCITY] = arrays.points[k, VELOCITY]
 
 
 def _signature():
     """One signature, so that the cache serves all brakes."""
     real, whole = types.float64, types.int64
     vector, matrix = types.Array(real, 1, "C"), types.Array(real, 2, "C")
+
+    tables = types.NamedTuple(
+        (
+            array_of(DRIVELINE),
+            array_of(BRAKE),
+            vector,
+            matrix,
+            matrix,
+            array_of(ACTUATION),
+            array_of(EXCITATION),
+        ),
+        Tables,
+    )
+    settings = types.NamedUniTuple(whole, 4, Settings)
     return (
-        LAW, vector, matrix, matrix, matrix, matrix, matrix, types.Array(whole, 2, "C"), matrix,
-        types.boolean, whole, whole, whole, whole, real, matrix, types.Array(real, 3, "C"),
+        LAW, tables, array_of(CHOICE), matrix, types.boolean, settings, real, array_of(RESULT),
+        types.Array(real, 3, "C"),
     )  # fmt: skip
 
 

@@ -4,16 +4,14 @@ The words and thresholds are explained in docs/theory.md, section 9.
 """
 
 import math
+from typing import NamedTuple
 
-from wedgebrake.dynamics.enums import (
-    AT_REST,
-    CHAOTIC,
-    PERIODIC,
-    QUASI_PERIODIC,
-    SYNCHRONOUS,
-    UNDECIDED,
-)
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.problem import ANGLE, VELOCITY
 
 # A motion has settled when all that is left to come is smaller than this share of its size.
 SETTLED = 1e-6
@@ -40,12 +38,51 @@ _TORUS = 200
 _FALLING = 0.35
 # Areas that change by less than this over the window are conserved.
 _CONSERVED = 1e-6
+# Growth of the logarithm of a deviation in a period of the orbit that is no rounding.
+_UNSTABLE = 1e-6
+# Returns in the first window of an automatic transient; each next one is twice as long.
+_FIRST_WINDOW = 64
+
+
+class Window(NamedTuple):
+    """Part of a motion on which its class is decided.
+
+    points  : (m + 1, 2) Poincare points, angle [rad] and velocity [rad/s]
+    weight  : factor that turns an angle into a velocity [1/s]; 0 where the angle is free
+    size    : half the range of the velocity and of the weighted angle, added [rad/s]
+    growth  : (m,) of a small deviation between returns (logarithm); nan where not known
+    area    : mean growth of a small area (logarithm); -inf where the rank is lost
+    resting : nothing has slipped since the last but one return
+    """
+
+    points: NDArray[np.float64]
+    weight: float
+    size: float
+    growth: NDArray[np.float64]
+    area: float
+    resting: bool
+
+
+class Verdict(NamedTuple):
+    """Class, order and return distance of a motion, and its growths between returns.
+
+    largest, error, second : logarithmic growth of a deviation, its standard error, and that of
+                             the deviation square to it
+    """
+
+    motion: MotionClass
+    order: int
+    return_distance: float
+    largest: float
+    error: float
+    second: float
 
 
 @compiled
 def distance(points, i, j, weight):
-    """How far two Poincare points are apart [rad/s]."""
-    return math.hypot(weight * (points[i, 0] - points[j, 0]), points[i, 1] - points[j, 1])
+    """Distance of two Poincare points [rad/s]."""
+    angle = points[i, ANGLE] - points[j, ANGLE]
+    return math.hypot(weight * angle, points[i, VELOCITY] - points[j, VELOCITY])
 
 
 @compiled
@@ -53,8 +90,8 @@ def farthest(points, weight):
     """Largest distance of a Poincare point from the origin, or a little more [rad/s]."""
     angle, velocity = 0.0, 0.0
     for k in range(points.shape[0]):
-        angle = max(angle, abs(points[k, 0]))
-        velocity = max(velocity, abs(points[k, 1]))
+        angle = max(angle, abs(points[k, ANGLE]))
+        velocity = max(velocity, abs(points[k, VELOCITY]))
     return weight * angle + velocity
 
 
@@ -219,49 +256,91 @@ def disagreement(points, weight, size):
     """How far the averages of two halves of the points are apart, over the motion's size."""
     last = points.shape[0] - 1
     middle = last // 2
-    angle = _average(points, 0, middle, 0) - _average(points, middle, last, 0)
-    velocity = _average(points, 0, middle, 1) - _average(points, middle, last, 1)
+    angle = _average(points, 0, middle, ANGLE) - _average(points, middle, last, ANGLE)
+    velocity = _average(points, 0, middle, VELOCITY) - _average(points, middle, last, VELOCITY)
     return math.hypot(weight * angle, velocity) / size
 
 
 @compiled
-def aperiodic_class(points, weight, size, growth, area):
-    """Class of a motion that does not repeat.
+def _aperiodic_class(window, mean, error):
+    """Class of a motion that does not repeat, from the mean growth of a deviation and its error.
 
-    growth : per period, of a small deviation (logarithm)
-    area   : per period, of a small area (logarithm); -inf where the rank is lost
+    Without growths (nan) nothing aperiodic is told apart.
     """
-    count = growth.size
-    mean, error = mean_growth(growth)
+    points, count = window.points, window.growth.size
     if count < _FEWEST:
-        return UNDECIDED
+        return MotionClass.UNDECIDED
     if mean * count >= _GROWN and mean > _ERRORS * error:
-        return CHAOTIC
-    if count < _TORUS or abs(mean) * count > 3.0 + math.log(count):
-        return UNDECIDED
+        return MotionClass.CHAOTIC
+    if count < _TORUS or not abs(mean) * count <= 3.0 + math.log(count):
+        return MotionClass.UNDECIDED
     # A focus that still settles shrinks as fast as the root of its areas: the window must
     # be long enough to see that, unless nothing shrinks at all.
-    if abs(area) * count > _CONSERVED and area * count > -4.0:
-        return UNDECIDED
-    if _trend(points, weight) < -_FALLING or disagreement(points, weight, size) > 0.1 / count:
-        return UNDECIDED
-    return QUASI_PERIODIC
+    if abs(window.area) * count > _CONSERVED and window.area * count > -4.0:
+        return MotionClass.UNDECIDED
+    falling = _trend(points, window.weight) < -_FALLING
+    if falling or disagreement(points, window.weight, window.size) > 0.1 / count:
+        return MotionClass.UNDECIDED
+    return MotionClass.QUASI_PERIODIC
 
 
 @compiled
-def classify(points, weight, size, growth, area, resting):
-    """(class, order, return distance) of a motion from its last Poincare points.
+def classify(window):
+    """First ``Verdict`` on a motion from a ``Window``; ``conclude`` is the last."""
+    mean, error = mean_growth(window.growth)
+    if window.resting:
+        return Verdict(MotionClass.AT_REST, np.int64(0), 0.0, mean, error, window.area - mean)
+    order, returned = order_of(window.points, window.weight, window.size)
+    class_ = MotionClass.PERIODIC if order > 1 else MotionClass.SYNCHRONOUS
+    if order == 0:
+        class_ = _aperiodic_class(window, mean, error)
+    return Verdict(class_, order, returned, mean, error, window.area - mean)
 
-    points  : (m + 1, 2) angle [rad] and velocity [rad/s]
-    weight  : what turns an angle into a velocity [1/s]
-    size    : half the range of the velocity and of the weighted angle, added [rad/s]
-    resting : nothing has slipped in the last period
+
+@compiled
+def attracts(first, returned, window):
+    """Return True if a motion that returns to ``returned`` of its size is on an orbit to stay.
+
+    first : logarithm of the largest multiplier. What is left to come is a geometric series
+            of it, so that a slow passage by the ghost of an orbit, where it is almost 1, is
+            not taken for one. What returns to rounding only must not be unstable. Where it is
+            not known (nan), the return is all the evidence.
     """
-    if resting:
-        return AT_REST, 0, 0.0
-    order, returned = order_of(points, weight, size)
-    if order == 1:
-        return SYNCHRONOUS, order, returned
-    if order > 1:
-        return PERIODIC, order, returned
-    return aperiodic_class(points, weight, size, growth, area), 0, returned
+    if math.isnan(first):
+        return True
+    if returned * window.size <= 10.0 * rounding_of(window.points, window.weight, window.size):
+        return not first > _UNSTABLE
+    share = math.exp(first)
+    return share < 1.0 and returned * share <= SETTLED * (1.0 - share)
+
+
+@compiled
+def conclude(window, verdict, first, second):
+    """``Verdict`` on a motion that repeats, from the logarithms of its orbit's multipliers."""
+    order = verdict.order
+    if attracts(first, verdict.return_distance, window):
+        error = math.nan if math.isnan(first) else 0.0
+        return Verdict(
+            verdict.motion, order, verdict.return_distance, first / order, error, second / order
+        )
+    return Verdict(
+        MotionClass.UNDECIDED, np.int64(0), verdict.return_distance, verdict.largest,
+        verdict.error, verdict.second,
+    )  # fmt: skip
+
+
+@compiled
+def settling_of(points, order, last, weight, size):
+    """Number of returns after which the motion stayed at its final orbit."""
+    room = 10.0 * (SETTLED * size + rounding_of(points[: last + 1], weight, size))
+    for k in range(last - order, -1, -1):
+        if distance(points, k, last - (last - k) % order, weight) > room:
+            return k + 1
+    return 0
+
+
+@compiled
+def next_window(done, limit):
+    """End of the window after ``done`` returns: the last one is the second half of all."""
+    target = max(2 * done, _FIRST_WINDOW)
+    return limit if 2 * target > limit else target

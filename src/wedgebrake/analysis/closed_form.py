@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from copy import copy
 
 import numpy as np
@@ -35,16 +36,15 @@ class ClosedForm:
         local_time: FloatArray,
         rest: NDArray[np.bool_],
     ) -> None:
-        from wedgebrake.dynamics.linear_flow import G2
+        from wedgebrake.dynamics.segment_log import REST
         from wedgebrake.solvers.event_driven.solve import problem
-        from wedgebrake.solvers.event_driven.trajectory import REST
 
         assert given.system is not None  # noqa: S101 - a closed form needs a known system
         self.problem = problem(given.system)
         self.segments, self.local_time = segments, local_time
         self.piece = np.where(rest, REST, pieces_of(given, segments))
-        w2 = self.problem.stiffness / self.problem.inertia
-        decay = 0.5 * self.problem.table[:, G2]
+        pieces = self.problem.brake.pieces
+        w2, decay = pieces["stiffness"], 0.5 * pieces["damping"]
         split = np.sqrt(np.maximum(decay * decay - w2, 0.0))
         fast = np.where(split > 0.0, -decay - np.copysign(split, decay), 0.0)
         self.exponent = np.where(rest, 0.0, fast[self.piece] * segments.duration)
@@ -64,17 +64,14 @@ class ClosedForm:
 
         It equals the recorded velocity at both ends. ``x`` is (m,) or (n, m).
         """
-        from wedgebrake.solvers.smooth.torque_along import velocities
+        from wedgebrake.solvers.event_driven.trajectory import velocities
 
-        given, segments = self.problem, self.segments
+        segments = self.segments
         tau = np.ascontiguousarray(x * segments.duration[:, None])
         found = np.empty(tau.shape)
         starts = (self.local_time, segments.angle, segments.start_velocity)
-        velocities(
-            given.table, self.piece, given.stiffness / given.inertia,
-            given.amplitude / given.inertia, given.omega,
-            *(np.ascontiguousarray(start) for start in starts), tau, found,
-        )  # fmt: skip
+        states = (np.ascontiguousarray(start) for start in starts)
+        velocities(self.problem, self.piece, *states, tau, found)
         return found + x * self.mismatch[:, None]
 
     def quadrature_groups(self) -> list[NDArray[np.intp]]:
@@ -89,8 +86,9 @@ class ClosedForm:
         The rule is a composite Gauss-Legendre rule whose intervals match the time scales of the
         motion. For a fast real root the intervals grow while its part of the motion decays.
         """
-        w2 = self.problem.stiffness / self.problem.inertia
-        slow = float(np.max(self.segments.duration)) * max(self.problem.omega, float(np.sqrt(w2)))
+        line, torque = self.problem.driveline, self.problem.torque
+        fastest = max(torque.angular_frequency, math.sqrt(line.stiffness / line.inertia))
+        slow = float(np.max(self.segments.duration)) * fastest
         cuts = np.linspace(0.0, 1.0, max(int(np.ceil(slow / _INTERVAL)), 1) + 1)
         exponent = self.exponent[np.argmax(np.abs(self.exponent))]
         if abs(exponent) > _INTERVAL:

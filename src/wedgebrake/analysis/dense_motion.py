@@ -74,8 +74,7 @@ class DenseMotion:
     def excitation(self, x: FloatArray) -> FloatArray:
         """Return the torque T on the driveline [N m], (n, m)."""
         time = self.local_time[:, None] + x * self.segments.duration[:, None]
-        torque = self.given.excitation
-        return np.asarray(torque.amplitude * np.sin(torque.angular_frequency * time))
+        return self.given.excitation.torque(time)
 
     def _accelerations(self) -> tuple[FloatArray, FloatArray]:
         """Accelerations at both ends from the equation of motion (eq. 1)."""

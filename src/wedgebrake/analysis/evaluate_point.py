@@ -1,194 +1,222 @@
-"""One system judged: run, settle, record, classify. The unit of work of every sweep.
+"""One machine evaluated exactly: run, settle, record, classify. The unit of work of every sweep.
 
-No allocation: the caller lends the room, one set for each thread.
+No allocation: the caller lends the arrays, one set for each thread.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wedgebrake.analysis import accumulators as count
-from wedgebrake.analysis.classify import SETTLED, classify, distance, mean_growth, rounding_of
-from wedgebrake.analysis.saltation import carry, split
-from wedgebrake.dynamics.enums import (
-    AT_REST,
-    BIDIRECTIONAL,
-    COMPLETED,
-    DIVERGED,
-    LOCKED,
-    LOG_FULL,
-    NO_SLIDING,
-    NO_SLIP,
-    NON_STICK_SLIP,
-    RUNAWAY,
-    UNDECIDED,
-    UNIDIRECTIONAL,
+from wedgebrake.analysis import accumulators
+from wedgebrake.analysis.classify import (
+    LONGEST,
+    Verdict,
+    Window,
+    classify,
+    conclude,
+    next_window,
+    settling_of,
 )
+from wedgebrake.analysis.saltation import propagate
+from wedgebrake.dynamics.deviations import Deviations
+from wedgebrake.dynamics.enums import FlowForm, MotionClass, Outcome, StickClass
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import BLOCKED, G2, KIND
+from wedgebrake.dynamics.motion_sums import SUMS
+from wedgebrake.dynamics.motion_sums import clear as clear_sums
 from wedgebrake.dynamics.piecewise_linear import CORNER, pieces_about
+from wedgebrake.dynamics.problem import ANGLE, VELOCITY, Instant, State, angle_weight
+from wedgebrake.dynamics.records import record
+from wedgebrake.dynamics.section import return_time
+from wedgebrake.dynamics.segment_log import SEGMENT
 from wedgebrake.solvers.event_driven.trajectory import run
-
-# Columns of the answer.
-(
-    OUTCOME,
-    CLASS,
-    ORDER,
-    STICK_CLASS,
-    STICKS_FORWARD,  # in a period of the torque
-    STICKS_BACKWARD,
-    STICK_SHARE,
-    LARGEST_EXPONENT,  # [1/s]
-    SECOND_EXPONENT,
-    EXPONENT_ERROR,
-    RETURN_DISTANCE,
-    TRANSIENT,  # periods before the record
-    PEAK_TORQUE,  # [N m]
-    FRICTION_POWER,  # [W]
-    SLIDING_DAMPING,  # [N m s/rad]
-    EVENTS,
-    FINAL_THETA,
-    FINAL_W,
-    SIZE,  # half the range of velocity and weighted angle, added [rad/s]
-    SETTLING,  # periods after which the motion stayed at its final orbit
-    JUDGED,  # periods that the class was judged on
-) = range(21)
-COLUMNS = 21
-
-# Growth of the logarithm of a deviation in a period of the orbit that is no rounding.
-_UNSTABLE = 1e-6
 
 _pieces_about = compiled(pieces_about)
 
-# Periods of the first window of an automatic transient; each next one is twice as long.
-_FIRST = 64
+# What is known of a point. Numbers of sticks, and of periods, count returns to the section.
+RESULT = record(
+    fields=[
+        ("outcome", np.int64),  # an ``Outcome``; -1: no valid machine
+        ("motion", np.int64),  # a ``MotionClass``
+        ("order", np.int64),
+        ("stick_class", np.int64),  # a ``StickClass``
+        ("transient", np.int64),  # periods before the record
+        ("judged", np.int64),  # periods on which the class was decided
+        ("events", np.int64),
+        ("sticks_forward", np.float64),  # in a period
+        ("sticks_backward", np.float64),
+        ("stick_share", np.float64),
+        ("largest_exponent", np.float64),  # [1/s]
+        ("second_exponent", np.float64),
+        ("exponent_error", np.float64),
+        ("return_distance", np.float64),
+        ("size", np.float64),  # see ``Window`` [rad/s]
+        ("settling", np.float64),  # periods until the motion stayed at its final orbit
+        ("peak_torque", np.float64),  # [N m]
+        ("friction_power", np.float64),  # [W]
+        ("sliding_damping", np.float64),  # [N m s/rad]
+        ("final_angle", np.float64),  # [rad]
+        ("final_velocity", np.float64),  # [rad/s]
+    ]
+)
 
 
-@compiled
-def _advance(problem, state, last, max_events, log, points, tally, deviation, growth, first):
-    """Run to the start of period ``last``, adding up what passes.
+class Settings(NamedTuple):
+    """What is run, in periods between returns.
 
-    state     : (period, t, theta, w)
-    points    : (periods + 1, 2), by period number
-    deviation : (x1, y1, x2, y2), see ``tangent.carry``
-
-    Returns (outcome, state, events, deviation, logdet, ranked, scale).
+    transient  : periods before the record; negative: as many as it takes to settle
+    recorded   : periods of the record
+    limit      : most periods to wait for a motion to settle
+    max_events : events after which to give up
     """
-    plant, laws = split(problem)
-    x1, y1, x2, y2 = deviation
-    period, t, theta, w = state
-    logdet, ranked, scale, total = 0.0, True, 0.0, 0
+
+    transient: int
+    recorded: int
+    limit: int
+    max_events: int
+
+
+class Arrays(NamedTuple):
+    """Arrays lent to ``evaluate``.
+
+    log    : rows of the segment log, at least two
+    points : (n, 2) Poincare points, by number of return;  growth : (n,)
+    sums   : (2,) of the window or record, and of one orbit
+    """
+
+    log: Any
+    points: NDArray[np.float64]
+    growth: NDArray[np.float64]
+    sums: Any
+
+
+class _Passage(NamedTuple):
+    """Some periods of a motion: outcome, state and events, and the derivative of the flow."""
+
+    outcome: Outcome
+    state: State
+    events: int
+    deviations: Deviations
+    log_determinant: float
+    full_rank: bool
+    log_scale: float
+
+
+@compiled
+def arrays_for(settings, rows):
+    """Arrays for runs with some settings, with a log of some rows."""
+    transient = settings.limit if settings.transient < 0 else settings.transient
+    longest = transient + settings.recorded + LONGEST + 1
+    return Arrays(
+        np.empty(rows, SEGMENT), np.empty((longest, 2)), np.empty(longest), np.empty(2, SUMS)
+    )
+
+
+@compiled
+def clear(result):
+    """Set a record of ``RESULT`` to that of an invalid machine."""
+    result.outcome = result.motion = result.stick_class = -1
+    result.order = result.transient = result.judged = result.events = 0
+    result.sticks_forward = result.sticks_backward = result.stick_share = math.nan
+    result.largest_exponent = result.second_exponent = result.exponent_error = math.nan
+    result.return_distance = result.size = result.settling = math.nan
+    result.peak_torque = result.friction_power = result.sliding_damping = math.nan
+    result.final_angle = result.final_velocity = math.nan
+
+
+@compiled
+def _advance(problem, state, last, max_events, arrays, sums, deviations, growth):
+    """Run to the return number ``last``, adding up what passes: a ``_Passage``.
+
+    growth : as for ``propagate``, counted from the state's period
+    """
+    first = state.period
+    log, points = arrays.log, arrays.points
+    determinant, full_rank, scale, events = 0.0, True, 0.0, 0
     while True:
-        outcome, period, t, theta, w, events, rows, _ = run(
-            *problem, period, t, theta, w, last, 0.0, max_events - total, log,
-            points[period + 1 : last + 1],
-        )  # fmt: skip
-        total += events
-        count.add(plant, laws, log, rows, tally)
-        x1, y1, x2, y2, part, full, more = carry(
-            plant, laws, log, rows, x1, y1, x2, y2, growth, first
-        )
-        logdet += part
-        scale += more
-        ranked = ranked and full
-        if outcome != LOG_FULL:
-            state = (period, t, theta, w)
-            return outcome, state, total, (x1, y1, x2, y2), logdet, ranked, scale
+        returns = points[state.period + 1 : last + 1]
+        found = run(problem, state, Instant(last, 0.0), max_events - events, log, returns)
+        state = found.state
+        events += found.events
+        accumulators.add(problem, log, found.rows, sums)
+        there = propagate(problem, log, found.rows, deviations, growth, first)
+        deviations = there.deviations
+        determinant += there.log_determinant
+        scale += there.log_scale
+        full_rank = full_rank and there.full_rank
+        if found.outcome != Outcome.LOG_FULL:
+            return _Passage(found.outcome, state, events, deviations, determinant, full_rank, scale)
 
 
 @compiled
-def _weight(problem):
-    """What turns an angle into a velocity: the natural frequency, or the torque's."""
-    w2 = problem[2] / problem[0]
-    return math.sqrt(w2) if w2 > 0.0 else problem[4]
+def _record(problem, state, last, max_events, arrays):
+    """``_advance`` from fresh sums, with the growth of a deviation in no special direction."""
+    weight = angle_weight(problem.driveline, problem.torque)
+    clear_sums(arrays.sums[0])
+    deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
+    return _advance(
+        problem, state, last, max_events, arrays, arrays.sums[0], deviation, arrays.growth
+    )
 
 
 @compiled
-def _ruler(problem):
-    """The same for distances: without a spring the angle does not matter."""
-    return _weight(problem) if problem[2] > 0.0 else 0.0
-
-
-@compiled
-def _size(tally, weight):
-    """Half the range of velocity and weighted angle together [rad/s]."""
-    width = tally[count.HIGH_W] - tally[count.LOW_W]
-    return 0.5 * (width + weight * (tally[count.HIGH_THETA] - tally[count.LOW_THETA]))
-
-
-@compiled
-def _fresh(weight):
-    """A first deviation of length one in no special direction, and none."""
-    return math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0
-
-
-@compiled
-def _monodromy(problem, state, order, max_events, log, points, growth, tally):
+def _orbit(problem, state, order, max_events, arrays):
     """Logarithms of the moduli of both multipliers of a periodic orbit; -inf: rank lost.
 
-    ``tally`` receives what one orbit adds up to.
+    The second sums receive what one orbit adds up to.
     """
-    weight = _weight(problem)
-    count.clear(tally)
-    outcome, _, _, deviation, logdet, ranked, scale = _advance(
-        problem, state, state[0] + order, max_events, log, points, tally,
-        (1.0, 0.0, 0.0, weight), growth[:0], state[0],
+    weight = angle_weight(problem.driveline, problem.torque)
+    clear_sums(arrays.sums[1])
+    there = _advance(
+        problem, state, state.period + order, max_events, arrays, arrays.sums[1],
+        Deviations(1.0, 0.0, 0.0, weight), arrays.growth[:0],
     )  # fmt: skip
-    if outcome != COMPLETED:
+    if there.outcome != Outcome.COMPLETED:
         return math.nan, math.nan
-    a, d = deviation[0], deviation[3] / weight
+    a, d = there.deviations.angle1, there.deviations.velocity2 / weight
+    if not there.full_rank:
+        return math.log(abs(a + d)) + there.log_scale if a + d != 0.0 else -math.inf, -math.inf
     half = 0.5 * (a + d)
-    if not ranked:
-        return math.log(abs(a + d)) + scale if a + d != 0.0 else -math.inf, -math.inf
-    determinant = math.exp(logdet - 2.0 * scale)
+    determinant = math.exp(there.log_determinant - 2.0 * there.log_scale)
     split = half * half - determinant
     # A double multiplier splits by the root of its rounding.
     if split <= 1e-13 * (half * half + determinant):
-        return 0.5 * logdet, 0.5 * logdet
-    first = math.log(abs(half) + math.sqrt(split)) + scale
-    return first, logdet - first
+        return 0.5 * there.log_determinant, 0.5 * there.log_determinant
+    first = math.log(abs(half) + math.sqrt(split)) + there.log_scale
+    return first, there.log_determinant - first
 
 
 @compiled
-def attracts(first, returned, points, weight, size):
-    """Whether a motion that returns to ``returned`` of its size is on an orbit to stay.
-
-    first : logarithm of the largest multiplier. What is left to come is a geometric series
-            of it, so that a slow passage by the ghost of an orbit, where it is almost 1, is
-            not taken for one. What returns to rounding only must not be unstable.
-    """
-    if returned * size <= 10.0 * rounding_of(points, weight, size):
-        return not first > _UNSTABLE
-    share = math.exp(first)
-    return share < 1.0 and returned * share <= SETTLED * (1.0 - share)
+def _distance_weight(problem):
+    """Weight of the angle in distances [1/s]: without a spring the angle does not matter."""
+    stiff = problem.driveline.stiffness > 0.0
+    return angle_weight(problem.driveline, problem.torque) if stiff else 0.0
 
 
 @compiled
-def settling_of(points, order, last, weight, size):
-    """Periods after which the motion stayed at its final orbit."""
-    room = 10.0 * (SETTLED * size + rounding_of(points[: last + 1], weight, size))
-    for k in range(last - order, -1, -1):
-        if distance(points, k, last - (last - k) % order, weight) > room:
-            return k + 1
-    return 0
+def _size(sums, weight):
+    """Half the range of velocity and weighted angle together [rad/s]."""
+    width = sums.greatest_velocity - sums.least_velocity
+    return 0.5 * (width + weight * (sums.greatest_angle - sums.least_angle))
 
 
 @compiled
-def _rests(problem, tally, periods):
-    """Whether a tally is all rest that lasts: on a turning shaft the spring ends it."""
-    lasting = problem[11] == 0.0 or problem[2] == 0.0
-    length = 2.0 * math.pi / problem[4]
-    return lasting and tally[count.REST_TIME] >= periods * length * (1.0 - 1e-12)
+def _rest_lasts(problem):
+    """Return True if rest can last: on a turning shaft the spring ends it."""
+    driveline = problem.driveline
+    return driveline.rest_velocity == 0.0 or driveline.stiffness == 0.0
 
 
 @compiled
-def _stick_class(tally, resting):
+def _stick_class(sums, resting):
+    """Class of stick-slip of what some sums add up."""
     if resting:
-        return NO_SLIP
-    forward, backward = tally[count.STICKS_FORWARD] > 0.0, tally[count.STICKS_BACKWARD] > 0.0
+        return StickClass.AT_REST
+    forward, backward = sums.sticks_forward > 0.0, sums.sticks_backward > 0.0
     if forward and backward:
-        return BIDIRECTIONAL
-    return UNIDIRECTIONAL if forward or backward else NON_STICK_SLIP
+        return StickClass.BIDIRECTIONAL
+    return StickClass.UNIDIRECTIONAL if forward or backward else StickClass.NON_STICK_SLIP
 
 
 @compiled
@@ -198,189 +226,163 @@ def _sliding_damping(problem):
     Evaluated at the speed of a turning shaft (w = 0); otherwise near rest, the smaller value of
     both directions.
     """
-    inertia, bounds, table, zero, w_rest = (
-        problem[0], problem[5], problem[7], problem[8], problem[11],
-    )  # fmt: skip
-    turns = w_rest != 0.0
-    first, last = zero - 1, zero
+    brake, driveline = problem.brake, problem.driveline
+    turns = driveline.rest_velocity != 0.0
+    first, last = brake.first_forward - 1, brake.first_forward
     if turns:
-        first, last = _pieces_about(bounds, 0.0, CORNER * abs(w_rest))
+        near = CORNER * abs(driveline.rest_velocity)
+        first, last = _pieces_about(brake.breakpoints, 0.0, near)
     least = math.inf
-    for piece in range(first, last + 1):
-        if table[piece, KIND] != BLOCKED:
-            least = min(least, table[piece, G2] * inertia)
+    for i in range(first, last + 1):
+        piece = brake.pieces[i]
+        if piece.form != FlowForm.BLOCKED:
+            least = min(least, piece.damping * driveline.inertia)
         elif turns:
             return math.inf
     return least
 
 
 @compiled
-def next_window(done, limit):
-    """End of the window after ``done`` periods: the last one is the second half of all."""
-    target = max(2 * done, _FIRST)
-    return limit if 2 * target > limit else target
-
-
-@compiled
-def _window_verdict(
-    problem, state, begin, max_events, log, points, growth, tally, spare, logdet, ranked
-):
-    """What the periods from ``begin`` to the state's say.
-
-    spare : receives what one orbit adds up to, where the motion repeats
-
-    Returns (class, order, return distance, growth per period, its error, second growth).
-    """
-    ruler, end = _ruler(problem), state[0]
-    count_ = end - begin
-    size = _size(tally, ruler)
-    window = points[begin : end + 1]
-    area = logdet / count_ if ranked else -math.inf
-    lasting = problem[11] == 0.0 or problem[2] == 0.0
-    resting = lasting and tally[count.LAST_SLIP] <= end - 1.0
-    class_, order, returned = classify(window, ruler, size, growth[:count_], area, resting)
-    mean, error = mean_growth(growth[:count_])
-    second = area - mean
-    if class_ == AT_REST or order > 0:
-        first, other = _monodromy(
-            problem, state, max(order, 1), max_events, log, points, growth, spare
+def _judge(problem, there, begin, max_events, arrays):
+    """``Verdict`` on the periods from ``begin`` to the end of a passage."""
+    sums, orbit = arrays.sums[0], arrays.sums[1]
+    weight, end = _distance_weight(problem), there.state.period
+    count = end - begin
+    area = there.log_determinant / count if there.full_rank else -math.inf
+    resting = _rest_lasts(problem) and sums.last_slip <= end - 1.0
+    window = Window(
+        arrays.points[begin : end + 1], weight, _size(sums, weight), arrays.growth[:count], area,
+        resting,
+    )  # fmt: skip
+    verdict = classify(window)
+    if not resting and verdict.order == 0:
+        return verdict
+    order = max(verdict.order, 1)
+    first, second = _orbit(problem, there.state, order, max_events, arrays)
+    whole = return_time(problem.torque) * (1.0 - 1e-12)
+    if resting or (order == 1 and _rest_lasts(problem) and orbit.rest_time >= whole):
+        # Every angle that the brake holds is an equilibrium; deviations of speed die at once.
+        return Verdict(
+            MotionClass.AT_REST, np.int64(0), verdict.return_distance, 0.0, 0.0, -math.inf
         )
-        if class_ == AT_REST or (order == 1 and _rests(problem, spare, 1)):
-            # Every angle that the brake holds is an equilibrium; deviations of speed die at once.
-            return AT_REST, 0, returned, 0.0, 0.0, -math.inf
-        if attracts(first, returned, window, ruler, size):
-            return class_, order, returned, first / order, 0.0, other / order
-        class_, order = UNDECIDED, 0
-    return class_, order, returned, mean, error, second
+    return conclude(window, verdict, first, second)
 
 
 @compiled
-def _settle(problem, state, limit, max_events, log, points, growth, tally, spare):
-    """Windows, each as long as all before it, until the motion has settled in one.
+def _settle(problem, state, settings, arrays, result):
+    """Run windows, each as long as all before it, until the motion has settled in one.
 
-    Returns (outcome, state, events, verdict, judged periods, settling).
+    Returns (outcome, state, verdict); ``result`` receives events, judged periods and settling.
     """
-    verdict = (UNDECIDED, 0, math.nan, math.nan, math.nan, math.nan)
-    events, judged, settling = 0, 0, math.nan
-    outcome = COMPLETED
-    while state[0] < limit:
-        begin = state[0]
-        count.clear(tally)
-        outcome, state, more, _, logdet, ranked, _ = _advance(
-            problem, state, next_window(begin, limit), max_events - events, log, points, tally,
-            _fresh(_weight(problem)), growth, begin,
-        )  # fmt: skip
-        events += more
-        if outcome != COMPLETED:
+    verdict = Verdict(MotionClass.UNDECIDED, np.int64(0), math.nan, math.nan, math.nan, math.nan)
+    outcome, max_events = Outcome.COMPLETED, settings.max_events
+    while state.period < settings.limit:
+        begin = state.period
+        last = next_window(begin, settings.limit)
+        there = _record(problem, state, last, max_events - result.events, arrays)
+        outcome, state = there.outcome, there.state
+        result.events += there.events
+        if outcome != Outcome.COMPLETED:
             break
-        verdict = _window_verdict(
-            problem, state, begin, max_events, log, points, growth, tally, spare, logdet, ranked
-        )
-        judged, settling = state[0] - begin, float(begin)
-        if verdict[0] == AT_REST:
-            settling = max(0.0, math.ceil(tally[count.LAST_SLIP]))
+        verdict = _judge(problem, there, begin, max_events, arrays)
+        result.judged, result.settling = state.period - begin, begin
+        if verdict.motion == MotionClass.AT_REST:
+            result.settling = max(0.0, math.ceil(arrays.sums[0].last_slip))
             break
-        if verdict[1] > 0:
-            ruler = _ruler(problem)
-            settling = float(settling_of(points, verdict[1], state[0], ruler, _size(tally, ruler)))
+        if verdict.order > 0:
+            weight = _distance_weight(problem)
+            size = _size(arrays.sums[0], weight)
+            result.settling = settling_of(arrays.points, verdict.order, state.period, weight, size)
             break
-    return outcome, state, events, verdict, judged, settling
+    return outcome, state, verdict
 
 
 @compiled
-def _report(problem, verdict, tally, orbit, periods, answer):
-    """Class, exponents and what adds up, into the answer.
+def report(result, verdict, interval):
+    """Write class, order and exponents into a result; ``interval`` between returns [s]."""
+    result.motion, result.order = verdict.motion, verdict.order
+    result.return_distance = verdict.return_distance
+    result.largest_exponent = verdict.largest / interval
+    result.second_exponent = verdict.second / interval
+    if verdict.error < math.inf:
+        result.exponent_error = verdict.error / interval
 
-    tally, orbit : of the record and, for a motion that repeats, of one orbit
-    """
-    length = 2.0 * math.pi / problem[4]
-    class_, order, returned, first, error, second = verdict
-    sums, counted = tally, periods
-    if order > 0 or class_ == AT_REST:
+
+@compiled
+def report_end(result, outcome):
+    """Write the outcome of a run into a result, and the class that follows from it."""
+    result.outcome, result.motion = outcome, MotionClass.UNDECIDED
+    if outcome == Outcome.DIVERGED:
+        result.motion = MotionClass.DIVERGED
+    elif outcome == Outcome.NO_FORWARD_SOLUTION:
+        result.motion = MotionClass.SELF_LOCKED
+
+
+@compiled
+def _report_sums(problem, verdict, recorded, arrays, result):
+    """Write what adds up over the record, or over one orbit, into a result."""
+    interval = return_time(problem.torque)
+    resting = verdict.motion == MotionClass.AT_REST
+    sums, counted = arrays.sums[0], recorded
+    if verdict.order > 0 or resting:
         # One whole orbit, where the record may hold a broken number of them, or its end.
-        sums, counted = orbit, max(order, 1)
-    answer[CLASS], answer[ORDER], answer[RETURN_DISTANCE] = class_, order, returned
-    answer[STICK_CLASS] = _stick_class(sums, class_ == AT_REST)
-    answer[STICKS_FORWARD] = sums[count.STICKS_FORWARD] / counted
-    answer[STICKS_BACKWARD] = sums[count.STICKS_BACKWARD] / counted
-    answer[STICK_SHARE] = min(1.0, sums[count.REST_TIME] / (counted * length))
-    answer[LARGEST_EXPONENT] = first / length
-    answer[SECOND_EXPONENT] = second / length
-    answer[EXPONENT_ERROR] = error / length if error < math.inf else math.nan
-    answer[SIZE] = _size(tally, _ruler(problem))
-    answer[PEAK_TORQUE] = sums[count.PEAK]
-    answer[FRICTION_POWER] = sums[count.HEAT] / (counted * length)
+        sums, counted = arrays.sums[1], max(verdict.order, 1)
+    result.stick_class = _stick_class(sums, resting)
+    result.sticks_forward = sums.sticks_forward / counted
+    result.sticks_backward = sums.sticks_backward / counted
+    result.stick_share = min(1.0, sums.rest_time / (counted * interval))
+    result.size = _size(arrays.sums[0], _distance_weight(problem))
+    result.peak_torque = sums.peak_torque
+    result.friction_power = sums.heat / (counted * interval)
 
 
 @compiled
-def judge(
-    problem, theta, w, transient, periods, limit, max_events, log, points, growth, tallies, answer
-):
-    """Run one system, and judge it.
+def evaluate(problem, angle, velocity, settings, arrays, result):
+    """Run one machine from a state at t = 0, and evaluate its motion.
 
-    problem   : the first thirteen arguments of ``exact.run``
-    theta, w  : state at t = 0
-    transient : periods before the record; negative: as many as it takes to settle, at most
-                ``limit``
-    periods   : recorded periods
-    log       : (rows, LOG_COLUMNS), at least two rows
-    points    : (transient or limit + periods + LONGEST + 1, 2), receives the Poincare points
-    growth    : (as many,) room
-    tallies   : (2, tally.ENTRIES) room
-    answer    : (COLUMNS,) the result
+    arrays : as from ``arrays_for``;  result : a record of ``RESULT``
 
-    Returns (begin, end): points[begin:end] is the record.
+    Returns (begin, end): ``arrays.points[begin:end]`` is the record.
     """
-    tally, spare = tallies[0], tallies[1]
-    for column in range(COLUMNS):
-        answer[column] = math.nan
-    points[0, 0], points[0, 1] = theta, w
+    transient, max_events = settings.transient, settings.max_events
+    clear(result)
+    arrays.points[0, ANGLE], arrays.points[0, VELOCITY] = angle, velocity
     # A plain 0 would be a type of its own, and all that it reaches be compiled once more.
-    state = (np.int64(0), 0.0, theta, w)
-    verdict = (UNDECIDED, 0, math.nan, math.nan, math.nan, math.nan)
-    judged, settling = 0, math.nan
+    state = State(np.int64(0), 0.0, angle, velocity)
+    verdict = Verdict(MotionClass.UNDECIDED, np.int64(0), math.nan, math.nan, math.nan, math.nan)
     if transient >= 0:
-        outcome, period, t, theta, w, events, _, _ = run(
-            *problem, *state, transient, 0.0, max_events, log[:0], points[1 : transient + 1]
-        )
-        state = (period, t, theta, w)
+        returns = arrays.points[1 : transient + 1]
+        found = run(problem, state, Instant(transient, 0.0), max_events, arrays.log[:0], returns)
+        outcome, state, result.events = found.outcome, found.state, found.events
     else:
-        outcome, state, events, verdict, judged, settling = _settle(
-            problem, state, limit, max_events, log, points, growth, tally, spare
-        )
-
-    begin = state[0]
-    logdet, ranked = 0.0, True
-    if outcome == COMPLETED:
-        count.clear(tally)
-        outcome, state, more, _, logdet, ranked, _ = _advance(
-            problem, state, begin + periods, max_events - events, log, points, tally,
-            _fresh(_weight(problem)), growth, begin,
-        )  # fmt: skip
-        events += more
-    answer[OUTCOME], answer[EVENTS] = outcome, events
-    answer[FINAL_THETA], answer[FINAL_W] = state[2], state[3]
-    answer[TRANSIENT], answer[JUDGED] = begin, judged
-    answer[SLIDING_DAMPING] = _sliding_damping(problem)
-    if outcome != COMPLETED:
-        answer[CLASS], answer[ORDER] = UNDECIDED, 0.0
-        if outcome == DIVERGED:
-            answer[CLASS] = RUNAWAY
-        elif outcome == NO_SLIDING:
-            answer[CLASS] = LOCKED
-        return begin, state[0] + 1 if state[0] > begin else begin
-
-    if transient >= 0:
-        answer[JUDGED] = periods
-        verdict = _window_verdict(
-            problem, state, begin, max_events, log, points, growth, tally, spare, logdet, ranked
-        )
-    elif verdict[0] == AT_REST or verdict[1] > 0:
-        # Of the orbit, or the rest, as it is in the end.
-        order = max(verdict[1], 1)
-        first, second = _monodromy(problem, state, order, max_events, log, points, growth, spare)
-        if verdict[1] > 0:
-            verdict = (verdict[0], order, verdict[2], first / order, 0.0, second / order)
-    _report(problem, verdict, tally, spare, periods, answer)
-    answer[SETTLING] = settling
-    return begin, begin + periods + 1
+        outcome, state, verdict = _settle(problem, state, settings, arrays, result)
+    begin = state.period
+    result.transient = begin
+    result.sliding_damping = _sliding_damping(problem)
+    if outcome == Outcome.COMPLETED:
+        last = begin + settings.recorded
+        there = _record(problem, state, last, max_events - result.events, arrays)
+        outcome, state = there.outcome, there.state
+        result.events += there.events
+        if outcome == Outcome.COMPLETED and transient >= 0:
+            result.judged = settings.recorded
+            verdict = _judge(problem, there, begin, max_events, arrays)
+        elif outcome == Outcome.COMPLETED and (
+            verdict.motion == MotionClass.AT_REST or verdict.order > 0
+        ):
+            # Of the orbit, or the rest, as it is in the end.
+            order = max(verdict.order, 1)
+            first, second = _orbit(problem, state, order, max_events, arrays)
+            if verdict.order > 0:
+                verdict = Verdict(
+                    verdict.motion, order, verdict.return_distance, first / order, 0.0,
+                    second / order,
+                )  # fmt: skip
+    result.final_angle, result.final_velocity = state.angle, state.velocity
+    report_end(result, outcome)
+    if outcome != Outcome.COMPLETED:
+        result.settling = math.nan
+        return begin, state.period + 1 if state.period > begin else begin
+    report(result, verdict, return_time(problem.torque))
+    _report_sums(problem, verdict, settings.recorded, arrays, result)
+    return begin, begin + settings.recorded + 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any, Literal
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol
@@ -157,37 +157,21 @@ def motion(
         "max_steps": max_steps,
     }
     wanted = protocol(periods, transient, limit, **limits)
-    from wedgebrake.analysis.classify_run import judge
+    from wedgebrake.analysis.classify_run import classify_run
 
-    answer, _ = interruptible(lambda: judge(system, state, chosen, wanted))
-    return from_answer(answer)
+    result, _ = interruptible(lambda: classify_run(system, state, chosen, wanted))
+    return from_result(result)
 
 
-def from_answer(answer: Any) -> Motion:
-    """A ``Motion`` from the columns of ``wedgebrake.analysis.evaluate_point``."""
-    from wedgebrake.analysis import evaluate_point
-    from wedgebrake.analysis.classes import MotionClass, StickClass
+def from_result(result: Any) -> Motion:
+    """A ``Motion`` from a record of ``wedgebrake.analysis.evaluate_point.RESULT``."""
+    from wedgebrake.dynamics.enums import MotionClass, StickClass
     from wedgebrake.solvers.status import Status
 
-    def value(column: int) -> float:
-        return float(answer[column])
-
-    sticking = answer[evaluate_point.STICK_CLASS]
-    return Motion(
-        kind=MotionClass(int(answer[evaluate_point.CLASS])).word,
-        order=int(answer[evaluate_point.ORDER]),
-        stick_class=StickClass(-1 if math.isnan(sticking) else int(sticking)).word,
-        status=Status.of(int(answer[evaluate_point.OUTCOME])).value,
-        transient=int(answer[evaluate_point.TRANSIENT]),
-        settling=value(evaluate_point.SETTLING),
-        judged=int(answer[evaluate_point.JUDGED]),
-        return_distance=value(evaluate_point.RETURN_DISTANCE),
-        largest_exponent=value(evaluate_point.LARGEST_EXPONENT),
-        second_exponent=value(evaluate_point.SECOND_EXPONENT),
-        exponent_error=value(evaluate_point.EXPONENT_ERROR),
-        sticks_forward=value(evaluate_point.STICKS_FORWARD),
-        sticks_backward=value(evaluate_point.STICKS_BACKWARD),
-        stick_share=value(evaluate_point.STICK_SHARE),
-        peak_torque=value(evaluate_point.PEAK_TORQUE),
-        friction_power=value(evaluate_point.FRICTION_POWER),
-    )
+    words: dict[str, Any] = {
+        "kind": MotionClass(result["motion"]).word,
+        "stick_class": StickClass(result["stick_class"]).word,
+        "status": Status.of(result["outcome"]).value,
+    }
+    numbers = {one.name: result[one.name].item() for one in fields(Motion) if one.name not in words}
+    return Motion(**words, **numbers)

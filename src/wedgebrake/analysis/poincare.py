@@ -1,4 +1,4 @@
-"""The Poincare section: the state once in every period of the torque."""
+"""Poincare section: the state once in every period of the torque."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from wedgebrake.solvers.simulate import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-# As many points as a simulation gives samples.
+# Largest number of points, equal to that of samples of a simulation.
 _MOST = 50_000_000
-# What the section itself decides, and the argument to use instead.
+# Options of ``simulate`` that the section sets, and the arguments to use instead.
 _DECIDED = {
     "duration": "periods",
     "times": "periods, transient and section_time",
@@ -36,7 +36,7 @@ def poincare(
     method: str | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """The states at t = section_time + n / f_e for n = transient, ..., periods.
+    """Return the states at t = section_time + n / f_e for n = transient, ..., periods.
 
     The state is computed at these times, not interpolated from samples. The paper's own
     section, t = 20 s + n / f_e up to 25 s, is ``section_time=20.0, transient=0,
@@ -45,7 +45,7 @@ def poincare(
     Parameters
     ----------
     system : BrakedDriveline
-        What moves.
+        System to simulate.
     periods : int
         Number n of the last point, at least 0.
     transient : int
@@ -104,7 +104,7 @@ def poincare(
 def _section(
     response: xr.Dataset, numbers: np.ndarray, section_time: float, phase: float
 ) -> xr.Dataset:
-    """The samples of the response, numbered by period."""
+    """Return the samples of the response, numbered by period."""
     import xarray as xr
 
     reached = numbers[: response.sizes["time"]]

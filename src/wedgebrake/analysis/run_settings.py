@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.validation import check_whole
 from wedgebrake.solvers.simulate import check_limits
+
+if TYPE_CHECKING:
+    from wedgebrake.analysis.evaluate_point import Settings
 
 AUTO: Literal["auto"] = "auto"
 # What the paper does: 25 s of which the first 20 s are left out, about 250 and 200 periods.
@@ -44,6 +47,14 @@ class Protocol:
     def first(self) -> int:
         """Number of the first recorded period, counted from the settled motion with "auto"."""
         return 0 if self.transient == AUTO else self.transient
+
+    @property
+    def settings(self) -> Settings:
+        """The numbers that the exact kernel takes."""
+        from wedgebrake.analysis.evaluate_point import Settings
+
+        transient = -1 if self.automatic else self.first
+        return Settings(transient, self.recorded, self.limit, self.max_events)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values."""

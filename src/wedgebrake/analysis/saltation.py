@@ -12,132 +12,107 @@ breakpoint    none: the torque is continuous there
 """
 
 import math
+from typing import NamedTuple
 
-from wedgebrake.dynamics.enums import REVERSAL, SLIP, STICK
+from wedgebrake.dynamics.deviations import Deviations, larger_norm, scaled, through_piece
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.dynamics.harmonic import phase_at
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import G2, acceleration, impulse
-from wedgebrake.solvers.event_driven.trajectory import (
-    LOG_KIND,
-    LOG_PERIOD,
-    LOG_PIECE,
-    LOG_SIDE,
-    LOG_THETA,
-    LOG_TIME,
-    LOG_W,
-    REST,
-)
-
-# Logarithm of a growth or decay that doubles hold with room to spare.
-_REACH = 300.0
+from wedgebrake.dynamics.linear_flow import acceleration, forcing_of
+from wedgebrake.dynamics.problem import angle_weight, slip_acceleration, torque_rate_at_rest
+from wedgebrake.dynamics.section import return_time
+from wedgebrake.dynamics.segment_log import REST, duration
 
 
-@compiled
-def split(problem):
-    """The arguments of ``exact.run`` as (plant, laws): what ``carry`` and the tally take."""
-    inertia, damping, stiffness, amplitude, omega, _, offsets, table, _, lower, upper, rest, _ = (
-        problem
-    )
-    return (inertia, damping, stiffness, amplitude, omega, rest), (offsets, table, lower, upper)
+class Variation(NamedTuple):
+    """Derivative of a flow on two deviations.
+
+    log_determinant : logarithm of the growth of areas in slip
+    full_rank       : no stick has reduced the rank
+    log_scale       : logarithm of the factor by which both deviations are to be multiplied
+    """
+
+    deviations: Deviations
+    log_determinant: float
+    full_rank: bool
+    log_scale: float
 
 
 @compiled
-def _jump(plant, laws, before, after, kind):
+def _jump(problem, forcing, before, after):
     """(factor of y, factor of x in y) by which an event changes a deviation.
 
-    before : piece that ends;  after : row of the log that tells the event
+    before : mode that ends;  after : row of the log that tells the event
     """
-    inertia, damping, stiffness, amplitude, omega, w_rest = plant
-    offsets, table, lower, upper = laws
-    w2, f = stiffness / inertia, amplitude / inertia
-    piece = int(after[LOG_PIECE])
-    phase = omega * after[LOG_TIME]
-    if kind == STICK:
+    driveline, brake = problem.driveline, problem.brake
+    phase = phase_at(forcing, after.time)
+    if after.kind == EventKind.STICK:
         return 0.0, 0.0
-    if kind == REVERSAL:
-        sine = math.sin(phase)
-        theta, w = after[LOG_THETA], after[LOG_W]
-        a0 = acceleration(table[before], w2, f, theta, w, sine)
-        a1 = acceleration(table[piece], w2, f, theta, w, sine)
+    if after.kind == EventKind.REVERSAL:
+        theta, w = after.angle, after.velocity
+        a0 = acceleration(brake.pieces[before], forcing, theta, w, phase)
+        a1 = acceleration(brake.pieces[after.mode], forcing, theta, w, phase)
         return a1 / a0 if a0 != 0.0 else 0.0, 0.0
-    if kind == SLIP and before == REST:
-        limit = upper if after[LOG_SIDE] > 0.0 else lower
-        slope = table[piece, G2] * inertia - damping
-        a = (limit - offsets[piece] - slope * w_rest) / inertia
-        rate = amplitude * omega * math.cos(phase) - stiffness * w_rest
+    if after.kind == EventKind.SLIP and before == REST:
+        limit = brake.upper if after.side > 0.0 else brake.lower
+        a = slip_acceleration(driveline, brake.pieces[after.mode], limit)
+        rate = torque_rate_at_rest(driveline, problem.torque, phase)
         # A rest that ends where the torque only touches the limit has no derivative.
-        return 0.0, -a * stiffness / rate if rate != 0.0 else 0.0
+        return 0.0, -a * driveline.stiffness / rate if rate != 0.0 else 0.0
     return 1.0, 0.0
 
 
 @compiled
-def carry(plant, laws, log, rows, x1, y1, x2, y2, growth, first):
-    """Carry two deviations along the first ``rows`` rows of a log.
+def propagate(problem, log, rows, deviations, growth, first):
+    """Propagate two deviations along the first ``rows`` rows of a log.
 
-    plant  : (inertia, damping, stiffness, amplitude, omega, w_rest)
-    laws   : (offsets, table, lower, upper), as for ``exact.run``
-    growth : (n,) receives, for each period that ends, the logarithm by which the first
-             deviation has grown since the last one (the norm weighs the angle with the
-             natural frequency, or with omega without a spring); the deviation is then
-             scaled back.
+    growth : (n,) receives, for each return, the logarithm by which the first deviation has
+             grown since the last one (the norm weighs the angle, see ``angle_weight``); the
+             deviation is then scaled back. Empty: both are scaled together, so that nothing
+             vanishes.
     first  : period number that growth[0] belongs to
 
-    Returns (x1, y1, x2, y2, logdet, ranked, scale): logdet the logarithm of the area's growth
-    in slip, ranked whether no stick has reduced the rank, scale the logarithm by which both
-    deviations are to be multiplied: without room for a growth they are scaled together, so
-    that nothing vanishes.
+    Returns a ``Variation``.
     """
-    inertia, _, stiffness, _, omega, _ = plant
-    table, lower, upper = laws[1], laws[2], laws[3]
+    forcing = forcing_of(problem.driveline, problem.torque)
     # A brake that holds nothing at rest is no brake there: nothing jumps.
-    holds = upper > lower
-    w2 = stiffness / inertia
-    length = 2.0 * math.pi / omega
-    weight = math.sqrt(w2) if w2 > 0.0 else omega
-    logdet, ranked, scale = 0.0, True, 0.0
+    holds = problem.brake.upper > problem.brake.lower
+    interval = return_time(problem.torque)
+    weight = angle_weight(problem.driveline, problem.torque)
+    determinant, full_rank, scale = 0.0, True, 0.0
     for i in range(rows - 1):
-        after = log[i + 1]
-        piece = int(log[i, LOG_PIECE])
-        if piece == REST:
+        before, after = log[i], log[i + 1]
+        if before.mode == REST:
             if holds:
-                y1 = y2 = 0.0
-                ranked = False
+                deviations = Deviations(deviations.angle1, 0.0, deviations.angle2, 0.0)
+                full_rank = False
         else:
-            tau = (after[LOG_PERIOD] - log[i, LOG_PERIOD]) * length
-            tau += after[LOG_TIME] - log[i, LOG_TIME]
-            g2 = table[piece, G2]
-            # In parts where it shrinks or grows so much that a double would not hold it.
-            parts = 1 + int(abs(g2) * tau / _REACH)
-            h, rate = impulse(table[piece], w2, tau / parts)
-            top = rate + g2 * h
-            for _ in range(parts):
-                x1, y1 = top * x1 + h * y1, rate * y1 - w2 * h * x1
-                x2, y2 = top * x2 + h * y2, rate * y2 - w2 * h * x2
-                if parts > 1:
-                    norm = max(math.hypot(weight * x1, y1), math.hypot(weight * x2, y2))
-                    if norm > 0.0:
-                        x1, y1, x2, y2 = x1 / norm, y1 / norm, x2 / norm, y2 / norm
-                        scale += math.log(norm)
-            logdet -= g2 * tau
-        kind = int(after[LOG_KIND])
-        if holds and kind in (STICK, REVERSAL, SLIP):
-            own, mixed = _jump(plant, laws, piece, after, kind)
-            y1, y2 = own * y1 + mixed * x1, own * y2 + mixed * x2
-            if kind == REVERSAL and own > 0.0:
-                logdet += math.log(own)
-            elif kind != SLIP:
-                ranked = False
-        if growth.size == 0 and after[LOG_PERIOD] > log[i, LOG_PERIOD]:
-            norm = max(math.hypot(weight * x1, y1), math.hypot(weight * x2, y2))
-            if norm > 0.0:
-                x1, y1, x2, y2 = x1 / norm, y1 / norm, x2 / norm, y2 / norm
-                scale += math.log(norm)
-        index = int(after[LOG_PERIOD]) - first - 1
-        if 0 <= index < growth.size and after[LOG_PERIOD] > log[i, LOG_PERIOD]:
+            piece, tau = problem.brake.pieces[before.mode], duration(before, after, interval)
+            deviations, grown = through_piece(piece, tau, weight, deviations)
+            scale += grown
+            determinant -= piece.damping * tau
+        kind = after.kind
+        if holds and EventKind.STICK <= kind <= EventKind.REVERSAL:
+            own, mixed = _jump(problem, forcing, before.mode, after)
+            x1, y1, x2, y2 = deviations
+            deviations = Deviations(x1, own * y1 + mixed * x1, x2, own * y2 + mixed * x2)
+            if kind == EventKind.REVERSAL and own > 0.0:
+                determinant += math.log(own)
+            elif kind != EventKind.SLIP:
+                full_rank = False
+        if after.period == before.period:
+            continue
+        if growth.size == 0:
+            deviations, grown = scaled(deviations, larger_norm(deviations, weight))
+            scale += grown
+        index = after.period - first - 1
+        if 0 <= index < growth.size:
+            x1, y1, x2, y2 = deviations
             norm = math.hypot(weight * x1, y1)
             growth[index] = math.log(norm) + scale if norm > 0.0 else -math.inf
             scale = 0.0
             if norm > 0.0:
-                x1, y1 = x1 / norm, y1 / norm
+                deviations = Deviations(x1 / norm, y1 / norm, x2, y2)
             else:
-                x1, y1 = 1.0 / weight, 0.0
-    return x1, y1, x2, y2, logdet, ranked, scale
+                deviations = Deviations(1.0 / weight, 0.0, x2, y2)
+    return Variation(deviations, determinant, full_rank, scale)

@@ -1,4 +1,4 @@
-"""The lines of an amplitude spectrum, and what they are in terms of the known frequencies."""
+"""Lines of an amplitude spectrum, named by the known frequencies."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# The window's transform is that of at most so many samples: in bins, a longer window has the
-# same to a millionth. For leakage it is tabulated, so finely within a bin.
+# Largest number of samples for the window's transform: that of a longer window differs by less
+# than 1e-6 when expressed in bins. For leakage it is tabulated at so many points within a bin.
 _LONGEST, _FINE = 4096, 32
-# A peak counts if it is so many times what stronger lines leak into its bin.
+# A peak counts if it exceeds the leakage of stronger lines into its bin by this factor.
 _CLEAR = 2.0
-# What is below this share of the largest value is rounding.
+# Values below this fraction of the largest one are rounding.
 _ROUNDING = 1e-12
 _MOST_LINES = 10**9
 # Fractions p/q of f_e are tried up to this q.
@@ -38,7 +38,7 @@ _SPEC = {
     "numerator": ("1", "p, where the frequency is p/q f_e; else 0"),
     "denominator": ("1", "q, where the frequency is p/q f_e; else 0"),
     "natural": ("1", "s, where the frequency is a f_e + s f_n with a whole number a; else 0"),
-    "label": ("1", "what the line is"),
+    "label": ("1", "name of the line"),
 }
 
 
@@ -51,14 +51,14 @@ class _Names(NamedTuple):
 
 
 def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -> xr.Dataset:
-    """The lines of a spectrum, strongest first, each with its name.
+    """Return the lines of a spectrum with their names, strongest first.
 
-    A line is a peak that stands out of what the window leaks from stronger lines. Its
+    A line is a peak that exceeds the leakage of stronger lines through the window. Its
     frequency and amplitude are interpolated: the ratio of the highest bin to the higher of
     its neighbours gives the distance from the bin, by the transform of the window itself
     (for "hann" in closed form 2 - 3/(1 + ratio), Grandke 1983), and that the amplitude. It is
     exact for a line alone; two lines closer than the main lobe (4 bins of "hann") are not
-    told apart.
+    separated.
 
     Names, with the tolerance of half the resolution (docs/theory.md, section 10):
 
@@ -121,7 +121,7 @@ def _check(spectrum: Any, count: Any, floor: Any) -> None:
 
 
 def _peaks(spectrum: xr.Dataset, count: int, floor: float) -> tuple[FloatArray, FloatArray]:
-    """(frequencies in bins, amplitudes) of the lines, strongest first."""
+    """Return frequencies in bins and amplitudes of the lines, strongest first."""
     n = int(spectrum.attrs["samples"])
     window = _Window(str(spectrum.attrs["window"]), n)
     # As in the two-sided spectrum, where the window's transform is the same at every line.
@@ -150,7 +150,7 @@ def _peaks(spectrum: xr.Dataset, count: int, floor: float) -> tuple[FloatArray, 
 
 
 class _Window:
-    """|Transform| of a window of n samples over the distance in bins, 1 at 0."""
+    """Magnitude of the transform of a window of n samples over the distance in bins, 1 at 0."""
 
     def __init__(self, window: str, n: int) -> None:
         try:
@@ -163,16 +163,16 @@ class _Window:
         self.table = np.abs(np.fft.rfft(self.weights, _FINE * size))
 
     def at(self, distance: float) -> float:
-        """The transform at a distance in bins."""
+        """Return the transform at a distance in bins."""
         turns = distance / self.weights.size * np.arange(self.weights.size)
         return float(abs(self.weights @ np.exp(-2j * np.pi * turns)))
 
     def leak(self, distance: FloatArray) -> FloatArray:
-        """The same at many distances, from the table."""
+        """Interpolate the transform at many distances from the table."""
         return np.interp(distance * _FINE, np.arange(self.table.size), self.table)
 
     def distance(self, ratio: float) -> float:
-        """Distance of a line from the highest bin, whose neighbour is ``ratio`` times as high."""
+        """Return the distance of a line from the highest bin, given the ratio of its neighbour."""
         from scipy.optimize import brentq
 
         if ratio <= self.at(1.0) or ratio >= 1.0:
@@ -181,7 +181,7 @@ class _Window:
 
 
 def _interpolated(height: FloatArray, k: int, window: _Window) -> tuple[float, float]:
-    """(place in bins, height) of the line whose highest bin is ``k``."""
+    """Return the position in bins and the height of the line whose highest bin is ``k``."""
     if k in (0, height.size - 1):
         return float(k), float(height[k])
     left, right = height[k - 1], height[k + 1]
@@ -193,7 +193,7 @@ def _interpolated(height: FloatArray, k: int, window: _Window) -> tuple[float, f
 def _dataset(
     spectrum: xr.Dataset, found: FloatArray, amplitudes: FloatArray, names: _Names, floor: float
 ) -> xr.Dataset:
-    """The lines as a labelled dataset."""
+    """Return the lines as a labelled dataset."""
     import xarray as xr
 
     described = [_describe(float(f), names) for f in found]
@@ -216,7 +216,7 @@ def _dataset(
 
 
 class _Line(NamedTuple):
-    """What a line is; the fields are those of the dataset."""
+    """Description of a line; the fields are variables of the dataset."""
 
     order: float
     multiple: int
@@ -239,7 +239,7 @@ _TYPES: dict[str, Any] = {
 
 
 def _describe(f: float, names: _Names) -> _Line:
-    """What a line at a frequency [Hz] is."""
+    """Describe a line at a frequency [Hz]."""
     forcing, tolerance = names.forcing, names.tolerance
     if forcing <= 0.0:
         free = names.natural > 0.0 and abs(f - names.natural) <= tolerance
@@ -269,7 +269,7 @@ def _describe(f: float, names: _Names) -> _Line:
 
 
 def _fraction(order: float, tolerance: float) -> tuple[int, int]:
-    """(p, q) of the fraction with the smallest q that agrees with an order; (0, 0): none."""
+    """Return (p, q) of the fraction with the smallest q that equals an order, or (0, 0)."""
     for q in range(1, _LARGEST_Q + 1):
         p = round(order * q)
         allowed = tolerance if q == 1 else min(tolerance, 0.125 / q**2)
@@ -279,7 +279,7 @@ def _fraction(order: float, tolerance: float) -> tuple[int, int]:
 
 
 def _side_band(f: float, names: _Names) -> tuple[int, int]:
-    """(s, a) where f = a f_e + s f_n; s = 0: it is not."""
+    """Return (s, a) such that f = a f_e + s f_n, with s = 0 if there is none."""
     forcing, natural, tolerance = names
     if natural > 0.0:
         for side in (1, -1):
@@ -300,6 +300,6 @@ def _times(number: int, symbol: str) -> str:
 
 
 def _hertz(f: float, names: _Names) -> str:
-    """A frequency to a tenth of the tolerance [Hz]."""
+    """Format a frequency [Hz] to a tenth of the tolerance."""
     digits = max(0, math.ceil(-math.log10(0.1 * names.tolerance)))
     return f"{f:.{digits}f} Hz"

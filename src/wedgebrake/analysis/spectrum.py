@@ -119,9 +119,9 @@ def spectrum(
 
 
 def window_weights(window: str | tuple[Any, ...], n: int) -> FloatArray:
-    """The n >= 2 weights of a window of ``scipy.signal.windows``, for use with the FFT.
+    """Return the n >= 2 weights of a window of ``scipy.signal.windows``, for use with the FFT.
 
-    Raises ``ValueError`` or ``TypeError`` for what is no window.
+    Raises ``ValueError`` or ``TypeError`` for anything that is not a window.
     """
     if window == "hann":  # the usual one, without the half second that scipy.signal takes to load
         return 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1)[:-1])
@@ -135,9 +135,9 @@ def window_weights(window: str | tuple[Any, ...], n: int) -> FloatArray:
 
 
 def frequencies(response: xr.Dataset) -> dict[str, float]:
-    """forcing_frequency and natural_frequency [Hz] of a response; {} if it does not say.
+    """Return forcing_frequency and natural_frequency [Hz] of a response, {} if unknown.
 
-    Also of a torque that does not act: its period counts periods and sections all the same.
+    A torque of amplitude 0 has a frequency too: periods and sections are counted with it.
     """
     try:
         tables = json.loads(response.attrs["system"])
@@ -152,7 +152,7 @@ def frequencies(response: xr.Dataset) -> dict[str, float]:
 
 
 def is_driven(response: xr.Dataset) -> bool:
-    """Whether a torque acts on what was simulated; True if the response does not say."""
+    """Return True if a torque acts on the simulated system, or if this is unknown."""
     try:
         return bool(json.loads(response.attrs["system"])["excitation"]["amplitude"] != 0.0)
     except (KeyError, TypeError, ValueError):
@@ -181,9 +181,9 @@ def _samples(
     inside = (times >= low - slack) & (times <= high + slack)
     if np.count_nonzero(inside) < 2:
         raise InputError(
-            f"start = {start!r}, stop = {stop!r}: {np.count_nonzero(inside)} samples between"
-            f" {low:g} s and {high:g} s, but a spectrum needs at least 2. The response has"
-            f" {times.size} from {first:g} s to {last:g} s. Choose a longer stretch."
+            f"start = {start!r}, stop = {stop!r}: this window contains"
+            f" {np.count_nonzero(inside)} samples, but a spectrum needs at least 2. The response"
+            f" has {times.size} from {first:g} s to {last:g} s. Choose a longer window."
         )
     times, values = times[inside], values[inside]
     if not np.all(np.isfinite(values)):

@@ -1,4 +1,4 @@
-"""Sticks: the intervals of rest relative to the brake, and the class of stick-slip."""
+"""Sticks, the intervals of rest relative to the brake, and the class of stick-slip."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BIDIRECTIONAL = "bidirectional stick-slip"
 
 # The paper simulates 25 s and takes the last 5 s as the steady motion (its section 4).
 STEADY_SHARE = 0.2
-# Slip for less than this share of a window is rounding.
+# Slip for less than this fraction of a window is rounding.
 _NO_SLIP = 1e-12
 
 _SPEC = {
@@ -34,10 +34,10 @@ _SPEC = {
 
 
 def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
-    """The sticks of a response, those that reach past ``start``.
+    """Return the sticks of a response that end after ``start``.
 
-    Of "exact" responses they are exact. Of "smooth" and "ode14x" ones, where velocity
-    never rests, they are the times inside the steep layer of the friction law.
+    They are exact for "exact" responses. With "smooth" and "ode14x", whose velocity never
+    rests, they are the intervals inside the steep layer of the friction law.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
 
 
 def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
-    """The class of the motion from ``start`` on (docs/theory.md, section 6).
+    """Return the class of stick-slip from ``start`` on (docs/theory.md, section 6).
 
     "at rest"                   : no slip at all
     "non-stick-slip"            : no stick is entered
@@ -116,7 +116,7 @@ def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
 
 
 def span(response: xr.Dataset) -> tuple[float, float]:
-    """(first, last) time that the response covers [s], also where it was not sampled."""
+    """Return the first and last time of a response [s], whether sampled or not."""
     if "stick_start" not in getattr(response, "data_vars", {}):
         raise InputError(
             f"response = {type(response).__name__}: must be a dataset with stick_start,"
@@ -131,13 +131,13 @@ def span(response: xr.Dataset) -> tuple[float, float]:
 
 
 def steady_start(response: xr.Dataset) -> float:
-    """Beginning of the steady motion [s]: the last fifth of the response."""
+    """Return the start of the last fifth of a response [s], taken as its steady motion."""
     begin, end = span(response)
     return end - STEADY_SHARE * (end - begin)
 
 
 def inside(start: Any, begin: float, end: float) -> float:
-    """``start`` as a time of the response [s]; ``InputError`` if it is none."""
+    """Return ``start`` [s]; raise ``InputError`` if it is not a time of the response."""
     check_number("start", start, allowed=SECONDS)
     if not begin <= start <= end:
         raise InputError(
@@ -148,7 +148,7 @@ def inside(start: Any, begin: float, end: float) -> float:
 
 
 def _window(response: xr.Dataset, low: float, end: float) -> dict[str, Any]:
-    """The sticks with a part between low and end."""
+    """Sticks that overlap the window between low and end."""
     starts = response["stick_start"].to_numpy()
     ends = response["stick_end"].to_numpy()
     part = (starts <= end) & ((ends > low) | (starts >= low) | (ends >= end))
@@ -162,7 +162,7 @@ def _window(response: xr.Dataset, low: float, end: float) -> dict[str, Any]:
 
 
 def _share(data: dict[str, Any], low: float, end: float) -> float:
-    """Share of the time between low and end spent at rest."""
+    """Fraction of the time between low and end at rest."""
     if end <= low:
         return float(data["start"].size > 0)
     rest = np.minimum(data["end"], end) - np.maximum(data["start"], low)

@@ -49,9 +49,7 @@ class ResponseSystem:
 
     def force(self, speed: FloatArray) -> FloatArray:
         """Actuation force [N] at sliding velocities [rad/s] (eq. 3)."""
-        given = self.actuation
-        value = given.initial_force + given.slope * np.abs(speed)
-        return np.maximum(value, 0.0) if given.release else value
+        return np.asarray(np.vectorize(self.actuation.force, otypes=[float])(speed))
 
 
 def system_from_response(response: xr.Dataset) -> ResponseSystem:

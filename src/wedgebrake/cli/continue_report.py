@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.classes import MotionClass, motion_word
 from wedgebrake.cli.continue_command import Order, Outcome
 from wedgebrake.cli.writing import header
 from wedgebrake.continuation.bifurcation_types import Kind
 from wedgebrake.continuation.diagram import Followed
 from wedgebrake.continuation.point import BranchPoint
 from wedgebrake.continuation.stability_intervals import stretches
+from wedgebrake.dynamics.enums import MotionClass, motion_word
 
 if TYPE_CHECKING:
     import xarray as xr

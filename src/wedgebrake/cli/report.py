@@ -19,7 +19,7 @@ from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK
+from wedgebrake.solvers.log_reader import SHORTEST_STICK
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,7 +102,7 @@ def simulated(study: Study) -> tuple[xr.Dataset, dict[str, Any]]:
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
     """The data that ``simulate --json`` prints."""
     from wedgebrake.analysis.sticking import steady_start, sticks
-    from wedgebrake.solvers.solution import EventKind
+    from wedgebrake.dynamics.enums import EventKind
 
     steady_from = steady_start(response)
     steady = sticks(response, steady_from)

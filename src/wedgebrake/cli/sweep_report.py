@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.classes import MotionClass, StickClass, motion_word
 from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.cli.sweep_command import Outcome
 from wedgebrake.cli.writing import versions
+from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
 from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.results import PointStatus

@@ -6,10 +6,13 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.analysis import saltation
 from wedgebrake.continuation.equations import FloatArray, NoOrbitError
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.problem import Instant, State
+from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.solvers.event_driven import trajectory
 
 # Rows of the log for each period that is asked for, at first.
@@ -21,7 +24,7 @@ _NO_POINTS = np.empty((0, 2))
 class Run(NamedTuple):
     """A run of some periods from phase 0: its log, where it ends, and the derivative of that."""
 
-    log: FloatArray
+    log: NDArray[np.record]
     end: FloatArray
     matrix: FloatArray
 
@@ -30,17 +33,15 @@ def run(problem: Any, state: FloatArray, periods: int) -> Run:
     """The run from (angle, velocity); raises ``NoOrbitError`` where it does not last."""
     rows = 16 + _ROWS * periods
     while True:
-        log = trajectory.empty_log(rows)
-        outcome, _, _, angle, velocity, _, used, _ = trajectory.run(
-            *problem, 0, 0.0, state[0], state[1], periods, 0.0, _MOST_EVENTS, log, _NO_POINTS
-        )
-        if outcome != enums.LOG_FULL:
+        log, start = empty_log(rows), State(0, 0.0, state[0], state[1])
+        found = trajectory.run(problem, start, Instant(periods, 0.0), _MOST_EVENTS, log, _NO_POINTS)
+        if found.outcome != Outcome.LOG_FULL:
             break
         rows *= 4
-    if outcome != enums.COMPLETED:
+    if found.outcome != Outcome.COMPLETED:
         raise NoOrbitError
-    x1, y1, x2, y2, _, _, scale = saltation.carry(
-        *saltation.split(problem), log, used, 1.0, 0.0, 0.0, 1.0, np.empty(0), 0
-    )
-    matrix = math.exp(min(scale, 700.0)) * np.array([[x1, x2], [y1, y2]])
-    return Run(log[:used], np.array([angle, velocity]), matrix)
+    identity = saltation.Deviations(1.0, 0.0, 0.0, 1.0)
+    there = saltation.propagate(problem, log, found.rows, identity, np.empty(0), 0)
+    x1, y1, x2, y2 = there.deviations
+    matrix = math.exp(min(there.log_scale, 700.0)) * np.array([[x1, x2], [y1, y2]])
+    return Run(log[: found.rows], np.array([found.state.angle, found.state.velocity]), matrix)

@@ -50,7 +50,7 @@ class Family:
         if self.method == "exact":
             from wedgebrake.solvers.event_driven.solve import problem
 
-            return tuple(problem(system))
-        from wedgebrake.solvers.smooth.solve import problem as smooth_problem
+            return problem(system)
+        from wedgebrake.solvers.smooth.assemble import problem as smooth_problem
 
         return smooth_problem(system, self.rtol, any_law=True)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis import accumulators, saltation
+from wedgebrake.analysis import accumulators
 from wedgebrake.continuation import segment_bvp_kernel as kernel
 from wedgebrake.continuation.equations import FloatArray, Measures, NoOrbitError
 from wedgebrake.continuation.flow import run
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.event_driven import trajectory
 
 # An orbit returns to this share of its size, times what a deviation has grown.
 _RETURNED = 1e-8
@@ -44,7 +44,7 @@ class Chain:
         every = sequence + tuple(-code for code in sequence) if half else sequence
         self.every: Codes = every
         self._every: NDArray[np.int64] = np.array(every, dtype=np.int64)
-        self._log = trajectory.empty_log(len(every) + order + 2)
+        self._log = empty_log(len(every) + order + 2)
 
     @property
     def size(self) -> int:
@@ -84,7 +84,7 @@ class Chain:
         """A radian of phase (at a mark the velocity), and the angle, of the orbit's size."""
         slowest, fastest, least, greatest = self._extremes(unknowns, problem)
         angle, velocity = max(abs(least), abs(greatest)), max(abs(slowest), abs(fastest))
-        omega = problem[4]
+        omega = problem.torque.angular_frequency
         scales = np.empty(self.size)
         scales[0::2] = 1.0
         scales[1::2] = max(angle, _SMALL * velocity / omega) or 1.0
@@ -127,38 +127,35 @@ class Chain:
         kernel.margins(problem, self._every, self.order, self._all(unknowns), out)
         return out[: len(self.codes)]
 
-    def log(self, unknowns: FloatArray, problem: Any) -> FloatArray:
-        """The orbit as the exact solver logs it, (rows, trajectory.LOG_COLUMNS)."""
+    def log(self, unknowns: FloatArray, problem: Any) -> NDArray[np.record]:
+        """The orbit as the exact solver logs it, (rows, SEGMENT)."""
         rows = kernel.write(problem, self._every, self.order, self._all(unknowns), self._log)
         return self._log[:rows]
 
     def points(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """Poincare points at t = 0, T, ..."""
         log = self.log(unknowns, problem)
-        starts = log[log[:, trajectory.LOG_KIND] == enums.PERIOD][: self.order]
+        starts = log[log["kind"] == EventKind.RETURN][: self.order]
         points = np.empty((self.order, 2))
-        places = starts[:, trajectory.LOG_PERIOD].astype(np.int64) % self.order
-        points[places] = starts[:, [trajectory.LOG_THETA, trajectory.LOG_W]]
+        points[starts["period"] % self.order] = np.column_stack(
+            (starts["angle"], starts["velocity"])
+        )
         return points
 
     def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
         """What the orbit does."""
         log = self.log(unknowns, problem)
-        sums = np.zeros(accumulators.ENTRIES)
-        accumulators.clear(sums)
-        accumulators.add(*saltation.split(problem), log, log.shape[0], sums)
+        sums = accumulators.sums_of(problem, log)
         events = sum(not self.is_mark(i) for i in range(len(self.every)))
         slowest, fastest, least, greatest = self._extremes(unknowns, problem)
         return Measures(
             velocity_amplitude=0.5 * float(fastest - slowest),
             angle_amplitude=0.5 * float(greatest - least),
-            stick_share=float(sums[accumulators.REST_TIME])
-            * system.excitation.frequency
-            / self.order,
-            sticks_forward=float(sums[accumulators.STICKS_FORWARD]) / self.order,
-            sticks_backward=float(sums[accumulators.STICKS_BACKWARD]) / self.order,
+            stick_share=float(sums["rest_time"]) * system.excitation.frequency / self.order,
+            sticks_forward=float(sums["sticks_forward"]) / self.order,
+            sticks_backward=float(sums["sticks_backward"]) / self.order,
             events=events / self.order,
-            peak_torque=float(sums[accumulators.PEAK]),
+            peak_torque=float(sums["peak_torque"]),
         )
 
     def from_mirror(
@@ -197,32 +194,27 @@ def _sign(code: int) -> str:
     return ("+" if code > 0 else "-") + (str(further) if further else "")
 
 
-def from_log(log: FloatArray, problem: Any, order: int) -> tuple[Chain, FloatArray] | None:
+def from_log(log: NDArray[np.record], problem: Any, order: int) -> tuple[Chain, FloatArray] | None:
     """The chain of a run of ``order`` periods from phase 0, and its unknowns.
 
-    log : rows of ``trajectory.run``
+    log : segment log of the exact solver
 
     None where nothing moves relative to the brake: every angle that it holds is an equilibrium.
     """
-    omega, zero = problem[4], problem[8]
-    pieces = log[:, trajectory.LOG_PIECE].astype(np.int64)
+    omega, zero = problem.torque.angular_frequency, problem.brake.first_forward
+    pieces = log["mode"]
     signed = np.where(pieces >= zero, pieces - zero + 1, pieces - zero)
-    signed[pieces == trajectory.REST] = 0
-    kinds = log[:, trajectory.LOG_KIND].astype(np.int64)
+    signed[pieces == REST] = 0
+    kinds = log["kind"]
     if np.all(signed[:-1] == 0):
         return None
-    events = np.flatnonzero((kinds >= enums.STICK) & (kinds != enums.END))
+    events = np.flatnonzero((kinds >= EventKind.STICK) & (kinds < EventKind.END))
     if events.size == 0:
-        unknowns = log[0, [trajectory.LOG_W, trajectory.LOG_THETA]]
-        return Chain((int(signed[0]),), order), unknowns.copy()
+        unknowns = np.array([log["velocity"][0], log["angle"][0]])
+        return Chain((int(signed[0]),), order), unknowns
     sequence = tuple(int(code) for code in signed[events])
-    phases = (
-        2.0 * math.pi * log[events, trajectory.LOG_PERIOD]
-        + omega * log[events, trajectory.LOG_TIME]
-    )
-    return Chain(sequence, order), np.column_stack(
-        (phases, log[events, trajectory.LOG_THETA])
-    ).ravel()
+    phases = 2.0 * math.pi * log["period"][events] + omega * log["time"][events]
+    return Chain(sequence, order), np.column_stack((phases, log["angle"][events])).ravel()
 
 
 def goes_through(chain: Chain, unknowns: FloatArray, problem: Any) -> bool:
@@ -234,12 +226,15 @@ def goes_through(chain: Chain, unknowns: FloatArray, problem: Any) -> bool:
     if abs(trace) > _FORGOTTEN:
         return True
     angle, velocity = chain.points(unknowns, problem)[0]
-    if abs(velocity - problem[11]) <= _AT_REST * np.max(np.abs(unknowns[1::2])) * problem[4]:
-        velocity = problem[11]
+    if (
+        abs(velocity - problem.driveline.rest_velocity)
+        <= _AT_REST * np.max(np.abs(unknowns[1::2])) * problem.torque.angular_frequency
+    ):
+        velocity = problem.driveline.rest_velocity
     start = np.array([angle, velocity])
     there = run(problem, start, chain.order)
-    apart = np.abs(there.end - start) * (problem[4], 1.0)
-    size = np.max(np.abs(unknowns[1::2])) * problem[4] + abs(velocity)
+    apart = np.abs(there.end - start) * (problem.torque.angular_frequency, 1.0)
+    size = np.max(np.abs(unknowns[1::2])) * problem.torque.angular_frequency + abs(velocity)
     if np.max(apart) > _RETURNED * (1.0 + abs(trace)) * size:
         return False
     seen = from_log(there.log, problem, chain.order)

@@ -20,30 +20,23 @@ import math
 import numpy as np
 
 from wedgebrake.analysis.accumulators import extreme
-from wedgebrake.analysis.saltation import carry, split
-from wedgebrake.dynamics.enums import BREAKPOINT, PERIOD, REVERSAL, SLIP, STICK
+from wedgebrake.analysis.saltation import propagate
+from wedgebrake.dynamics.deviations import Deviations
+from wedgebrake.dynamics.enums import EventKind, FlowForm
+from wedgebrake.dynamics.harmonic import phase_of
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import (
-    BLOCKED,
-    CELL,
-    G2,
-    KIND,
     acceleration,
-    entry,
+    enter,
+    forcing_of,
     impulse,
     jerk,
     state_at,
 )
-from wedgebrake.solvers.event_driven.trajectory import (
-    LOG_KIND,
-    LOG_PERIOD,
-    LOG_PIECE,
-    LOG_SIDE,
-    LOG_THETA,
-    LOG_TIME,
-    LOG_W,
-    REST,
-)
+from wedgebrake.dynamics.problem import slip_acceleration
+from wedgebrake.dynamics.section import phase_at_return
+from wedgebrake.dynamics.segment_log import REST
+from wedgebrake.dynamics.segment_log import write as write_row
 
 # Columns of the margins of a piece; positive where the orbit is one.
 (
@@ -72,12 +65,12 @@ _NO_JUMP = 1e-12
 def kind_of(before, code):
     """The event between two pieces."""
     if before == code:
-        return PERIOD
+        return EventKind.RETURN
     if code == 0:
-        return STICK
+        return EventKind.STICK
     if before == 0:
-        return SLIP
-    return REVERSAL if before * code < 0 else BREAKPOINT
+        return EventKind.SLIP
+    return EventKind.REVERSAL if before * code < 0 else EventKind.BREAKPOINT
 
 
 @compiled
@@ -104,13 +97,18 @@ def speed_at(before, code, zero, bounds):
 @compiled
 def _limit(problem, code):
     """Torque [N m] at which rest ends towards a piece."""
-    return problem[10] if code > 0 else problem[9]
+    return problem.brake.upper if code > 0 else problem.brake.lower
 
 
 @compiled
 def _scales(problem):
     """(acceleration, torque) that the motion has."""
-    inertia, amplitude, lower, upper = problem[0], problem[3], problem[9], problem[10]
+    inertia, amplitude, lower, upper = (
+        problem.driveline.inertia,
+        problem.torque.amplitude,
+        problem.brake.lower,
+        problem.brake.upper,
+    )
     torque = amplitude
     for end in (lower, upper):
         if not math.isinf(end):
@@ -122,29 +120,33 @@ def _scales(problem):
 @compiled
 def breakaway(problem, code):
     """Acceleration [rad/s^2] with which slip into a piece begins after rest; 0: no jump."""
-    inertia, damping, w_rest = problem[0], problem[1], problem[11]
-    piece = index_of(code, problem[8])
+    inertia = problem.driveline.inertia
+    piece = problem.brake.pieces[index_of(code, problem.brake.first_forward)]
     limit = _limit(problem, code)
-    slope = problem[7][piece, G2] * inertia - damping
-    a = (limit - problem[6][piece] - slope * w_rest) / inertia
+    a = slip_acceleration(problem.driveline, piece, limit)
     return a if abs(a) * inertia > _NO_JUMP * abs(limit) else 0.0
 
 
 @compiled
 def pull_rate(problem, phase):
     """Rate [N m/s] of the torque that rest at a phase of the drive must hold."""
-    stiffness, amplitude, omega, w_rest = problem[2], problem[3], problem[4], problem[11]
+    stiffness, amplitude, omega, w_rest = (
+        problem.driveline.stiffness,
+        problem.torque.amplitude,
+        problem.torque.angular_frequency,
+        problem.driveline.rest_velocity,
+    )
     return amplitude * omega * math.cos(phase) - stiffness * w_rest
 
 
 @compiled
-def _gained(row, w2, f, omega, w, a, sine, cosine, tau, skipped):
+def _gained(piece, forcing, w, a, phase, tau, skipped):
     """(w(tau) - w(0)) / tau^skipped from its Taylor series, where that begins so.
 
     a : acceleration at entry, 0 for skipped = 2
     """
-    g2 = row[G2]
-    c, following = a, jerk(row, w2, f, omega, w, a, cosine)
+    g2, w2, (f, omega), (sine, cosine) = piece.damping, piece.stiffness, forcing, phase
+    c, following = a, jerk(piece, forcing, w, a, phase)
     # Derivatives of the drive: f omega^n times cos, -sin, -cos, sin.
     force = f * omega
     total, power = 0.0, 1.0
@@ -171,18 +173,24 @@ def _slip(problem, code, before, theta0, w0, phase0, phase1, target, out):
     began on, the velocity is divided by the time, and after a rest without a jump of the
     torque by its square: a length of zero is then no solution.
     """
-    inertia, stiffness, amplitude, omega = problem[0], problem[2], problem[3], problem[4]
-    row = problem[7][index_of(code, problem[8])]
+    inertia, stiffness, amplitude, omega = (
+        problem.driveline.inertia,
+        problem.driveline.stiffness,
+        problem.torque.amplitude,
+        problem.torque.angular_frequency,
+    )
+    row = problem.brake.pieces[index_of(code, problem.brake.first_forward)]
     w2, f = stiffness / inertia, amplitude / inertia
+    forcing = forcing_of(problem.driveline, problem.torque)
     tau = (phase1 - phase0) / omega
-    sin0, cos0 = math.sin(phase0), math.cos(phase0)
-    sin1, cos1 = math.sin(phase1), math.cos(phase1)
-    pull = entry(row, w2, omega, theta0, w0, sin0, cos0)
-    theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, tau, sin1, cos1)
-    a0 = acceleration(row, w2, f, theta0, w0, sin0)
-    a1 = acceleration(row, w2, f, theta, w, sin1)
-    h, rate = impulse(row, w2, tau)
-    g2 = row[G2]
+    first, last = phase_of(phase0), phase_of(phase1)
+    sin0, cos0 = first
+    entry = enter(row, forcing, theta0, w0, first)
+    theta, w = state_at(row, forcing, entry, tau, last)
+    a0 = acceleration(row, forcing, theta0, w0, first)
+    a1 = acceleration(row, forcing, theta, w, last)
+    h, rate = impulse(row, tau)
+    g2 = row.damping
     out[0, 0] = theta
     out[1, 0] = -((rate + g2 * h) * w0 + h * a0) / omega
     out[2, 0] = rate + g2 * h
@@ -195,13 +203,13 @@ def _slip(problem, code, before, theta0, w0, phase0, phase1, target, out):
     out[4, 1] = a1 / omega
     if before == code or target != w0:
         return
-    turned = max(3.0 / row[CELL], abs(g2)) * abs(tau)
-    j0 = jerk(row, w2, f, omega, w0, a0, cos0)
+    turned = max(3.0 / row.cell, abs(g2)) * abs(tau)
+    j0 = jerk(row, forcing, w0, a0, first)
     if before == 0 and breakaway(problem, code) == 0.0:
         # Without the part that the initial acceleration makes, which rest's end makes zero.
         out[2, 1] = 0.0
         if turned <= _SHORT:
-            ratio = _gained(row, w2, f, omega, w0, 0.0, sin0, cos0, tau, 2)
+            ratio = _gained(row, forcing, w0, 0.0, first, tau, 2)
         else:
             ratio = (w - w0 - a0 * h) / (tau * tau)
         out[0, 1] = ratio
@@ -213,10 +221,7 @@ def _slip(problem, code, before, theta0, w0, phase0, phase1, target, out):
         out[1, 1] = (2.0 * ratio / tau - h * (j0 + g2 * a0) / (tau * tau)) / omega
         out[4, 1] = ((a1 - a0 * rate) / (tau * tau) - 2.0 * ratio / tau) / omega
         return
-    if turned <= _SHORT:
-        ratio = _gained(row, w2, f, omega, w0, a0, sin0, cos0, tau, 1)
-    else:
-        ratio = (w - w0) / tau
+    ratio = _gained(row, forcing, w0, a0, first, tau, 1) if turned <= _SHORT else (w - w0) / tau
     out[0, 1] = ratio
     if turned <= _VANISHING:
         out[2, 1] = -w2
@@ -241,8 +246,18 @@ def residual(problem, codes, order, sign, unknowns, values, matrix):
 
     Returns False where the brake has no such pieces.
     """
-    damping, stiffness, amplitude, omega = problem[1], problem[2], problem[3], problem[4]
-    bounds, table, zero, w_rest = problem[5], problem[7], problem[8], problem[11]
+    damping, stiffness, amplitude, omega = (
+        problem.driveline.damping,
+        problem.driveline.stiffness,
+        problem.torque.amplitude,
+        problem.torque.angular_frequency,
+    )
+    bounds, table, zero, w_rest = (
+        problem.brake.breakpoints,
+        problem.brake.pieces,
+        problem.brake.first_forward,
+        problem.driveline.rest_velocity,
+    )
     n = codes.size
     circle = math.pi * order * (2.0 if sign > 0 else 1.0)
     out = np.empty((5, 2))
@@ -278,7 +293,7 @@ def residual(problem, codes, order, sign, unknowns, values, matrix):
             matrix[second, 2 * j] += amplitude * math.cos(phase1)
             matrix[second, 2 * j + 1] -= turned * stiffness
             continue
-        if table[piece, KIND] == BLOCKED:
+        if table[piece].form == FlowForm.BLOCKED:
             return False
         target = math.nan if ends_marked else speed_at(code, after, zero, bounds)
         _slip(problem, code, before, theta0, w0, phase0, phase1, target, out)
@@ -297,15 +312,15 @@ def residual(problem, codes, order, sign, unknowns, values, matrix):
 
 
 @compiled
-def _turning(row, w2, f, omega, theta0, w0, sin0, cos0, pull, phase0, low, high, growing):
+def _turning(row, forcing, entry, phase0, low, high, growing):
     """(time, acceleration) between two times after entry where the acceleration is extreme."""
     tau, a = low, 0.0
     for _ in range(40):
         tau = 0.5 * (low + high)
-        sine, cosine = math.sin(phase0 + omega * tau), math.cos(phase0 + omega * tau)
-        theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, tau, sine, cosine)
-        a = acceleration(row, w2, f, theta, w, sine)
-        if (jerk(row, w2, f, omega, w, a, cosine) > 0.0) == growing:
+        phase = phase_of(phase0 + forcing.angular_frequency * tau)
+        theta, w = state_at(row, forcing, entry, tau, phase)
+        a = acceleration(row, forcing, theta, w, phase)
+        if (jerk(row, forcing, w, a, phase) > 0.0) == growing:
             low = tau
         else:
             high = tau
@@ -315,50 +330,51 @@ def _turning(row, w2, f, omega, theta0, w0, sin0, cos0, pull, phase0, low, high,
 @compiled
 def _touch_of_slip(problem, code, before, after, theta0, w0, phase0, phase1, out):
     """How near a slip comes to a limit of its piece between its ends, into margins ``out``."""
-    inertia, stiffness, amplitude, omega = problem[0], problem[2], problem[3], problem[4]
-    bounds, zero = problem[5], problem[8]
+    inertia, stiffness, _amplitude, omega = (
+        problem.driveline.inertia,
+        problem.driveline.stiffness,
+        problem.torque.amplitude,
+        problem.torque.angular_frequency,
+    )
+    bounds, zero = problem.brake.breakpoints, problem.brake.first_forward
     piece = index_of(code, zero)
-    row = problem[7][piece]
-    w2, f = stiffness / inertia, amplitude / inertia
+    row = problem.brake.pieces[piece]
+    w2, forcing = stiffness / inertia, forcing_of(problem.driveline, problem.torque)
     low = bounds[piece - 1] if piece > 0 else -math.inf
     high = bounds[piece] if piece < bounds.size else math.inf
     tau = (phase1 - phase0) / omega
     scale = _scales(problem)[0] / max(omega, math.sqrt(w2))
-    sin0, cos0 = math.sin(phase0), math.cos(phase0)
-    pull = entry(row, w2, omega, theta0, w0, sin0, cos0)
-    cells = 1 + int(max(omega, math.sqrt(w2), abs(row[G2])) * tau / _CELL)
+    first = phase_of(phase0)
+    entry = enter(row, forcing, theta0, w0, first)
+    cells = 1 + int(max(omega, math.sqrt(w2), abs(row.damping)) * tau / _CELL)
     width = tau / cells
     # Into the piece and out of it the velocity goes one way, whatever rounding says.
     rising = code > before
     if before == code:
-        rising = acceleration(row, w2, f, theta0, w0, sin0) > 0.0
+        rising = acceleration(row, forcing, theta0, w0, first) > 0.0
     begin = 0.0
-    before_a = acceleration(row, w2, f, theta0, w0, sin0)
-    before_j = jerk(row, w2, f, omega, w0, before_a, cos0)
+    before_a = acceleration(row, forcing, theta0, w0, first)
+    before_j = jerk(row, forcing, w0, before_a, first)
     for cell in range(1, cells + 1):
         part = cell * width
-        sine, cosine = math.sin(phase0 + omega * part), math.cos(phase0 + omega * part)
-        theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, part, sine, cosine)
-        a = acceleration(row, w2, f, theta, w, sine)
-        j = jerk(row, w2, f, omega, w, a, cosine)
+        phase = phase_of(phase0 + omega * part)
+        theta, w = state_at(row, forcing, entry, part, phase)
+        a = acceleration(row, forcing, theta, w, phase)
+        j = jerk(row, forcing, w, a, phase)
         now = a > 0.0
         if cell == cells and after != code:
             now = after > code
         # Two extremes in one cell: the acceleration turns back between its ends.
         middle = part
         if now == rising and (before_j > 0.0) != rising and (j > 0.0) == rising:
-            middle, there = _turning(
-                row, w2, f, omega, theta0, w0, sin0, cos0, pull, phase0, begin, part, before_j > 0.0
-            )
+            middle, there = _turning(row, forcing, entry, phase0, begin, part, before_j > 0.0)
             if (there > 0.0) == rising:
                 middle = part
         for half in range(2):
             start, end = (begin, middle) if half == 0 else (middle, part)
             if (half == 1 and middle == part) or (middle == part and now == rising):
                 break
-            at, there, top = extreme(
-                row, w2, f, omega, theta0, w0, sin0, cos0, pull, phase0 / omega, start, end, rising
-            )
+            at, there, top = extreme(row, forcing, entry, phase0 / omega, start, end, rising)
             gap, side = ((high - top), 1.0) if rising else ((top - low), -1.0)
             if gap / scale < out[TOUCH]:
                 out[TOUCH], out[TOUCH_SIDE] = gap / scale, side
@@ -370,8 +386,13 @@ def _touch_of_slip(problem, code, before, after, theta0, w0, phase0, phase1, out
 @compiled
 def _touch_of_rest(problem, theta0, phase0, phase1, out):
     """How near the torque comes to what the brake holds, inside a rest."""
-    damping, stiffness, amplitude, omega = problem[1], problem[2], problem[3], problem[4]
-    lower, upper, w_rest = problem[9], problem[10], problem[11]
+    damping, stiffness, amplitude, omega = (
+        problem.driveline.damping,
+        problem.driveline.stiffness,
+        problem.torque.amplitude,
+        problem.torque.angular_frequency,
+    )
+    lower, upper, w_rest = problem.brake.lower, problem.brake.upper, problem.driveline.rest_velocity
     scale = _scales(problem)[1]
     share = stiffness * w_rest / (amplitude * omega) if amplitude > 0.0 else 2.0
     if abs(share) > 1.0:
@@ -396,11 +417,20 @@ def margins(problem, codes, order, unknowns, out):
 
     Infinite where there is nothing to touch, or nothing to hold.
     """
-    inertia, damping, stiffness = problem[0], problem[1], problem[2]
-    amplitude, bounds, table, zero = problem[3], problem[5], problem[7], problem[8]
-    lower, upper, w_rest = problem[9], problem[10], problem[11]
+    _inertia, damping, stiffness = (
+        problem.driveline.inertia,
+        problem.driveline.damping,
+        problem.driveline.stiffness,
+    )
+    amplitude, bounds, table, zero = (
+        problem.torque.amplitude,
+        problem.brake.breakpoints,
+        problem.brake.pieces,
+        problem.brake.first_forward,
+    )
+    lower, upper, w_rest = problem.brake.lower, problem.brake.upper, problem.driveline.rest_velocity
     accelerations, torques = _scales(problem)
-    w2, f = stiffness / inertia, amplitude / inertia
+    forcing = forcing_of(problem.driveline, problem.torque)
     n = codes.size
     for i in range(n):
         j = (i + 1) % n
@@ -426,7 +456,7 @@ def margins(problem, codes, order, unknowns, out):
             continue
         w1 = speed_at(code, after, zero, bounds)
         row = table[index_of(code, zero)]
-        a1 = acceleration(row, w2, f, theta1, w1, math.sin(phase1))
+        a1 = acceleration(row, forcing, theta1, w1, phase_of(phase1))
         here[CROSSING] = a1 / accelerations if after > code else -a1 / accelerations
         held = amplitude * math.sin(phase1) - damping * w_rest - stiffness * theta1
         if after == 0:
@@ -443,9 +473,19 @@ def write(problem, codes, order, unknowns, log):
     log : (rows, LOG_COLUMNS), at least n + order + 2 rows. Rows of kind PERIOD hold the orbit's
           Poincare points.
     """
-    inertia, stiffness, amplitude, omega = problem[0], problem[2], problem[3], problem[4]
-    bounds, table, zero, w_rest = problem[5], problem[7], problem[8], problem[11]
-    w2, f = stiffness / inertia, amplitude / inertia
+    _inertia, _stiffness, _amplitude, omega = (
+        problem.driveline.inertia,
+        problem.driveline.stiffness,
+        problem.torque.amplitude,
+        problem.torque.angular_frequency,
+    )
+    bounds, table, zero, w_rest = (
+        problem.brake.breakpoints,
+        problem.brake.pieces,
+        problem.brake.first_forward,
+        problem.driveline.rest_velocity,
+    )
+    forcing = forcing_of(problem.driveline, problem.torque)
     circle = 2.0 * math.pi
     n, rows = codes.size, 0
     for i in range(n + 1):
@@ -457,22 +497,15 @@ def write(problem, codes, order, unknowns, log):
         theta = unknowns[2 * k + 1]
         period = math.floor(phase / circle)
         kind = kind_of(before, code)
-        log[rows, LOG_KIND] = kind
-        log[rows, LOG_PERIOD] = period
-        log[rows, LOG_TIME] = (phase - circle * period) / omega
-        log[rows, LOG_THETA] = theta
-        log[rows, LOG_W] = w
-        log[rows, LOG_PIECE] = index_of(code, zero)
         # A rest remembers the side it was entered from, all else where it goes.
-        up = before > 0 if kind == STICK else code > before
-        log[rows, LOG_SIDE] = 1.0 if up else -1.0
-        rows += 1
+        up = before > 0 if kind == EventKind.STICK else code > before
+        time, side = (phase - circle * period) / omega, 1.0 if up else -1.0
+        rows = write_row(log, rows, kind, period, time, theta, w, index_of(code, zero), side)
         if i == n:
             break
         j = (k + 1) % n
         end = circle * order if k + 1 == n else 0.0
         end += 0.0 if codes[j] == code else unknowns[2 * j]
-        sin0, cos0 = math.sin(phase), math.cos(phase)
         at = period + 1
         # An event exactly at a period's begin is written after that period's row; a mark is it.
         marks = codes[j] == code
@@ -483,18 +516,10 @@ def write(problem, codes, order, unknowns, log):
             there, speed = theta + w_rest * tau, w_rest
             if code != 0:
                 row = table[index_of(code, zero)]
-                pull = entry(row, w2, omega, theta, w, sin0, cos0)
-                there, speed = state_at(
-                    row, w2, f, omega, theta, w, sin0, cos0, pull, tau, 0.0, 1.0
-                )
-            log[rows, LOG_KIND] = PERIOD
-            log[rows, LOG_PERIOD] = at
-            log[rows, LOG_TIME] = 0.0
-            log[rows, LOG_THETA] = there
-            log[rows, LOG_W] = speed
-            log[rows, LOG_PIECE] = index_of(code, zero)
-            log[rows, LOG_SIDE] = 0.0
-            rows += 1
+                entry = enter(row, forcing, theta, w, phase_of(phase))
+                there, speed = state_at(row, forcing, entry, tau, phase_at_return())
+            kind, mode = EventKind.RETURN, index_of(code, zero)
+            rows = write_row(log, rows, kind, at, 0.0, there, speed, mode, 0.0)
             at += 1
     return rows
 
@@ -502,9 +527,19 @@ def write(problem, codes, order, unknowns, log):
 @compiled
 def extremes(problem, codes, order, unknowns, out):
     """Least and greatest velocity [rad/s] and angle [rad] of an orbit, into ``out`` (4,)."""
-    inertia, stiffness, amplitude, omega = problem[0], problem[2], problem[3], problem[4]
-    bounds, table, zero, w_rest = problem[5], problem[7], problem[8], problem[11]
-    w2, f = stiffness / inertia, amplitude / inertia
+    inertia, stiffness, _amplitude, omega = (
+        problem.driveline.inertia,
+        problem.driveline.stiffness,
+        problem.torque.amplitude,
+        problem.torque.angular_frequency,
+    )
+    bounds, table, zero, w_rest = (
+        problem.brake.breakpoints,
+        problem.brake.pieces,
+        problem.brake.first_forward,
+        problem.driveline.rest_velocity,
+    )
+    w2, forcing = stiffness / inertia, forcing_of(problem.driveline, problem.torque)
     out[0] = out[2] = math.inf
     out[1] = out[3] = -math.inf
     n = codes.size
@@ -524,33 +559,27 @@ def extremes(problem, codes, order, unknowns, out):
         if code == 0 or tau <= 0.0:
             continue
         row = table[index_of(code, zero)]
-        sin0, cos0 = math.sin(phase0), math.cos(phase0)
-        pull = entry(row, w2, omega, theta0, w0, sin0, cos0)
-        cells = 1 + int(max(omega, math.sqrt(w2), abs(row[G2])) * tau / _CELL)
+        first = phase_of(phase0)
+        entry = enter(row, forcing, theta0, w0, first)
+        cells = 1 + int(max(omega, math.sqrt(w2), abs(row.damping)) * tau / _CELL)
         begin, speed = 0.0, w0
-        rising = acceleration(row, w2, f, theta0, w0, sin0) > 0.0
+        rising = acceleration(row, forcing, theta0, w0, first) > 0.0
         for cell in range(1, cells + 1):
             part = cell * tau / cells
-            sine, cosine = math.sin(phase0 + omega * part), math.cos(phase0 + omega * part)
-            theta, w = state_at(row, w2, f, omega, theta0, w0, sin0, cos0, pull, part, sine, cosine)
-            now = acceleration(row, w2, f, theta, w, sine) > 0.0
+            phase = phase_of(phase0 + omega * part)
+            theta, w = state_at(row, forcing, entry, part, phase)
+            now = acceleration(row, forcing, theta, w, phase) > 0.0
             _widen(out, theta, w)
             if now != rising:
-                _, there, top = extreme(
-                    row, w2, f, omega, theta0, w0, sin0, cos0, pull, phase0 / omega, begin, part,
-                    rising,
-                )  # fmt: skip
+                _, there, top = extreme(row, forcing, entry, phase0 / omega, begin, part, rising)
                 _widen(out, there, top)
             if (w > 0.0) != (speed > 0.0):
                 # The angle is extreme where the velocity vanishes.
                 low, high = begin, part
                 for _ in range(50):
                     middle = 0.5 * (low + high)
-                    sine = math.sin(phase0 + omega * middle)
-                    cosine = math.cos(phase0 + omega * middle)
-                    theta, there = state_at(
-                        row, w2, f, omega, theta0, w0, sin0, cos0, pull, middle, sine, cosine
-                    )
+                    phase = phase_of(phase0 + omega * middle)
+                    theta, there = state_at(row, forcing, entry, middle, phase)
                     if (there > 0.0) == (speed > 0.0):
                         low = middle
                     else:
@@ -571,11 +600,9 @@ def monodromy(problem, codes, order, unknowns, log):
 
     They do not depend on where the orbit begins. ``log`` as for ``write``.
     """
-    plant, laws = split(problem)
     rows = write(problem, codes, order, unknowns, log)
-    weight = problem[4]
-    x1, _, _, y2, logdet, ranked, scale = carry(
-        plant, laws, log, rows, 1.0, 0.0, 0.0, weight, np.empty(0), 0
-    )
-    determinant = math.exp(logdet) if ranked else 0.0
-    return (x1 + y2 / weight) * math.exp(scale), determinant
+    weight = problem.torque.angular_frequency
+    there = propagate(problem, log, rows, Deviations(1.0, 0.0, 0.0, weight), np.empty(0), 0)
+    determinant = math.exp(there.log_determinant) if there.full_rank else 0.0
+    trace = there.deviations.angle1 + there.deviations.velocity2 / weight
+    return trace * math.exp(there.log_scale), determinant

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis import evaluate_point
-from wedgebrake.analysis.classify_run import judge
+from wedgebrake.analysis.classify_run import classify_run
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.continuation.curves import OrbitCurve
 from wedgebrake.continuation.discontinuity_induced import violated
@@ -20,7 +19,7 @@ from wedgebrake.continuation.problem import Family
 from wedgebrake.continuation.segment_bvp import from_log, goes_through
 from wedgebrake.continuation.stroboscopic_map import Strobe
 from wedgebrake.continuation.symmetry import is_symmetric, prime_order
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole
@@ -80,19 +79,19 @@ def orbit(
     family = Family(system, method=chosen, rtol=float(rtol))
     if order is not None and start is not None:
         return _near(family, order, [np.array(start)])
-    answer, record = judge(system, start or (0.0, 0.0), chosen, settling)
-    if answer[evaluate_point.OUTCOME] != enums.COMPLETED:
+    result, record = classify_run(system, start or (0.0, 0.0), chosen, settling)
+    if result.outcome != Outcome.COMPLETED:
         return Orbit(system, chosen, family.rtol, OrbitStatus.NO_RUN, order or 0)
-    if answer[evaluate_point.CLASS] == enums.AT_REST:
+    if result.motion == MotionClass.AT_REST:
         return Orbit(system, chosen, family.rtol, OrbitStatus.AT_REST, order or 0)
-    settled = int(answer[evaluate_point.ORDER])
+    settled = int(result.order)
     if order is None and not settled:
-        unsettled = answer[evaluate_point.CLASS] == enums.UNDECIDED
+        unsettled = result.motion == MotionClass.UNDECIDED
         why = OrbitStatus.NOT_SETTLED if unsettled else OrbitStatus.NOT_PERIODIC
         return Orbit(system, chosen, family.rtol, why, 0)
     wanted = order or settled
     if wanted == settled:
-        final = np.array([answer[evaluate_point.FINAL_THETA], answer[evaluate_point.FINAL_W]])
+        final = np.array([result.final_angle, result.final_velocity])
         return _near(family, wanted, [final])
     return _near(family, wanted, _guesses(record, wanted))
 
@@ -118,8 +117,8 @@ def orbit_to_follow(
         return found
     family = Family(system, method=found.method, rtol=found.rtol)
     run_for = protocol(_LOOKED, _SKIPPED, rtol=found.rtol)
-    answer, record = judge(system, initial or (0.0, 0.0), found.method, run_for)
-    if answer[evaluate_point.OUTCOME] != enums.COMPLETED:
+    result, record = classify_run(system, initial or (0.0, 0.0), found.method, run_for)
+    if result.outcome != Outcome.COMPLETED:
         return found
     for fewest in range(1, _LONGEST + 1):
         returns = _returns(record, fewest)[: len(record) // 3]

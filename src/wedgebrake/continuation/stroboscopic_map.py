@@ -9,7 +9,7 @@ import numpy as np
 from wedgebrake.analysis.sticking import sticks
 from wedgebrake.continuation import segment_bvp_kernel as kernel
 from wedgebrake.continuation.equations import FloatArray, Measures, NoOrbitError
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.simulate import simulate
 
@@ -38,7 +38,7 @@ class Strobe:
         """The angle, and the velocity that belongs to it, of the orbit's size."""
         angle, velocity = np.max(np.abs(self._states(unknowns)), axis=0)
         # At the section the one may vanish where the other is largest.
-        omega = problem.plant[4]
+        omega = problem.problem.torque.angular_frequency
         velocity = max(velocity, omega * angle) or 1.0
         return np.tile([max(angle, velocity / omega), velocity], self.order)
 
@@ -81,7 +81,7 @@ class Strobe:
         start = (float(unknowns[0]), float(unknowns[1]))
         response = simulate(
             system, periods=self.order, initial=start, method="smooth",
-            rtol=problem.tolerances[0], samples_per_period=_SAMPLES,
+            rtol=problem.problem.tolerances.relative, samples_per_period=_SAMPLES,
         )  # fmt: skip
         velocity, angle = response["velocity"].to_numpy(), response["angle"].to_numpy()
         stuck = sticks(response, 0.0).attrs
@@ -146,6 +146,6 @@ class Strobe:
         there = period_map(
             problem, float(state[0]), float(state[1]), _MOST_STEPS, derivative=derivative
         )
-        if there.outcome != enums.COMPLETED:
+        if there.outcome != Outcome.COMPLETED:
             raise NoOrbitError
         return np.array([there.angle, there.velocity]), there.matrix

@@ -1,90 +1,144 @@
-"""From the numbers of a brake and a driveline to the arguments of ``exact.run``."""
+"""From the numbers of a machine to the ``Problem`` of the exact solver."""
 
 import math
+from typing import Any, NamedTuple
 
-from wedgebrake.dynamics import piecewise_linear
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.dynamics import actuator, piecewise_linear
+from wedgebrake.dynamics.actuator import Actuator
+from wedgebrake.dynamics.harmonic import Harmonic
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import prepare
+from wedgebrake.dynamics.linear_flow import PIECE, Driveline, prepare
+from wedgebrake.dynamics.piecewise_linear import LINE
+from wedgebrake.dynamics.problem import PiecewiseLinearBrake, Problem
 
-_half = compiled(piecewise_linear.half)
-_holding = compiled(piecewise_linear.holding)
+half = compiled(piecewise_linear.half)
+holding = compiled(piecewise_linear.holding)
+release_speed = compiled(actuator.release_speed)
+
+_FLOAT = NDArray[np.float64]
+
+
+class Machine(NamedTuple):
+    """The numbers of one machine with set-valued friction.
+
+    shape     : the parameters of the brake's law g(m, shape)
+    breakaway : static coefficient of friction
+    speeds, kinetic : (n,) sliding speeds [m/s] of the table of friction, and its coefficients;
+                what begins at an infinite speed is no part of it
+    """
+
+    driveline: Driveline
+    torque: Harmonic
+    radius: float
+    shape: tuple[float, float, float, float]
+    breakaway: float
+    speeds: _FLOAT
+    kinetic: _FLOAT
+    actuator: Actuator
+
+
+class Workspace(NamedTuple):
+    """Arrays of a ``Problem``, to be filled again for each machine."""
+
+    breakpoints: _FLOAT
+    slopes: _FLOAT
+    offsets: _FLOAT
+    pieces: Any
+    lines: Any
+    speeds: _FLOAT
 
 
 @compiled
-def velocity_scale(
-    inertia, stiffness, amplitude, omega, drive_speed, breakpoints, offsets, angle, velocity
-):
-    """A velocity [rad/s] that the motion has where nothing grows: for tolerances.
+def workspace(nodes):
+    """Arrays for machines with a table of friction of up to ``nodes`` points."""
+    most = 2 * nodes + 2
+    return Workspace(
+        np.empty(most - 1), np.empty(most), np.empty(most), np.empty(most, PIECE),
+        np.empty(nodes + 1, LINE), np.empty(nodes),
+    )  # fmt: skip
+
+
+@compiled
+def velocity_scale(driveline, torque, breakpoints, offsets, angle, velocity):
+    """Velocity [rad/s] that the motion has where nothing grows, for tolerances.
 
     breakpoints : (n-1,) over the sliding velocity [rad/s];  offsets : (n,) [N m]
     angle, velocity : a state that the motion passes
     """
-    natural = math.sqrt(stiffness / inertia)
+    natural = math.sqrt(driveline.stiffness / driveline.inertia)
     push, farthest = 0.0, 0.0
     for offset in offsets:
         if not math.isinf(offset):
             push = max(push, abs(offset))
     for breakpoint_ in breakpoints:
         farthest = max(farthest, abs(breakpoint_))
-    scale = abs(velocity) + natural * abs(angle) + abs(drive_speed)
-    scale += (amplitude + push) / (inertia * max(natural, omega))
+    scale = abs(velocity) + natural * abs(angle) + abs(driveline.rest_velocity)
+    scale += (torque.amplitude + push) / (
+        driveline.inertia * max(natural, torque.angular_frequency)
+    )
     scale += farthest
     return scale if scale > 0.0 else 1.0
 
 
 @compiled
-def assemble(law, line, brake, friction, speeds, action, torque, angle, velocity, diverged, room):
-    """The first thirteen arguments of ``exact.run``.
+def problem_of(driveline, torque, work, count, first_forward, limits, divergence_velocity):
+    """``Problem`` from ``count`` lines of torque over the sliding velocity, in ``work``.
 
-    law      : g(m, shape) of the brake, compiled
-    line     : (inertia, damping, stiffness, drive speed)
-    brake    : (radius, the four numbers of its shape)
-    friction : (static coefficient, kinetic coefficients at ``speeds``)
-    speeds   : (n,) [m/s]
-    action   : (force at rest, slope, release speed)
-    torque   : (amplitude, omega)
-    angle, velocity, diverged : a state, and how many times its scale is divergence
-    room     : (breakpoints (2n+1,), slopes (2n+2,), offsets (2n+2,), table (2n+2, COLUMNS),
-               bounds (2n+1,), halves (n+1, 3), speeds (n,)), to be filled
+    limits : (lower, upper) torque that the brake holds at rest [N m]
     """
-    inertia, damping, stiffness, drive_speed = line[0], line[1], line[2], line[3]
-    amplitude, omega = torque[0], torque[1]
-    breakpoints, slopes, offsets, table, bounds, rows, turning = room
-    radius = brake[0]
-    shape = (brake[1], brake[2], brake[3], brake[4])
-    force, slope, release = action[0], action[1], action[2]
-    for i in range(speeds.size):
-        turning[i] = speeds[i] / radius
-    coefficients = friction[1:]
-    count = _half(law, shape, radius, turning, coefficients, force, slope, release, -1.0, rows)
-    for i in range(count):
-        # From the fastest backwards to rest; the start speed of a piece ends its mirror image.
-        row = rows[count - 1 - i]
-        offsets[i], slopes[i] = row[1], -row[2]
-        if i < count - 1:
-            breakpoints[i] = -row[0]
-    zero = count
-    count = _half(law, shape, radius, turning, coefficients, force, slope, release, 1.0, rows)
-    for i in range(count):
-        offsets[zero + i], slopes[zero + i] = rows[i, 1], rows[i, 2]
-        breakpoints[zero - 1 + i] = rows[i, 0]
-    count += zero
-    w_diverged = diverged * velocity_scale(
-        inertia, stiffness, amplitude, omega, drive_speed, breakpoints[: count - 1],
-        offsets[:count], angle, velocity,
-    )  # fmt: skip
+    breakpoints, offsets = work.breakpoints[: count - 1], work.offsets[:count]
+    slopes, pieces = work.slopes[:count], work.pieces[:count]
+    drive_speed = -driveline.rest_velocity
     for i in range(count - 1):
-        bounds[i] = breakpoints[i] - drive_speed
+        breakpoints[i] -= drive_speed
     for i in range(count):
         if slopes[i] != 0.0:
             offsets[i] += slopes[i] * drive_speed
-    prepare(
-        inertia, damping, stiffness, amplitude, omega, slopes[:count], offsets[:count],
-        table[:count],
+    prepare(driveline, torque, slopes, offsets, pieces)
+    brake = PiecewiseLinearBrake(breakpoints, pieces, first_forward, limits[0], limits[1])
+    return Problem(driveline, torque, brake, divergence_velocity)
+
+
+@compiled
+def assemble(law, machine, angle, velocity, divergence_factor, work):
+    """``Problem`` of a machine.
+
+    law      : g(m, shape) of the brake, compiled
+    angle, velocity : a state that the motion passes
+    divergence_factor : multiple of the motion's velocity scale that is divergence
+    work     : a ``Workspace``, which the problem refers to
+    """
+    shape, radius, given = machine.shape, machine.radius, machine.actuator
+    release = release_speed(given)
+    nodes = 0
+    while nodes < machine.speeds.size and machine.speeds[nodes] < math.inf:
+        work.speeds[nodes] = machine.speeds[nodes] / radius
+        nodes += 1
+    speeds, kinetic = work.speeds[:nodes], machine.kinetic[:nodes]
+    backward = half(law, shape, radius, speeds, kinetic, given, release, -1.0, work.lines)
+    for i in range(backward):
+        # From the fastest backwards to rest; the start speed of a line ends its mirror image.
+        line = work.lines[backward - 1 - i]
+        work.offsets[i], work.slopes[i] = line.offset, -line.slope
+        if i < backward - 1:
+            work.breakpoints[i] = -line.start
+    forward = half(law, shape, radius, speeds, kinetic, given, release, 1.0, work.lines)
+    for i in range(forward):
+        line = work.lines[i]
+        work.offsets[backward + i], work.slopes[backward + i] = line.offset, line.slope
+        work.breakpoints[backward - 1 + i] = line.start
+    count = backward + forward
+    scale = velocity_scale(
+        machine.driveline, machine.torque, work.breakpoints[: count - 1], work.offsets[:count],
+        angle, velocity,
     )  # fmt: skip
-    lower = _holding(law, shape, radius, friction[0], force, slope, -1.0)
-    upper = _holding(law, shape, radius, friction[0], force, slope, 1.0)
-    return (
-        inertia, damping, stiffness, amplitude, omega, bounds[: count - 1], offsets[:count],
-        table[:count], zero, lower, upper, 0.0 - drive_speed, w_diverged,
-    )  # fmt: skip
+    limits = (
+        holding(law, shape, radius, machine.breakaway, given, -1.0),
+        holding(law, shape, radius, machine.breakaway, given, 1.0),
+    )
+    return problem_of(
+        machine.driveline, machine.torque, work, count, backward, limits, divergence_factor * scale
+    )

@@ -5,9 +5,12 @@ and cached once for all laws.
 """
 
 from functools import cache
+from typing import Any, NamedTuple
 
 from numba import typed, types
 
+from wedgebrake.dynamics import actuator
+from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.jit import compiled, compiled_for
 
 # A law's parameters: four numbers, the unused ones zero. A tuple, because arrays would be
@@ -19,19 +22,47 @@ LAW = types.FunctionType(LAW_SIGNATURE)
 LAWS = types.ListType(LAW)
 SHAPES = types.UniTuple(SHAPE, 2)
 
+actuator_force = compiled(actuator.force)
+
+
+class SmoothBrake(NamedTuple):
+    """A brake with any law of friction: m(v_r) and g(m) as functions, each with its parameters.
+
+    Kernels receive the functions apart, as the types of functions in a named tuple from
+    outside do not match a signature, and join them inside.
+    """
+
+    friction: Any
+    friction_shape: tuple[float, ...]
+    amplification: Any
+    amplification_shape: tuple[float, ...]
+    radius: float
+    actuator: Actuator
+
+
+ACTUATOR = types.NamedTuple((types.float64, types.float64, types.boolean), Actuator)
+
 
 @compiled
-def brake_torque(
-    friction, friction_shape, brake, brake_shape, radius, initial_force, slope, release, v
-):
+def brake_torque(brake, v):
     """R F_a(|v|) g(m(R v)) at the sliding velocity v [N m]  (eqs. 3, 5, 14, 15).
 
     Zero where nothing presses; infinite at and beyond the wall of a self-locking brake.
     """
-    force = initial_force + slope * abs(v)
-    if force == 0.0 or (release and force < 0.0):
+    force = actuator_force(brake.actuator, abs(v))
+    if force == 0.0:
         return 0.0
-    return radius * force * brake(friction(radius * v, friction_shape), brake_shape)
+    friction = brake.friction(brake.radius * v, brake.friction_shape)
+    return brake.radius * force * brake.amplification(friction, brake.amplification_shape)
+
+
+@compiled
+def smooth_brake(laws, numbers):
+    """``SmoothBrake`` from (m, its shape, g, its shape) and (radius, force, slope, release)."""
+    friction, friction_shape, amplification, amplification_shape = laws
+    radius, initial_force, slope, release = numbers
+    given = Actuator(initial_force, slope, release)
+    return SmoothBrake(friction, friction_shape, amplification, amplification_shape, radius, given)
 
 
 def _gather(friction, brake):

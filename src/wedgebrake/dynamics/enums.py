@@ -1,23 +1,111 @@
-"""Numbers that the kernels return for words: how a run ended, and what a row of a log is."""
+"""Codes shared by kernels and Python: one enumeration for each list of outcomes, kinds and classes.
 
-# Outcome of a run. NO_SLIDING: a self-locking brake cannot continue to slide, or sticks
-# permanently on a turning shaft. LOG_FULL: no room for another row.
-COMPLETED, DIVERGED, NO_SLIDING, EVENT_LIMIT, STEP_LIMIT, LOG_FULL = range(6)
+Members of an ``IntEnum`` are compared by kernels at the cost of integers. Values that are
+written to results and stores must not change.
+"""
 
-# Kinds of row. The last two: the speed enters or leaves the stick band of a smooth law.
-START, PERIOD, STICK, SLIP, REVERSAL, BREAKPOINT, END, BAND_ENTERED, BAND_LEFT = range(9)
+from enum import IntEnum
 
-# Class of motion (docs/theory.md, section 9).
-(
-    UNDECIDED,
-    AT_REST,
-    SYNCHRONOUS,
-    PERIODIC,
-    QUASI_PERIODIC,
-    CHAOTIC,
-    RUNAWAY,
-    LOCKED,
-) = range(8)
 
-# Class of stick-slip.
-NO_SLIP, NON_STICK_SLIP, UNIDIRECTIONAL, BIDIRECTIONAL = range(4)
+class Outcome(IntEnum):
+    """End of a run of a kernel."""
+
+    COMPLETED = 0
+    DIVERGED = 1
+    NO_FORWARD_SOLUTION = 2
+    """A self-locking brake cannot continue to slide, or sticks permanently on a turning shaft."""
+    EVENT_LIMIT = 3
+    STEP_LIMIT = 4
+    LOG_FULL = 5
+    """The log has no room for another row; the run can be continued."""
+
+
+class EventKind(IntEnum):
+    """Kind of a row of the segment log; those from ``STICK`` on, but ``END``, are events."""
+
+    START = 0
+    RETURN = 1
+    """Return to the section at which the motion is sampled."""
+    STICK = 2
+    SLIP = 3
+    REVERSAL = 4
+    BREAKPOINT = 5
+    END = 6
+    BAND_ENTERED = 7
+    """The sliding velocity enters the stick band of a smooth law."""
+    BAND_LEFT = 8
+
+
+class SearchEnd(IntEnum):
+    """End of a search for the next event of a segment.
+
+    ``HIT_LOW`` and ``HIT_HIGH``: in slip, the velocity reached a limit of the piece; at rest,
+    the torque left the holding interval there.
+    """
+
+    TIME = 0
+    HIT_LOW = 1
+    HIT_HIGH = 2
+    WORK_LIMIT = 3
+
+
+class FlowForm(IntEnum):
+    """Form in which the motion on a linear piece is written (``linear_flow``)."""
+
+    UNDERDAMPED = 0
+    OVERDAMPED = 1
+    CONFLUENT = 2
+    BLOCKED = 3
+
+
+class MotionClass(IntEnum):
+    """Class of motion (docs/theory.md, section 9); -1 where nothing was computed.
+
+    Counted in periods of the torque, 1/frequency, also where its amplitude is 0.
+    """
+
+    NONE = -1
+    UNDECIDED = 0
+    AT_REST = 1
+    SYNCHRONOUS = 2
+    PERIODIC = 3
+    QUASI_PERIODIC = 4
+    CHAOTIC = 5
+    DIVERGED = 6
+    SELF_LOCKED = 7
+
+    @property
+    def word(self) -> str:
+        """Name in text; ``motion_word`` adds the order of a periodic motion."""
+        names = {MotionClass.NONE: "not computed", MotionClass.AT_REST: "at rest"}
+        return names.get(self, self.name.lower().replace("_", "-"))
+
+
+class StickClass(IntEnum):
+    """Class of stick-slip; -1 where nothing was computed."""
+
+    NONE = -1
+    AT_REST = 0
+    NON_STICK_SLIP = 1
+    UNIDIRECTIONAL = 2
+    BIDIRECTIONAL = 3
+
+    @property
+    def word(self) -> str:
+        """Name in text."""
+        return _STICK_WORDS[self]
+
+
+_STICK_WORDS = {
+    StickClass.NONE: "not computed",
+    StickClass.AT_REST: "at rest",
+    StickClass.NON_STICK_SLIP: "non-stick-slip",
+    StickClass.UNIDIRECTIONAL: "unidirectional stick-slip",
+    StickClass.BIDIRECTIONAL: "bidirectional stick-slip",
+}
+
+
+def motion_word(motion: int, order: int = 0) -> str:
+    """Name of a class of motion with its order: "synchronous", "3T-periodic", "chaotic"."""
+    one = MotionClass(motion)
+    return f"{order}T-periodic" if one is MotionClass.PERIODIC and order else one.word

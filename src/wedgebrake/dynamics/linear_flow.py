@@ -1,11 +1,11 @@
 """Closed-form motion of one linear piece (docs/theory.md, section 5; eqs. 1 and 8 to 12).
 
-Inside a piece the brake torque is ``offset + slope * w`` and the driveline obeys
+Inside a piece the brake torque is ``offset + slope * velocity`` and the driveline obeys
 
-    theta'' + g2 theta' + w2 theta = f sin(omega t) + q
-    g2 = (c + slope)/J,  w2 = k/J,  f = T_e/J,  q = -offset/J
+    theta'' + damping theta' + stiffness theta = forcing(t) + constant
+    damping = (c + slope)/J,  stiffness = k/J,  forcing = T(t)/J,  constant = -offset/J
 
-Three ways to write its solution are kept, each where it loses no digits:
+Three forms of its solution are kept, each where it loses no digits (``FlowForm``):
 
 UNDERDAMPED, OVERDAMPED   forced part plus homogeneous part, the fast ones
 CONFLUENT                 response from the entry state by divided differences of exp over
@@ -16,78 +16,123 @@ BLOCKED                   no sliding is possible in this piece (self-locking)
 
 import cmath
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.dynamics.enums import FlowForm
+from wedgebrake.dynamics.harmonic import Harmonic, Phase, rate, second_rate, value
 from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.records import record
 
-UNDERDAMPED, OVERDAMPED, CONFLUENT, BLOCKED = 0, 1, 2, 3
-
-# Columns of the table of piece constants.
-(
-    KIND,  # one of the four above
-    G2,  # (c + slope)/J [1/s]
-    Q,  # constant acceleration -offset/J [rad/s^2]
-    RATE1,  # underdamped: decay rate g2/2; overdamped: slow root [1/s]
-    RATE2,  # underdamped: damped frequency; overdamped: fast root [1/s]
-    FORCED_SIN,  # forced angle = FORCED_SIN sin + FORCED_COS cos + CENTRE [rad]
-    FORCED_COS,
-    CENTRE,
-    CELL,  # longest search step [s]
-    NOISE,  # rounding of an acceleration in equilibrium [rad/s^2]
-) = range(10)
-COLUMNS = 10
+# A piece of the brake's law with the constants of its flow.
+PIECE = record(
+    fields=[
+        ("form", np.int64),  # a ``FlowForm``
+        ("offset", np.float64),  # brake torque at velocity 0 [N m]; infinite: blocked
+        ("slope", np.float64),  # of the brake torque [N m s/rad]
+        ("damping", np.float64),  # (c + slope)/J [1/s]
+        ("stiffness", np.float64),  # k/J [1/s^2]
+        ("constant", np.float64),  # -offset/J [rad/s^2]
+        ("rate1", np.float64),  # underdamped: decay rate; overdamped: slow root [1/s]
+        ("rate2", np.float64),  # underdamped: frequency; overdamped: fast root [1/s]
+        ("forced_sine", np.float64),  # forced angle: sine part, cosine part, centre [rad]
+        ("forced_cosine", np.float64),
+        ("centre", np.float64),
+        ("cell", np.float64),  # longest search step [s]
+        ("noise", np.float64),  # rounding of an acceleration in equilibrium [rad/s^2]
+    ]
+)
 
 # A forced part further than this from resonance (relative to omega), a spring stiffer than
 # this (relative to the forcing, as a ratio of squared frequencies) and roots further apart
-# than this (relative to g2/2) cost at most three digits of the forced-plus-homogeneous form.
+# than this (relative to half the damping) cost at most three digits of the
+# forced-plus-homogeneous form.
 _RESONANCE_MARGIN = 1e-2
 _STIFFNESS_MARGIN = 1e-4
 _ROOT_MARGIN = 0.1
 
 
+class Driveline(NamedTuple):
+    """Inertia J, damping c, stiffness k, and the velocity of rest relative to the brake."""
+
+    inertia: float
+    damping: float
+    stiffness: float
+    rest_velocity: float
+
+
+class Entry(NamedTuple):
+    """Begin of a motion on a piece: the state, the phase of the torque, and coefficients.
+
+    The homogeneous part of the angle is ``angle1`` times the first and ``angle2`` times the
+    second basis function, that of the velocity likewise. CONFLUENT uses the state alone.
+    """
+
+    angle: float
+    velocity: float
+    phase: Phase
+    angle1: float
+    angle2: float
+    velocity1: float
+    velocity2: float
+
+
 @compiled
-def prepare(inertia, damping, stiffness, amplitude, omega, slopes, offsets, table):
-    """Fill ``table`` (pieces, COLUMNS) with the constants of each piece."""
-    w2 = stiffness / inertia
-    f = amplitude / inertia
-    for piece in range(slopes.size):
-        row = table[piece]
-        row[:] = 0.0
-        if math.isinf(offsets[piece]):
-            row[KIND] = BLOCKED
+def forcing_of(driveline, torque):
+    """The torque over the inertia [rad/s^2]."""
+    return Harmonic(torque.amplitude / driveline.inertia, torque.angular_frequency)
+
+
+@compiled
+def _set_form(piece, f, omega):
+    """Choose the form of a piece and compute its constants."""
+    g2, w2 = piece.damping, piece.stiffness
+    decay = 0.5 * g2
+    split = decay * decay - w2
+    detuning = w2 - omega * omega
+    spring_ok = w2 > _STIFFNESS_MARGIN * omega * omega
+    piece.form = FlowForm.CONFLUENT
+    if split < 0.0:
+        damped = math.sqrt(-split)
+        if spring_ok and math.hypot(decay, damped - omega) > _RESONANCE_MARGIN * omega:
+            piece.form = FlowForm.UNDERDAMPED
+            piece.rate1 = decay
+            piece.rate2 = damped
+    elif math.sqrt(split) > _ROOT_MARGIN * abs(decay) and spring_ok:
+        far = -decay - math.copysign(math.sqrt(split), decay)
+        near = w2 / far
+        if abs(near) > 1e-3 * omega:
+            piece.form = FlowForm.OVERDAMPED
+            piece.rate1 = near
+            piece.rate2 = far
+    if piece.form != FlowForm.CONFLUENT:
+        gain = f / (detuning * detuning + g2 * g2 * omega * omega)
+        piece.forced_sine = gain * detuning
+        piece.forced_cosine = -gain * g2 * omega
+        piece.centre = piece.constant / w2
+
+
+@compiled
+def prepare(driveline, torque, slopes, offsets, pieces):
+    """Fill ``pieces`` from the slopes and offsets of the brake torque over the velocity."""
+    w2 = driveline.stiffness / driveline.inertia
+    f, omega = torque.amplitude / driveline.inertia, torque.angular_frequency
+    for i in range(slopes.size):
+        piece = pieces[i]
+        piece.form = FlowForm.BLOCKED
+        piece.offset, piece.slope, piece.stiffness = offsets[i], slopes[i], w2
+        piece.damping = piece.constant = piece.rate1 = piece.rate2 = 0.0
+        piece.forced_sine = piece.forced_cosine = piece.centre = piece.cell = piece.noise = 0.0
+        if math.isinf(offsets[i]):
             continue
-        g2 = (damping + slopes[piece]) / inertia
-        q = -offsets[piece] / inertia
-        decay = 0.5 * g2
-        split = decay * decay - w2
-        row[G2] = g2
-        row[Q] = q
-        row[NOISE] = 1e-15 * (f + abs(q))
-        fastest = max(math.sqrt(w2), omega)
-        row[CELL] = 3.0 / max(fastest, -3.0 * g2)
-        detuning = w2 - omega * omega
-        row[KIND] = CONFLUENT
-        spring_ok = w2 > _STIFFNESS_MARGIN * omega * omega
-        if split < 0.0:
-            damped = math.sqrt(-split)
-            if spring_ok and math.hypot(decay, damped - omega) > _RESONANCE_MARGIN * omega:
-                row[KIND] = UNDERDAMPED
-                row[RATE1] = decay
-                row[RATE2] = damped
-        elif math.sqrt(split) > _ROOT_MARGIN * abs(decay) and spring_ok:
-            far = -decay - math.copysign(math.sqrt(split), decay)
-            near = w2 / far
-            if abs(near) > 1e-3 * omega:
-                row[KIND] = OVERDAMPED
-                row[RATE1] = near
-                row[RATE2] = far
-        if row[KIND] != CONFLUENT:
-            gain = f / (detuning * detuning + g2 * g2 * omega * omega)
-            row[FORCED_SIN] = gain * detuning
-            row[FORCED_COS] = -gain * g2 * omega
-            row[CENTRE] = q / w2
+        g2 = (driveline.damping + slopes[i]) / driveline.inertia
+        q = -offsets[i] / driveline.inertia
+        piece.damping, piece.constant = g2, q
+        piece.noise = 1e-15 * (f + abs(q))
+        piece.cell = 3.0 / max(math.sqrt(w2), omega, -3.0 * g2)
+        _set_form(piece, f, omega)
 
 
 @compiled
@@ -157,110 +202,101 @@ def _unit_impulse(root1, root2, tau):
 
 
 @compiled
-def impulse(row, w2, tau):
+def impulse(piece, tau):
     """(h, h') of the free motion of a piece a time ``tau`` after a unit velocity.
 
-    The fundamental matrix of the piece is [[h' + g2 h, h], [-w2 h, h']].
+    The fundamental matrix of the piece is [[h' + damping h, h], [-stiffness h, h']].
     """
-    kind = row[KIND]
-    if kind == UNDERDAMPED:
-        decay, damped = row[RATE1], row[RATE2]
+    if piece.form == FlowForm.UNDERDAMPED:
+        decay, damped = piece.rate1, piece.rate2
         shrink = math.exp(-decay * tau)
         h = shrink * math.sin(damped * tau) / damped
         return h, shrink * math.cos(damped * tau) - decay * h
-    if kind == OVERDAMPED:
-        near, far = row[RATE1], row[RATE2]
+    if piece.form == FlowForm.OVERDAMPED:
+        near, far = piece.rate1, piece.rate2
         first, second = math.exp(near * tau), math.exp(far * tau)
         return (first - second) / (near - far), (near * first - far * second) / (near - far)
-    root1, root2 = _roots(row[G2], w2)
+    root1, root2 = _roots(piece.damping, piece.stiffness)
     return _unit_impulse(root1, root2, tau)
 
 
 @compiled
-def _confluent(g2, q, w2, f, omega, theta0, w0, sin0, cos0, tau):
+def _confluent(piece, forcing, entry, tau):
     """State after ``tau`` from the entry state, for pieces where nothing may be divided."""
-    root1, root2 = _roots(g2, w2)
+    f, omega = forcing.amplitude, forcing.angular_frequency
+    theta0, w0 = entry.angle, entry.velocity
+    root1, root2 = _roots(piece.damping, piece.stiffness)
     a, b = root1 * tau, root2 * tau
     impulse, impulse_rate = _unit_impulse(root1, root2, tau)
     step = tau * tau * _exp_difference2(a, b, complex(0.0)).real
     forced = tau * tau * _exp_difference2(a, b, complex(0.0, omega * tau))
     forced_rate = impulse + complex(0.0, omega) * forced
-    phase = complex(cos0, sin0)
-    pull = q - w2 * theta0
-    theta = theta0 + w0 * impulse + pull * step + f * (phase * forced).imag
-    w = w0 * impulse_rate + pull * impulse + f * (phase * forced_rate).imag
+    phase = complex(entry.phase.cosine, entry.phase.sine)
+    push = piece.constant - piece.stiffness * theta0
+    theta = theta0 + w0 * impulse + push * step + f * (phase * forced).imag
+    w = w0 * impulse_rate + push * impulse + f * (phase * forced_rate).imag
     return theta, w
 
 
 @compiled
-def entry(row, w2, omega, theta0, w0, sin0, cos0):
-    """Coefficients (y1, y2, v1, v2) of the homogeneous part that starts at (theta0, w0).
-
-    ``sin0, cos0`` are those of the torque's phase at entry. Unused where the form is
-    CONFLUENT, which starts from the entry state itself.
-    """
-    ps, pc = row[FORCED_SIN], row[FORCED_COS]
-    y = theta0 - row[CENTRE] - (ps * sin0 + pc * cos0)
-    yd = w0 - omega * (ps * cos0 - pc * sin0)
-    if row[KIND] == UNDERDAMPED:
-        decay, damped = row[RATE1], row[RATE2]
-        return y, (yd + decay * y) / damped, yd, -(decay * yd + w2 * y) / damped
-    near, far = row[RATE1], row[RATE2]
+def enter(piece, forcing, theta0, w0, phase):
+    """``Entry`` of the motion on a piece from a state at a phase of the torque."""
+    omega, w2 = forcing.angular_frequency, piece.stiffness
+    ps, pc = piece.forced_sine, piece.forced_cosine
+    y = theta0 - piece.centre - (ps * phase.sine + pc * phase.cosine)
+    yd = w0 - omega * (ps * phase.cosine - pc * phase.sine)
+    if piece.form == FlowForm.UNDERDAMPED:
+        decay, damped = piece.rate1, piece.rate2
+        sine, sine_rate = (yd + decay * y) / damped, -(decay * yd + w2 * y) / damped
+        return Entry(theta0, w0, phase, y, sine, yd, sine_rate)
+    near, far = piece.rate1, piece.rate2
     slow, fast = (yd - far * y) / (near - far), (near * y - yd) / (near - far)
-    return slow, fast, near * slow, far * fast
+    return Entry(theta0, w0, phase, slow, fast, near * slow, far * fast)
 
 
 @compiled
-def state_at(row, w2, f, omega, theta0, w0, sin0, cos0, coefficients, tau, sin1, cos1):
-    """(theta, w) a time ``tau`` after entry at (theta0, w0).
-
-    ``sin0, cos0`` are those of the torque's phase at entry, ``sin1, cos1`` at tau;
-    ``coefficients`` come from ``entry``.
-    """
-    kind = row[KIND]
-    if kind == CONFLUENT:
-        return _confluent(row[G2], row[Q], w2, f, omega, theta0, w0, sin0, cos0, tau)
-    y1, y2, v1, v2 = coefficients
-    ps, pc = row[FORCED_SIN], row[FORCED_COS]
-    if kind == UNDERDAMPED:
-        shrink = math.exp(-row[RATE1] * tau)
-        angle = row[RATE2] * tau
+def state_at(piece, forcing, entry, tau, phase):
+    """(angle, velocity) a time ``tau`` after entry, where the torque has the given phase."""
+    if piece.form == FlowForm.CONFLUENT:
+        return _confluent(piece, forcing, entry, tau)
+    omega, ps, pc = forcing.angular_frequency, piece.forced_sine, piece.forced_cosine
+    if piece.form == FlowForm.UNDERDAMPED:
+        shrink = math.exp(-piece.rate1 * tau)
+        angle = piece.rate2 * tau
         first, second = shrink * math.cos(angle), shrink * math.sin(angle)
     else:
-        first, second = math.exp(row[RATE1] * tau), math.exp(row[RATE2] * tau)
-    theta = row[CENTRE] + ps * sin1 + pc * cos1 + y1 * first + y2 * second
-    w = omega * (ps * cos1 - pc * sin1) + v1 * first + v2 * second
-    return theta, w
+        first, second = math.exp(piece.rate1 * tau), math.exp(piece.rate2 * tau)
+    forced = piece.centre + ps * phase.sine + pc * phase.cosine
+    theta = forced + entry.angle1 * first + entry.angle2 * second
+    w = omega * (ps * phase.cosine - pc * phase.sine)
+    return theta, w + entry.velocity1 * first + entry.velocity2 * second
 
 
 @compiled
-def acceleration(row, w2, f, theta, w, sine):
-    """Theta'' from the equation of motion."""
-    return f * sine - row[G2] * w - w2 * theta + row[Q]
+def acceleration(piece, forcing, theta, w, phase):
+    """Second derivative of the angle, from the equation of motion."""
+    return value(forcing, phase) - piece.damping * w - piece.stiffness * theta + piece.constant
 
 
 @compiled
-def jerk(row, w2, f, omega, w, a, cosine):
-    """Theta''' from the differentiated equation of motion."""
-    return f * omega * cosine - row[G2] * a - w2 * w
+def jerk(piece, forcing, w, a, phase):
+    """Third derivative of the angle, from the differentiated equation of motion."""
+    return rate(forcing, phase) - piece.damping * a - piece.stiffness * w
 
 
 @compiled
-def snap(row, w2, f, omega, a, j, sine):
-    """Theta'''' likewise."""
-    return -f * omega * omega * sine - row[G2] * j - w2 * a
+def snap(piece, forcing, a, j, phase):
+    """Fourth derivative of the angle, likewise."""
+    return second_rate(forcing, phase) - piece.damping * j - piece.stiffness * a
 
 
-def constants(
-    inertia: float,
-    damping: float,
-    stiffness: float,
-    amplitude: float,
-    omega: float,
+def pieces_of(
+    driveline: Driveline,
+    torque: Harmonic,
     slopes: NDArray[np.float64],
     offsets: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Allocate and fill the table of piece constants, shape (pieces, COLUMNS)."""
-    table = np.empty((slopes.size, COLUMNS))
-    prepare(inertia, damping, stiffness, amplitude, omega, slopes, offsets, table)
-    return table
+) -> NDArray[np.record]:
+    """Allocate and fill the pieces of a brake torque over the velocity."""
+    pieces = np.empty(slopes.size, dtype=PIECE)
+    prepare(driveline, torque, slopes, offsets, pieces)
+    return pieces

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import ClassVar
 
+from wedgebrake.dynamics import actuator
+from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.model.part import Member, parameter
 
 
@@ -29,14 +30,16 @@ class Actuation(Member):
         default=True,
     )  # fmt: skip
 
+    @property
+    def law(self) -> Actuator:
+        """The numbers of the law, as the kernels take them."""
+        return Actuator(self.initial_force, self.slope, self.release)
+
     def force(self, speed: float) -> float:
         """Actuation force [N] at the sliding speed |v| [rad/s]."""
-        value = self.initial_force + self.slope * abs(speed)
-        return max(value, 0.0) if self.release else value
+        return actuator.force(self.law, abs(speed))
 
     @property
     def release_speed(self) -> float:
         """Speed beyond which the brake is released [rad/s]; inf if there is none."""
-        if not self.release or self.slope >= 0.0:
-            return math.inf
-        return self.initial_force / -self.slope
+        return actuator.release_speed(self.law)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -93,15 +92,6 @@ class Characteristic:
         value = self.offsets[index] + self.slopes[index] * v
         return np.where(v == 0.0, np.nan, value)
 
-    def over_driveline_velocity(self, drive_speed: float) -> dict[str, Any]:
-        """The same lines over theta' = v - drive_speed, as the kernels take them."""
-        return {
-            "bounds": np.ascontiguousarray(self.breakpoints - drive_speed),
-            "slopes": np.ascontiguousarray(self.slopes),
-            "offsets": self.offsets + np.where(self.slopes == 0.0, 0.0, self.slopes * drive_speed),
-            "zero": self.first_forward,
-        }
-
 
 def characteristic(
     brake: Brake, friction: SetValuedFriction, actuation: Actuation
@@ -113,20 +103,19 @@ def characteristic(
     """
     speeds = np.array([speed / brake.radius for speed, _ in friction.nodes()])
     coefficients = np.array([m for _, m in friction.nodes()])
-    shape = brake.shape()
-    rows = np.empty((speeds.size + 1, 3))
+    lines = np.empty(speeds.size + 1, dtype=piecewise_linear.LINE)
     halves = []
     for side in (-1.0, 1.0):
         count = piecewise_linear.half(
-            brake.law, shape, brake.radius, speeds, coefficients, actuation.initial_force,
-            actuation.slope, actuation.release_speed, side, rows,
+            brake.law, brake.shape(), brake.radius, speeds, coefficients, actuation.law,
+            actuation.release_speed, side, lines,
         )  # fmt: skip
-        halves.append(rows[:count].copy())
+        halves.append(lines[:count].copy())
     backward, forward = halves[0][::-1], halves[1]
     return Characteristic(
-        breakpoints=np.concatenate([-backward[:-1, 0], forward[:, 0]]),
-        slopes=np.concatenate([-backward[:, 2], forward[:, 2]]),
-        offsets=np.concatenate([backward[:, 1], forward[:, 1]]),
+        breakpoints=np.concatenate([-backward["start"][:-1], forward["start"]]),
+        slopes=np.concatenate([-backward["slope"], forward["slope"]]),
+        offsets=np.concatenate([backward["offset"], forward["offset"]]),
         holding=_holding(brake, friction, actuation),
     )
 
@@ -138,10 +127,9 @@ def _holding(
     lower, upper = (
         float(
             piecewise_linear.holding(
-                brake.law, brake.shape(), brake.radius, friction.breakaway,
-                actuation.initial_force, actuation.slope, side,
+                brake.law, brake.shape(), brake.radius, friction.breakaway, actuation.law, side
             )
         )
         for side in (-1.0, 1.0)
-    )  # fmt: skip
+    )
     return lower, upper

@@ -5,7 +5,12 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wedgebrake.model.part import Member, parameter
+
+FloatArray = NDArray[np.float64]
 
 
 class HarmonicTorque(Member):
@@ -22,6 +27,10 @@ class HarmonicTorque(Member):
     frequency: float = parameter(
         "torque frequency f_e", symbol="f_e", unit="Hz", example=10.03, gt=0, ge=1e-9, le=1e9
     )
+
+    def torque(self, time: FloatArray) -> FloatArray:
+        """T [N m] at times [s]."""
+        return np.asarray(self.amplitude * np.sin(self.angular_frequency * time))
 
     @property
     def angular_frequency(self) -> float:

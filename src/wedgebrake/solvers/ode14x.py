@@ -12,15 +12,18 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CoulombFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers import ode14x_kernel as kernel
+from wedgebrake.solvers.event_driven.solve import driveline_numbers, torque_numbers
+from wedgebrake.solvers.log_reader import events_of, sticks_in_band, within
 from wedgebrake.solvers.smooth.laws import Shape, brake_law, compiled_law, friction_law
-from wedgebrake.solvers.smooth.stick_band import SHORTEST_STICK, sticks_from_layer, within
-from wedgebrake.solvers.solution import EventKind, Events, FloatArray, Sticks, Task, Trajectory
+from wedgebrake.solvers.solution import FloatArray, Returns, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 
 BAND = 1e-4
@@ -30,7 +33,7 @@ SUBSTEPS = (12, 8, 6, 4)
 """Substeps n_j of one step, as in Simulink's generated code."""
 
 SEES_END = False
-"""Whether a substep sees the torque of its end; in Simulink's generated code, of its start."""
+"""True if a substep sees the torque of its end; in Simulink's generated code, of its start."""
 
 _FIRST_ROWS = 100_000
 
@@ -58,56 +61,55 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
     Raises ``InputError`` for friction other than smooth or Coulomb.
     """
     laws, hold, band = _laws(system)
-    line, force, omega = system.driveline, system.actuation, system.excitation.angular_frequency
-    plant = (
-        line.inertia, line.damping, line.stiffness, system.excitation.amplitude, omega,
-        0.0 - line.drive_speed,
+    scheme = kernel.Scheme(
+        driveline_numbers(system), torque_numbers(system), system.brake.radius,
+        system.actuation.law, hold, band, DIVERGED_FACTOR * _speed_scale(system, task), step,
+        np.array(SUBSTEPS), _turns(system.excitation.angular_frequency * step), max_steps,
     )  # fmt: skip
-    numbers = (system.brake.radius, force.initial_force, force.slope, force.release)
     first, rest = task.start
     periods = np.arange(first + (rest > 0.0), task.end[0] + 1)
     elapsed = _elapsed(task, *task.clock.split(task.times))
     marks = _elapsed(task, periods, 0.0)
     end = float(_elapsed(task, *task.end))
-    # The kernel sees one list of times: those wanted, the sections and the end.
+    # The kernel takes one list of times: those wanted, the returns and the end.
     # Far from t = 0 the first two carry rounding that must not put them beyond the last.
     merged = np.clip(np.concatenate((elapsed, marks, [end])), 0.0, end)
     order = np.argsort(merged, kind="stable")
-    seen = np.full((merged.size, kernel.SEEN_COLUMNS), np.nan)
+    samples = np.empty(merged.size, dtype=kernel.SAMPLE)
     rows = _FIRST_ROWS
     while True:
-        log = np.empty((rows, kernel.LOG_COLUMNS))
+        log = empty_log(rows)
         outcome, now, angle, velocity, steps, used, reached = kernel.run(
-            plant, *laws, numbers, hold, band, DIVERGED_FACTOR * _speed_scale(system, task),
-            step, np.array(SUBSTEPS), _turns(omega * step), rest, task.angle, task.velocity, end,
-            max_steps, log, merged[order], seen, np.empty((4, 2)), task.stop,
+            scheme, laws, rest, task.angle, task.velocity, end, log, merged[order], samples,
+            task.stop,
         )  # fmt: skip
-        if outcome != enums.LOG_FULL:
+        if outcome != Outcome.LOG_FULL:
             break
         rows *= 4
     inverse = np.empty_like(order)
     inverse[order] = np.arange(order.size)
-    seen, done = seen[inverse], inverse < reached
+    samples, done = samples[inverse], inverse < reached
     wanted, sections = slice(elapsed.size), slice(elapsed.size, -1)
     if done[-1]:
-        now, (angle, velocity) = end, seen[-1, :2]
-    start_time = float(task.clock.join(*task.start))
-    # The last step may reach beyond the end.
-    log = log[:used][log[:used, kernel.LOG_TIME] <= now]
-    times, at = task.times[done[wanted]], seen[wanted][done[wanted]]
-    section = seen[sections][done[sections]]
-    sticks = _sticks(log, start_time, now, SHORTEST_STICK * task.clock.period)
-    stop = float(task.clock.join(*task.end)) if done[-1] else start_time + now
+        now, angle, velocity = end, samples["angle"][-1], samples["velocity"][-1]
+    stop = float(task.clock.join(*task.end if done[-1] else (first, rest + now)))
+    # The last step may reach beyond the end; its crossings need not be in order.
+    log = log[:used][log["time"][:used] <= now]
+    log = log[np.argsort(log["time"], kind="stable")]
+    log["period"], log["time"] = first, log["time"] + rest
+    times, at = task.times[done[wanted]], samples[wanted][done[wanted]]
+    section = samples[sections][done[sections]]
+    sticks = sticks_in_band(log, task.clock, stop)
     return Trajectory(
         times=times,
-        angle=at[:, kernel.SEEN_THETA].copy(),
-        velocity=at[:, kernel.SEEN_W].copy(),
-        brake_torque=at[:, kernel.SEEN_TORQUE].copy(),
+        angle=at["angle"].copy(),
+        velocity=at["velocity"].copy(),
+        brake_torque=at["brake_torque"].copy(),
         sticking=within(times, sticks),
-        period=periods[done[sections]],
-        period_angle=section[:, kernel.SEEN_THETA].copy(),
-        period_velocity=section[:, kernel.SEEN_W].copy(),
-        events=_events(log, start_time),
+        returns=Returns(
+            periods[done[sections]], section["angle"].copy(), section["velocity"].copy()
+        ),
+        events=events_of(log, task.clock, stop),
         sticks=sticks,
         status=Status.of(outcome),
         final=(stop, float(angle), float(velocity)),
@@ -142,11 +144,12 @@ def _elapsed(task: Task, number: Any, rest: FloatArray | float) -> FloatArray:
     return np.asarray((number - first) * task.clock.period + (rest - begun), dtype=float)
 
 
-def _turns(turn: float) -> FloatArray:
-    """(sin, cos) of the phase of each substep, with ``turn`` the phase of one step."""
+def _turns(turn: float) -> NDArray[np.record]:
+    """Phase of the torque that each substep sees, with ``turn`` the phase of one step."""
     share = [(m + SEES_END) / n for n in SUBSTEPS for m in range(n)]
-    phase = turn * np.array(share)
-    return np.column_stack((np.sin(phase), np.cos(phase)))
+    turns = np.empty(len(share), dtype=kernel.TURN)
+    turns["sine"], turns["cosine"] = np.sin(turn * np.array(share)), np.cos(turn * np.array(share))
+    return turns
 
 
 def _speed_scale(system: BrakedDriveline, task: Task) -> float:
@@ -162,39 +165,13 @@ def _speed_scale(system: BrakedDriveline, task: Task) -> float:
     return scale if scale > 0.0 else 1.0
 
 
-def _events(log: FloatArray, start_time: float) -> Events:
-    rows = log[log[:, kernel.LOG_KIND] == EventKind.REVERSAL]
-    return Events(
-        time=start_time + rows[:, kernel.LOG_TIME],
-        kind=np.full(rows.shape[0], EventKind.REVERSAL, dtype=np.int8),
-        angle=rows[:, kernel.LOG_THETA].copy(),
-        velocity=rows[:, kernel.LOG_W].copy(),
-        side=rows[:, kernel.LOG_SIDE].astype(np.int8),
-    )
-
-
-def _sticks(log: FloatArray, start_time: float, end: float, minimum: float) -> Sticks:
-    entered = log[log[:, kernel.LOG_KIND] == enums.BAND_ENTERED]
-    left = log[log[:, kernel.LOG_KIND] == enums.BAND_LEFT]
-    leave_time, leave_side = left[:, kernel.LOG_TIME], left[:, kernel.LOG_SIDE]
-    if leave_time.size < entered.shape[0]:
-        leave_time, leave_side = np.append(leave_time, end), np.append(leave_side, 0.0)
-    return sticks_from_layer(
-        start_time + entered[:, kernel.LOG_TIME],
-        entered[:, kernel.LOG_SIDE],
-        start_time + leave_time,
-        leave_side,
-        minimum,
-    )
-
-
 def _detail(outcome: int, end: float, step: float, hold: float) -> str:
-    if outcome == enums.DIVERGED:
+    if outcome == Outcome.DIVERGED:
         return f"Diverged at t = {end:.6g} s."
-    if outcome == enums.NO_SLIDING:
+    if outcome == Outcome.NO_FORWARD_SOLUTION:
         way_out = "method='exact'" if hold else "method='smooth'"
         return (
             f"The step of {step:g} s went into sliding without a solution at t = {end:.6g} s;"
             f" {way_out} does not step over that wall."
         )
-    return f"Stopped at t = {end:.6g} s." if outcome == enums.STEP_LIMIT else ""
+    return f"Stopped at t = {end:.6g} s." if outcome == Outcome.STEP_LIMIT else ""

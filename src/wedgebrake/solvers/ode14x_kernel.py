@@ -14,27 +14,25 @@ and the brake as compiled laws. It knows neither events nor kinks: it steps over
 """
 
 import math
+from typing import Any, NamedTuple
 
+import numpy as np
 from numba import types
 
-from wedgebrake.dynamics.brake_torque import LAW, SHAPE, brake_torque
-from wedgebrake.dynamics.enums import (
-    BAND_ENTERED,
-    BAND_LEFT,
-    COMPLETED,
-    DIVERGED,
-    LOG_FULL,
-    NO_SLIDING,
-    REVERSAL,
-    STEP_LIMIT,
-)
-from wedgebrake.dynamics.jit import compiled, compiled_for
+from wedgebrake.dynamics.actuator import Actuator
+from wedgebrake.dynamics.brake_torque import ACTUATOR, LAW, SHAPE, SmoothBrake, brake_torque
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.dynamics.harmonic import Harmonic, phase_at, value
+from wedgebrake.dynamics.jit import array_of, compiled, compiled_for
+from wedgebrake.dynamics.linear_flow import Driveline
+from wedgebrake.dynamics.records import record
+from wedgebrake.dynamics.section import return_time
+from wedgebrake.dynamics.segment_log import REST, SEGMENT, write
 
-LOG_KIND, LOG_TIME, LOG_THETA, LOG_W, LOG_SIDE = range(5)
-LOG_COLUMNS = 5
-
-SEEN_THETA, SEEN_W, SEEN_TORQUE = range(3)
-SEEN_COLUMNS = 3
+# State and brake torque at a wanted time.
+SAMPLE = record("angle velocity brake_torque")
+# Phase of the torque that a substep sees, from that of the grid point on.
+TURN = record("sine cosine")
 
 # MATLAB's numjac, as Simulink's generated code has it: increments of a share ``factor`` of
 # the state, at least of THRESHOLD; the share follows the size of the difference.
@@ -47,45 +45,85 @@ SMALLEST_FACTOR, FIRST_FACTOR, LARGEST_FACTOR = EPS**0.78, EPS**0.5, 0.1
 SNAP = 1e-9
 
 
+class Scheme(NamedTuple):
+    """A machine and the numbers of the scheme.
+
+    hold      : half width of the band of the law [rad/s], 0 for a smooth law
+    band      : half width of the band that is logged [rad/s]
+    divergence_velocity : speed past which growth is called divergence [rad/s]
+    step      : h [s]
+    substeps  : (4,) n_j
+    turns     : (sum n_j,) of dtype ``TURN``
+    max_steps : steps after which to give up
+    """
+
+    driveline: Driveline
+    torque: Harmonic
+    radius: float
+    actuator: Actuator
+    hold: float
+    band: float
+    divergence_velocity: float
+    step: float
+    substeps: Any
+    turns: Any
+    max_steps: int
+
+
+class Point(NamedTuple):
+    """A state on the grid: angle, velocity, acceleration, and the driving torque there."""
+
+    angle: float
+    velocity: float
+    acceleration: float
+    drive: float
+
+
+class _Jacobian(NamedTuple):
+    """Derivatives of the acceleration, and the shares of their difference quotients."""
+
+    by_angle: float
+    by_velocity: float
+    angle_factor: float
+    velocity_factor: float
+
+
+class _Crossing(NamedTuple):
+    """Direction of sliding, and whether the velocity is inside the band that is logged."""
+
+    side: float
+    inside: bool
+
+
 @compiled
-def torque_at(plant, laws, numbers, hold, drive, theta, w):
-    """Brake torque R F_mu [N m] under the torque ``drive`` [N m].
+def _torque(scheme, brake, drive, theta, w):
+    """Brake torque R F_mu [N m] under the driving torque ``drive`` [N m].
 
     With ``hold`` > 0 the law is banded, eqs. (16) to (20), hold being their epsilon: inside
     the band it is what equilibrium demands, between the torques of both directions (17)(18).
     Infinite where the brake locks itself while sliding.
     """
-    _, damping, stiffness, _, _, w_rest = plant
-    friction, friction_shape, brake, brake_shape = laws
-    radius, initial, slope, release = numbers
-    v = w - w_rest
+    driveline, hold = scheme.driveline, scheme.hold
+    v = w - driveline.rest_velocity
     if abs(v) > hold or hold == 0.0:
-        return brake_torque(
-            friction, friction_shape, brake, brake_shape, radius, initial, slope, release, v
-        )
-    speed = abs(v)
-    forwards = brake_torque(
-        friction, friction_shape, brake, brake_shape, radius, initial, slope, release, speed
-    )
-    backwards = brake_torque(
-        friction, friction_shape, brake, brake_shape, radius, initial, slope, release, -speed
-    )
-    demanded = drive - damping * w - stiffness * theta
+        return brake_torque(brake, v)
+    forwards, backwards = brake_torque(brake, abs(v)), brake_torque(brake, -abs(v))
+    demanded = drive - driveline.damping * w - driveline.stiffness * theta
     lower, upper = min(backwards, forwards), max(backwards, forwards)
     return min(max(demanded, lower), upper)
 
 
 @compiled
-def acceleration(plant, laws, numbers, hold, drive, theta, w):
-    """Theta'' from the equation of motion (1)."""
-    inertia, damping, stiffness, _, _, _ = plant
-    brake = torque_at(plant, laws, numbers, hold, drive, theta, w)
-    return (drive - damping * w - stiffness * theta - brake) / inertia
+def _acceleration(scheme, brake, drive, theta, w):
+    """Second derivative of the angle, from the equation of motion (1)."""
+    line = scheme.driveline
+    torque = _torque(scheme, brake, drive, theta, w)
+    return (drive - line.damping * w - line.stiffness * theta - torque) / line.inertia
 
 
 @compiled
 def _increment(x, rate, factor):
-    """Increment of a state variable for its difference quotient, towards where it moves."""
+    """(increment of a state variable for its difference quotient, share), towards its motion."""
     share = max(abs(x), THRESHOLD)
     change = x + factor * share - x
     while change == 0.0 and factor < LARGEST_FACTOR:
@@ -110,6 +148,61 @@ def _next_factor(factor, difference, before, after):
 
 
 @compiled
+def _differentiate(scheme, brake, point, last):
+    """Jacobian of the acceleration; the other row, of angle' = velocity, is known."""
+    theta, w, a, drive = point
+    change, angle_factor = _increment(theta, w, last.angle_factor)
+    moved = _acceleration(scheme, brake, drive, theta + change, w)
+    by_angle = (moved - a) / change
+    angle_factor = _next_factor(angle_factor, abs(moved - a), a, moved)
+    change, factor = _increment(w, a, last.velocity_factor)
+    moved = _acceleration(scheme, brake, drive, theta, w + change)
+    if not math.isfinite(moved):  # the wall of a self-locking brake: take the other side
+        change = -change
+        moved = _acceleration(scheme, brake, drive, theta, w + change)
+    by_velocity = (moved - a) / change
+    if abs(moved - a) >= abs(change):
+        factor = _next_factor(factor, abs(moved - a), a, moved)
+    else:
+        factor = _next_factor(factor, abs(change), w, w + change)
+    return _Jacobian(by_angle, by_velocity, angle_factor, factor)
+
+
+@compiled
+def _step(scheme, brake, point, jacobian, phase, work):
+    """(outcome, angle, velocity) after a step, extrapolated from four numbers of substeps.
+
+    phase : of the torque at the grid point;  work : (4, 2) scratch
+    """
+    theta, w, _, _ = point
+    substeps, amplitude = scheme.substeps, scheme.torque.amplitude
+    index = 0
+    for j in range(4):
+        n = substeps[j]
+        h = scheme.step / n
+        share = h / (1.0 - h * jacobian.by_velocity - h * h * jacobian.by_angle)
+        y, u = theta, w
+        for _ in range(n):
+            turn = scheme.turns[index]
+            drive = amplitude * (phase.sine * turn.cosine + phase.cosine * turn.sine)
+            rate = _acceleration(scheme, brake, drive, y, u)
+            if math.isinf(rate) and abs(u) < scheme.divergence_velocity:
+                return Outcome.NO_FORWARD_SOLUTION, theta, w
+            rise = share * (rate + h * jacobian.by_angle * u)
+            y += h * (u + rise)
+            u += rise
+            index += 1
+        work[j, 0], work[j, 1] = y, u
+        for k in range(j, 0, -1):
+            weight = substeps[k - 1] / (substeps[j] - substeps[k - 1])
+            work[k - 1, 0] = work[k, 0] + weight * (work[k, 0] - work[k - 1, 0])
+            work[k - 1, 1] = work[k, 1] + weight * (work[k, 1] - work[k - 1, 1])
+    if not (math.isfinite(work[0, 0]) and math.isfinite(work[0, 1])):
+        return Outcome.DIVERGED, theta, w
+    return Outcome.COMPLETED, work[0, 0], work[0, 1]
+
+
+@compiled
 def _cubic(s, h, y0, d0, y1, d1):
     """Cubic Hermite interpolation at the share s of a step h; exact at s = 0 and 1."""
     if s == 0.0:
@@ -120,182 +213,135 @@ def _cubic(s, h, y0, d0, y1, d1):
 
 
 @compiled
-def _write(log, rows, kind, time, theta, w, side):
-    """One row of the log; the caller has made sure that there is room."""
-    log[rows, LOG_KIND] = kind
-    log[rows, LOG_TIME] = time
-    log[rows, LOG_THETA] = theta
-    log[rows, LOG_W] = w
-    log[rows, LOG_SIDE] = side
-    return rows + 1
+def _angle_in(s, h, before, after):
+    """Angle at the share s of a step."""
+    return _cubic(s, h, before.angle, before.velocity, after.angle, after.velocity)
 
 
-def _run(
-    plant,
-    friction,
-    friction_shape,
-    brake,
-    brake_shape,
-    numbers,
-    hold,
-    band,
-    w_diverged,
-    h,
-    substeps,
-    turns,
-    start,
-    theta,
-    w,
-    end,
-    max_steps,
-    log,
-    wanted,
-    seen,
-    work,
-    stop,
-):
+@compiled
+def _log_crossings(scheme, log, rows, now, crossing, before, after):
+    """Log a reversal and the band entered or left in a step: (rows, crossing).
+
+    Both are interpolated linearly in the sliding velocity.
+    """
+    w_rest, band, h = scheme.driveline.rest_velocity, scheme.band, scheme.step
+    side, inside = crossing
+    v, v1 = before.velocity - w_rest, after.velocity - w_rest
+    if v1 * side < 0.0:
+        s = v / (v - v1) if v * v1 < 0.0 else 0.0
+        angle = _angle_in(s, h, before, after)
+        kind = EventKind.REVERSAL
+        rows = write(log, rows, kind, 0, now + s * h, angle, w_rest, REST, -side)
+    if v1 != 0.0:
+        side = 1.0 if v1 > 0.0 else -1.0
+    if (abs(v1) <= band) != inside:
+        inside = not inside
+        gap = band - abs(v)
+        s = gap / (gap - (band - abs(v1)))
+        angle = _angle_in(s, h, before, after)
+        speed = before.velocity + s * (after.velocity - before.velocity)
+        kind = EventKind.BAND_ENTERED if inside else EventKind.BAND_LEFT
+        outer = v if inside else v1
+        direction = 1.0 if outer > 0.0 else -1.0
+        rows = write(log, rows, kind, 0, now + s * h, angle, speed, REST, direction)
+    return rows, _Crossing(side, inside)
+
+
+@compiled
+def _sample(scheme, brake, s, local, before, after, sample):
+    """Write state and torque at the share s of a step that ends at a time in the period."""
+    h, angle, speed, drive = scheme.step, after.angle, after.velocity, after.drive
+    if s <= 1.0 - SNAP:
+        angle = _angle_in(s, h, before, after)
+        # Next to a locked brake there is no acceleration to interpolate with.
+        locked = not math.isfinite(after.acceleration)
+        rate = before.acceleration if locked else after.acceleration
+        speed = _cubic(s, h, before.velocity, before.acceleration, after.velocity, rate)
+        drive = value(scheme.torque, phase_at(scheme.torque, local - (1.0 - s) * h))
+    sample.angle, sample.velocity = angle, speed
+    sample.brake_torque = _torque(scheme, brake, drive, angle, speed)
+
+
+def _run(scheme, laws, start, theta, w, end, log, wanted, samples, stop):
     """Advance from (theta, w) by the time ``end`` or, to stay on the grid, up to h more.
 
-    plant      (J, c, k, T_e, omega, w_rest)
-    friction, friction_shape, brake, brake_shape: m and g, compiled, with their parameters
-    numbers    (radius, initial force, slope, release)
-    hold       half width of the band of the law [rad/s], 0 for a smooth law
-    band       half width of the band that is logged [rad/s]
-    w_diverged speed past which growth is called divergence [rad/s]
-    substeps   (4,) n_j
-    turns      (sum n_j, 2) (sin, cos) of the phase at which each substep sees the torque,
-               from the phase of the grid point on
-    start      time inside the period at the start [s]; end, wanted: elapsed times [s]
-    log        (rows, LOG_COLUMNS), times elapsed
-    wanted     (m,) ascending; seen (m, SEEN_COLUMNS) receives the state there
-    work       (4, 2) scratch
-    stop       (1,) ends the run as the limit of steps does when another thread sets it to True
+    laws    : (m, its shape, g, its shape), compiled
+    start   : time inside the period at the start [s]; end, wanted: elapsed times [s]
+    log     : receives reversals and the band; times elapsed, without a mode
+    wanted  : (m,) ascending; samples (m,) of dtype ``SAMPLE`` receives the states there
+    stop    : (1,) ends the run as the limit of steps does when another thread sets it to True
 
-    Returns (outcome, elapsed time, theta, w, steps, rows, seen count).
+    Returns (outcome, elapsed time, angle, velocity, steps, rows, samples).
     """
-    laws = (friction, friction_shape, brake, brake_shape)
-    amplitude, omega, w_rest = plant[3], plant[4], plant[5]
-    length = 2.0 * math.pi / omega
+    friction, friction_shape, amplification, amplification_shape = laws
+    brake = SmoothBrake(
+        friction, friction_shape, amplification, amplification_shape, scheme.radius, scheme.actuator
+    )
+    torque, w_rest, h = scheme.torque, scheme.driveline.rest_velocity, scheme.step
+    length = return_time(torque)
     steps, rows, count, periods = 0, 0, 0, 0
-    factor_theta, factor_w = FIRST_FACTOR, FIRST_FACTOR
-    now = 0.0
-    sine, cosine = math.sin(omega * start), math.cos(omega * start)
-    drive = amplitude * sine
-    a = acceleration(plant, laws, numbers, hold, drive, theta, w)
+    now, outcome = 0.0, Outcome.COMPLETED
+    phase = phase_at(torque, start)
+    drive = value(torque, phase)
+    point = Point(theta, w, _acceleration(scheme, brake, drive, theta, w), drive)
+    jacobian = _Jacobian(0.0, 0.0, FIRST_FACTOR, FIRST_FACTOR)
+    work = np.empty((4, 2))
     v = w - w_rest
     side = 1.0 if v > 0.0 else (-1.0 if v < 0.0 else 0.0)
-    inside = abs(v) <= band
-    if inside:
-        rows = _write(log, rows, BAND_ENTERED, 0.0, theta, w, 0.0)
+    crossing = _Crossing(side, abs(v) <= scheme.band)
+    if crossing.inside:
+        rows = write(log, rows, EventKind.BAND_ENTERED, 0, 0.0, theta, w, REST, 0.0)
     while count < wanted.size and wanted[count] <= SNAP * h:
-        seen[count, SEEN_THETA], seen[count, SEEN_W] = theta, w
-        seen[count, SEEN_TORQUE] = torque_at(plant, laws, numbers, hold, drive, theta, w)
+        _sample(scheme, brake, 1.0, start, point, point, samples[count])
         count += 1
 
     while now < end - SNAP * h:
-        if steps >= max_steps or stop[0]:
-            return STEP_LIMIT, now, theta, w, steps, rows, count
-        if rows + 2 > log.shape[0]:
-            return LOG_FULL, now, theta, w, steps, rows, count
-        if not math.isfinite(a):
-            return NO_SLIDING, now, theta, w, steps, rows, count
-
-        # Jacobian of theta'' = a(theta, w): the other row, of theta' = w, is known.
-        change, factor_theta = _increment(theta, w, factor_theta)
-        moved = acceleration(plant, laws, numbers, hold, drive, theta + change, w)
-        by_theta = (moved - a) / change
-        factor_theta = _next_factor(factor_theta, abs(moved - a), a, moved)
-        change, factor_w = _increment(w, a, factor_w)
-        moved = acceleration(plant, laws, numbers, hold, drive, theta, w + change)
-        if not math.isfinite(moved):  # the wall of a self-locking brake: look the other way
-            change = -change
-            moved = acceleration(plant, laws, numbers, hold, drive, theta, w + change)
-        by_w = (moved - a) / change
-        if abs(moved - a) >= abs(change):
-            factor_w = _next_factor(factor_w, abs(moved - a), a, moved)
-        else:
-            factor_w = _next_factor(factor_w, abs(change), w, w + change)
-
-        index = 0
-        for j in range(4):
-            n = substeps[j]
-            hj = h / n
-            share = hj / (1.0 - hj * by_w - hj * hj * by_theta)
-            y, u = theta, w
-            for _ in range(n):
-                push = amplitude * (sine * turns[index, 1] + cosine * turns[index, 0])
-                rate = acceleration(plant, laws, numbers, hold, push, y, u)
-                if math.isinf(rate) and abs(u) < w_diverged:
-                    return NO_SLIDING, now, theta, w, steps, rows, count
-                rise = share * (rate + hj * by_theta * u)
-                y += hj * (u + rise)
-                u += rise
-                index += 1
-            work[j, 0], work[j, 1] = y, u
-            for k in range(j, 0, -1):
-                weight = substeps[k - 1] / (substeps[j] - substeps[k - 1])
-                work[k - 1, 0] = work[k, 0] + weight * (work[k, 0] - work[k - 1, 0])
-                work[k - 1, 1] = work[k, 1] + weight * (work[k, 1] - work[k - 1, 1])
-        theta1, w1 = work[0, 0], work[0, 1]
-        if not (math.isfinite(theta1) and math.isfinite(w1)):
-            return DIVERGED, now, theta, w, steps, rows, count
-
+        if steps >= scheme.max_steps or stop[0]:
+            outcome = Outcome.STEP_LIMIT
+        elif rows + 2 > log.size:
+            outcome = Outcome.LOG_FULL
+        elif not math.isfinite(point.acceleration):
+            outcome = Outcome.NO_FORWARD_SOLUTION
+        if outcome != Outcome.COMPLETED:
+            break
+        jacobian = _differentiate(scheme, brake, point, jacobian)
+        outcome, theta, w = _step(scheme, brake, point, jacobian, phase, work)
+        if outcome != Outcome.COMPLETED:
+            break
         steps += 1
         later = steps * h
         local = start + later - periods * length
         while local >= length:
             periods += 1
             local = start + later - periods * length
-        sine, cosine = math.sin(omega * local), math.cos(omega * local)
-        drive = amplitude * sine
-        a1 = acceleration(plant, laws, numbers, hold, drive, theta1, w1)
-
-        v1 = w1 - w_rest
-        if v1 * side < 0.0:
-            s = v / (v - v1) if v * v1 < 0.0 else 0.0
-            angle = _cubic(s, h, theta, w, theta1, w1)
-            rows = _write(log, rows, REVERSAL, now + s * h, angle, w_rest, -side)
-        if v1 != 0.0:
-            side = 1.0 if v1 > 0.0 else -1.0
-        if (abs(v1) <= band) != inside:
-            inside = not inside
-            gap = band - abs(v)
-            s = gap / (gap - (band - abs(v1)))
-            angle, speed = _cubic(s, h, theta, w, theta1, w1), w + s * (w1 - w)
-            outer = v if inside else v1
-            kind = BAND_ENTERED if inside else BAND_LEFT
-            direction = 1.0 if outer > 0.0 else -1.0
-            rows = _write(log, rows, kind, now + s * h, angle, speed, direction)
-
+        phase = phase_at(torque, local)
+        drive = value(torque, phase)
+        after = Point(theta, w, _acceleration(scheme, brake, drive, theta, w), drive)
+        rows, crossing = _log_crossings(scheme, log, rows, now, crossing, point, after)
         while count < wanted.size and wanted[count] <= later + SNAP * h:
-            s = (wanted[count] - now) / h
-            if s > 1.0 - SNAP:
-                angle, speed, push = theta1, w1, drive
-            else:
-                angle = _cubic(s, h, theta, w, theta1, w1)
-                # Next to a locked brake there is no acceleration to interpolate with.
-                rate = a1 if math.isfinite(a1) else a
-                speed = _cubic(s, h, w, a, w1, rate)
-                push = amplitude * math.sin(omega * (local - (1.0 - s) * h))
-            seen[count, SEEN_THETA], seen[count, SEEN_W] = angle, speed
-            seen[count, SEEN_TORQUE] = torque_at(plant, laws, numbers, hold, push, angle, speed)
+            share = (wanted[count] - now) / h
+            _sample(scheme, brake, share, local, point, after, samples[count])
             count += 1
-
-        now, theta, w, v, a = later, theta1, w1, v1, a1
-        if abs(v) > w_diverged:
-            return DIVERGED, now, theta, w, steps, rows, count
-    return COMPLETED, now, theta, w, steps, rows, count
+        now, point = later, after
+        if abs(w - w_rest) > scheme.divergence_velocity:
+            outcome = Outcome.DIVERGED
+            break
+    return outcome, now, point.angle, point.velocity, steps, rows, count
 
 
 def _signature():
     """The one signature of ``run``: laws as function pointers, so that its cache serves all."""
     real, whole = types.float64, types.int64
-    vector, matrix = types.Array(real, 1, "C"), types.Array(real, 2, "C")
-    numbers = types.Tuple((real, real, real, types.boolean))
+    scheme = types.NamedTuple(
+        (
+            types.NamedUniTuple(real, 4, Driveline), types.NamedUniTuple(real, 2, Harmonic), real,
+            ACTUATOR, real, real, real, real, types.Array(whole, 1, "C"), array_of(TURN), whole,
+        ),
+        Scheme,
+    )  # fmt: skip
     return (
-        types.UniTuple(real, 6), LAW, SHAPE, LAW, SHAPE, numbers, real, real, real, real,
-        types.Array(whole, 1, "C"), matrix, real, real, real, real, whole, matrix, vector,
-        matrix, matrix, types.Array(types.boolean, 1, "C"),
+        scheme, types.Tuple((LAW, SHAPE, LAW, SHAPE)), real, real, real, real, array_of(SEGMENT),
+        types.Array(real, 1, "C"), array_of(SAMPLE), types.Array(types.boolean, 1, "C"),
     )  # fmt: skip
 
 

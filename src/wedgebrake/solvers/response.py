@@ -55,14 +55,11 @@ def assemble(
         "angle": ("time", t.angle),
         "velocity": ("time", t.velocity),
         "brake_torque": ("time", t.brake_torque),
-        "drive_torque": (
-            "time",
-            torque.amplitude * np.sin(torque.angular_frequency * t.times),
-        ),
+        "drive_torque": ("time", torque.torque(t.times)),
         "sticking": ("time", t.sticking.astype(np.int8)),
-        "poincare_time": ("period", t.period / torque.frequency),
-        "poincare_angle": ("period", t.period_angle),
-        "poincare_velocity": ("period", t.period_velocity),
+        "poincare_time": ("period", t.returns.period / torque.frequency),
+        "poincare_angle": ("period", t.returns.angle),
+        "poincare_velocity": ("period", t.returns.velocity),
         "event_time": ("event", events.time),
         "event_kind": ("event", events.kind),
         "event_angle": ("event", events.angle),
@@ -77,7 +74,11 @@ def assemble(
         {name: (dim, values, _attributes(name)) for name, (dim, values) in data.items()},
         coords={
             "time": ("time", t.times, {"units": "s", "long_name": "time"}),
-            "period": ("period", t.period, {"units": "1", "long_name": "number of periods"}),
+            "period": (
+                "period",
+                t.returns.period,
+                {"units": "1", "long_name": "number of periods"},
+            ),
         },
     )
     for name, flags in _FLAGS.items():

@@ -1,30 +1,17 @@
-"""What a solver is asked, and what it answers."""
+"""The task of a solver, and its answer."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.solvers.status import Status
 
 FloatArray = NDArray[np.float64]
-
-
-class EventKind(IntEnum):
-    """What happens at an event."""
-
-    START = enums.START
-    PERIOD = enums.PERIOD
-    STICK = enums.STICK
-    SLIP = enums.SLIP
-    REVERSAL = enums.REVERSAL
-    BREAKPOINT = enums.BREAKPOINT
-    END = enums.END
 
 
 EVENT_MEANINGS = {
@@ -104,13 +91,22 @@ class Sticks:
 
 
 @dataclass(frozen=True)
+class Returns:
+    """States at returns to the section: (n,) number of the return, angle and velocity."""
+
+    period: NDArray[np.int64]
+    angle: FloatArray
+    velocity: FloatArray
+
+
+@dataclass(frozen=True)
 class Trajectory:
     """A solver's answer.
 
     times, angle, velocity : (n,) the wanted times that were reached, and the state there
     brake_torque           : (n,) R F_mu [N m]
     sticking               : (n,) at rest relative to the brake
-    period, period_angle, period_velocity : state at t = period/f_e
+    returns                : states at the returns to the section
     final                  : (time [s], angle, velocity) where the run ended
     detail                 : what the solver adds to the status sentence
     work                   : evaluations or steps spent
@@ -121,9 +117,7 @@ class Trajectory:
     velocity: FloatArray
     brake_torque: FloatArray
     sticking: NDArray[np.bool_]
-    period: NDArray[np.int64]
-    period_angle: FloatArray
-    period_velocity: FloatArray
+    returns: Returns
     events: Events
     sticks: Sticks
     status: Status

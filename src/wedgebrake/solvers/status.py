@@ -1,17 +1,17 @@
-"""How a simulation ended: one enumeration, one sentence each."""
+"""Status of a simulation, with one sentence each."""
 
 from __future__ import annotations
 
 from enum import Enum
 
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import Outcome
 
 DIVERGED_FACTOR = 1e6
 """Growth beyond the motion's own scale that is called divergence."""
 
 
 class Status(Enum):
-    """Outcome of a simulation, with the sentence that tells it to a person."""
+    """Outcome of a simulation, and the sentence that explains it."""
 
     COMPLETED = "completed"
     DIVERGED = "diverged"
@@ -21,8 +21,13 @@ class Status(Enum):
 
     @classmethod
     def of(cls, outcome: int) -> Status:
-        """The status that a kernel's outcome stands for."""
-        return _OUTCOMES[outcome]
+        """Status of a kernel's ``Outcome``."""
+        return cls[Outcome(outcome).name]
+
+    @property
+    def outcome(self) -> Outcome:
+        """The kernels' code."""
+        return Outcome[self.name]
 
     @property
     def sentence(self) -> str:
@@ -30,13 +35,6 @@ class Status(Enum):
         return _SENTENCES[self]
 
 
-_OUTCOMES = {
-    enums.COMPLETED: Status.COMPLETED,
-    enums.DIVERGED: Status.DIVERGED,
-    enums.NO_SLIDING: Status.NO_FORWARD_SOLUTION,
-    enums.EVENT_LIMIT: Status.EVENT_LIMIT,
-    enums.STEP_LIMIT: Status.STEP_LIMIT,
-}
 _SENTENCES = {
     Status.COMPLETED: "The simulation ran to the end of the wanted time.",
     Status.DIVERGED: (

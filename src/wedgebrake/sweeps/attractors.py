@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.classes import MotionClass
 from wedgebrake.analysis.spectrum import frequencies
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.sweeps.results import PointStatus
 
 if TYPE_CHECKING:

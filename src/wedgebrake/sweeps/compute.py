@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis import batch as kernel
-from wedgebrake.analysis import evaluate_point
-from wedgebrake.dynamics import enums
+from wedgebrake.analysis.evaluate_point import RESULT, clear
+from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
-from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
@@ -30,35 +29,6 @@ FloatArray = NDArray[np.float64]
 _BATCH_PERIODS = 4000
 # What a point that is given time to settle may take.
 _SETTLING_PERIODS = 1000
-
-_COLUMNS = {
-    "motion": evaluate_point.CLASS,
-    "order": evaluate_point.ORDER,
-    "stick_class": evaluate_point.STICK_CLASS,
-    "sticks_forward": evaluate_point.STICKS_FORWARD,
-    "sticks_backward": evaluate_point.STICKS_BACKWARD,
-    "stick_share": evaluate_point.STICK_SHARE,
-    "largest_exponent": evaluate_point.LARGEST_EXPONENT,
-    "second_exponent": evaluate_point.SECOND_EXPONENT,
-    "exponent_error": evaluate_point.EXPONENT_ERROR,
-    "return_distance": evaluate_point.RETURN_DISTANCE,
-    "size": evaluate_point.SIZE,
-    "transient": evaluate_point.TRANSIENT,
-    "settling": evaluate_point.SETTLING,
-    "peak_torque": evaluate_point.PEAK_TORQUE,
-    "friction_power": evaluate_point.FRICTION_POWER,
-    "sliding_damping": evaluate_point.SLIDING_DAMPING,
-    "events": evaluate_point.EVENTS,
-    "final_angle": evaluate_point.FINAL_THETA,
-    "final_velocity": evaluate_point.FINAL_W,
-}
-_STATUS = {
-    enums.COMPLETED: PointStatus.COMPLETED,
-    enums.DIVERGED: PointStatus.DIVERGED,
-    enums.NO_SLIDING: PointStatus.NO_FORWARD_SOLUTION,
-    enums.EVENT_LIMIT: PointStatus.EVENT_LIMIT,
-    enums.STEP_LIMIT: PointStatus.STEP_LIMIT,
-}
 
 
 class Chunk:
@@ -77,13 +47,13 @@ class Chunk:
         self._indices = tuple(
             (one + offset).astype(np.int64) for one, offset in zip(grid, offsets, strict=True)
         )
-        self._answers = np.empty((count, evaluate_point.COLUMNS))
+        self._points = np.empty(count, dtype=RESULT)
         self._record = np.full(
             (count if plan.keep_points else 0, plan.protocol.recorded + 1, 2), np.nan
         )
         self._states = self._initial_states(count)
         if plan.method == "exact":
-            self._tables, self._chosen = parts.tables(self._indices)
+            self._tables, self._choices = parts.tables(self._indices)
         self.work: list[Callable[[], None]] = [
             self._task(numbers)
             for numbers in batches(self._sizes, plan.grid.follow, self._points_at_once())
@@ -93,16 +63,15 @@ class Chunk:
         """The variables over the chunk, once all its work is done."""
         shape = tuple(self._sizes.values())
         results: dict[str, Any] = {}
-        for name, column in _COLUMNS.items():
-            variable = VARIABLES[name]
-            values = self._answers[:, column]
-            if np.dtype(variable.dtype).kind == "i":
-                values = np.where(np.isnan(values), variable.fill, values)
-            results[name] = values.astype(variable.dtype).reshape(shape)
-        outcome = self._answers[:, evaluate_point.OUTCOME]
+        for name, variable in VARIABLES.items():
+            if name in RESULT.names:
+                results[name] = self._points[name].astype(variable.dtype).reshape(shape)
+        results["transient"][results["motion"] < 0] = np.nan
+        outcome = self._points["outcome"]
         status = np.full(outcome.size, PointStatus.INVALID, dtype=np.int8)
-        for code, meaning in _STATUS.items():
-            status[outcome == code] = meaning
+        for meaning in PointStatus:
+            if meaning.name in Outcome.__members__:
+                status[outcome == Outcome[meaning.name]] = meaning
         results["status"] = status.reshape(shape)
         if self._plan.keep_points:
             for i, name in enumerate(("angle", "velocity")):
@@ -121,7 +90,7 @@ class Chunk:
         plan = self._plan
         if plan.method != "smooth" or plan.grid.follow is not None or not plan.protocol.first:
             return 1
-        from wedgebrake.solvers.smooth.batch import WIDTH
+        from wedgebrake.solvers.smooth.simd_batch import WIDTH
 
         return WIDTH
 
@@ -141,50 +110,45 @@ class Chunk:
     def _run_exactly(self, numbers: NDArray[np.int64]) -> None:
         """A batch in one call of the kernel, which needs no Python and releases its lock."""
         plan, protocol = self._plan, self._plan.protocol
-        friction = plan.system.friction
-        assert isinstance(friction, SetValuedFriction)  # noqa: S101 - checked at the front door
-        answers = np.empty((numbers.size, evaluate_point.COLUMNS))
+        points = np.empty(numbers.size, dtype=RESULT)
         kept = numbers if plan.keep_points else numbers[:0]
         record = self._record[kept]
         kernel.run(
             brake_law(plan.system.brake)[0],
-            np.array([speed for speed, _ in friction.nodes()]),
-            *self._tables,
-            self._chosen[numbers],
+            self._tables,
+            self._choices[numbers],
             self._states[numbers],
             plan.grid.follow is not None,
-            -1 if protocol.automatic else protocol.first,
-            protocol.recorded,
-            protocol.limit,
-            protocol.max_events,
+            protocol.settings,
             DIVERGED_FACTOR,
-            answers,
+            points,
             record,
         )
-        self._answers[numbers] = answers
+        self._points[numbers] = points
         self._record[kept] = record
 
     def _run_simulated(self, numbers: NDArray[np.int64]) -> None:
         """Point by point, by any solver."""
-        from wedgebrake.analysis.classify_run import judge
+        from wedgebrake.analysis.classify_run import classify_run
 
         plan = self._plan
         systems = {number: self._system(number) for number in numbers}
         begun = self._begun({n: one for n, one in systems.items() if one is not None})
-        before: FloatArray | None = None
+        before: tuple[float, float] | None = None
         for number, system in systems.items():
             initial = self._state(number)
             if plan.grid.follow is not None and before is not None:
-                initial = (
-                    float(before[evaluate_point.FINAL_THETA]),
-                    float(before[evaluate_point.FINAL_W]),
-                )
+                initial = before
+            before = None
             if system is None:
-                self._answers[number], before = np.nan, None
+                clear(self._points[number])
                 continue
-            answer, record = judge(system, initial, plan.method, plan.protocol, begun.get(number))
-            self._answers[number] = answer
-            before = answer if answer[evaluate_point.OUTCOME] == enums.COMPLETED else None
+            result, record = classify_run(
+                system, initial, plan.method, plan.protocol, begun.get(number)
+            )
+            self._points[number] = result
+            if result.outcome == Outcome.COMPLETED:
+                before = (float(result.final_angle), float(result.final_velocity))
             if plan.keep_points:
                 self._record[number, : record.shape[0]] = record
 
@@ -204,14 +168,14 @@ class Chunk:
         protocol = self._plan.protocol
         if self._lanes() == 1:
             return {}
-        from wedgebrake.solvers.smooth.batch import advance_together, fits
-        from wedgebrake.solvers.smooth.solve import problem
+        from wedgebrake.solvers.smooth.assemble import problem
+        from wedgebrake.solvers.smooth.solve_periods import advance_together, fits_lanes
 
         given = {
             number: problem(system, protocol.rtol, *self._state(number))
             for number, system in systems.items()
         }
-        given = {number: one for number, one in given.items() if fits(one)}
+        given = {number: one for number, one in given.items() if fits_lanes(one)}
         if not given:
             return {}
         states = self._states[list(given)]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.classes import MotionClass, StickClass
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 
 
 class PointStatus(IntEnum):

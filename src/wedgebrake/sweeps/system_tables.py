@@ -7,9 +7,8 @@ values that reach it; the product of all axes is never built.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,37 +21,43 @@ from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.sweeps.axes import Axis
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    from wedgebrake.analysis.batch import Tables
+
 # Rows that are remembered for the next chunk.
 _REMEMBERED = 200_000
 
 
-def _driveline(system: BrakedDriveline) -> tuple[float, ...]:
+Row = tuple[Any, ...]
+
+
+def _driveline(system: BrakedDriveline) -> Row:
     line = system.driveline
     return line.inertia, line.damping, line.stiffness, line.drive_speed
 
 
-def _brake(system: BrakedDriveline) -> tuple[float, ...]:
+def _brake(system: BrakedDriveline) -> Row:
     return system.brake.radius, *brake_law(system.brake)[1]
 
 
-def _friction(system: BrakedDriveline) -> tuple[float, ...]:
+def _friction(system: BrakedDriveline) -> Row:
     friction = system.friction
     assert isinstance(friction, SetValuedFriction)  # noqa: S101 - the front door has checked it
-    return friction.breakaway, *(m for _, m in friction.nodes())
+    speeds, kinetic = zip(*friction.nodes(), strict=True)
+    return friction.breakaway, speeds, kinetic
 
 
-def _actuation(system: BrakedDriveline) -> tuple[float, ...]:
+def _actuation(system: BrakedDriveline) -> Row:
     force = system.actuation
-    return force.initial_force, force.slope, force.release_speed
+    return force.initial_force, force.slope, float(force.release)
 
 
-def _excitation(system: BrakedDriveline) -> tuple[float, ...]:
+def _excitation(system: BrakedDriveline) -> Row:
     return system.excitation.amplitude, system.excitation.angular_frequency
 
 
 # In the order in which the kernel takes them.
-_NUMBERS: dict[str, Callable[[BrakedDriveline], tuple[float, ...]]] = {
+_NUMBERS: dict[str, Callable[[BrakedDriveline], Row]] = {
     "driveline": _driveline,
     "brake": _brake,
     "friction": _friction,
@@ -67,32 +72,30 @@ class Parts:
     def __init__(self, system: BrakedDriveline, axes: tuple[Axis, ...]) -> None:
         self.system, self.axes = system, axes
         self._reach = {part: _reaching(system, axes, part) for part in PARTS}
-        self._rows: dict[str, dict[tuple[int, ...], tuple[float, ...]]] = {
-            part: {} for part in PARTS
-        }
+        self._rows: dict[str, dict[tuple[int, ...], Row | None]] = {part: {} for part in PARTS}
 
-    def tables(
-        self, indices: tuple[NDArray[np.int64], ...]
-    ) -> tuple[list[FloatArray], NDArray[np.int64]]:
-        """The five tables for some points, and the rows of each point, (points, 5).
+    def tables(self, indices: tuple[NDArray[np.int64], ...]) -> tuple[Tables, NDArray[np.record]]:
+        """The tables for some points, and the rows of each point.
 
         indices : for each axis, (points,) numbers of its values
         """
-        tables: list[FloatArray] = []
-        chosen = np.zeros((indices[0].size, len(PARTS)), dtype=np.int64)
-        for column, part in enumerate(PARTS):
+        from wedgebrake.analysis.batch import CHOICE, tables_of
+
+        rows: dict[str, list[Row | None]] = {}
+        choices = np.zeros(indices[0].size, dtype=CHOICE)
+        for part in PARTS:
             reach = self._reach[part]
             if not reach:
-                tables.append(np.array([self._row(part, ())]))
+                rows[part] = [self._row(part, ())]
                 continue
             own = np.stack([indices[i] for i in reach], axis=1)
             combinations, inverse = np.unique(own, axis=0, return_inverse=True)
-            chosen[:, column] = inverse.ravel()
-            tables.append(np.array([self._row(part, tuple(one)) for one in combinations.tolist()]))
-        return tables, chosen
+            choices[part] = inverse.ravel()
+            rows[part] = [self._row(part, tuple(one)) for one in combinations.tolist()]
+        return tables_of(rows), choices
 
-    def _row(self, part: str, numbers: tuple[int, ...]) -> tuple[float, ...]:
-        """The numbers of a part for some values of the axes that reach it; nan if invalid."""
+    def _row(self, part: str, numbers: tuple[int, ...]) -> Row | None:
+        """The numbers of a part for some values of the axes that reach it; None if invalid."""
         rows = self._rows[part]
         if numbers not in rows:
             if len(rows) >= _REMEMBERED:
@@ -104,7 +107,7 @@ class Parts:
             try:
                 rows[numbers] = _NUMBERS[part](self.system.replace(**changes))
             except InputError:
-                rows[numbers] = (math.nan,) * len(_NUMBERS[part](self.system))
+                rows[numbers] = None
         return rows[numbers]
 
 

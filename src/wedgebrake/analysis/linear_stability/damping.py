@@ -121,14 +121,14 @@ def _slope_of_lines(
     first = _nodes_up_to(nodes, (at.speed - near) * brake.radius) - 1
     last = _nodes_up_to(nodes, (at.speed + near) * brake.radius) + 1
     about = np.array(nodes[max(first, 0) : last])
-    rows = np.empty((about.shape[0] + 1, 3))
+    lines = np.empty(about.shape[0] + 1, dtype=piecewise_linear.LINE)
     count = piecewise_linear.half(
         brake.law, brake.shape(), brake.radius, about[:, 0] / brake.radius, about[:, 1],
-        actuation.initial_force, actuation.slope, actuation.release_speed,
-        float(at.direction), rows,
+        actuation.law, actuation.release_speed, float(at.direction), lines,
     )  # fmt: skip
-    low, high = piecewise_linear.pieces_about(rows[1:count, 0], at.speed, near)
-    offsets, slopes = rows[low : high + 1, 1], at.direction * rows[low : high + 1, 2]
+    low, high = piecewise_linear.pieces_about(lines["start"][1:count], at.speed, near)
+    offsets, slopes = (lines[name][low : high + 1] for name in ("offset", "slope"))
+    slopes = at.direction * slopes
     return float(slopes.min()) if np.all(np.isfinite(offsets)) else math.inf
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.classes import MotionClass
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.sweeps.attractors import label
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.classes import MotionClass, motion_word
+from wedgebrake.dynamics.enums import MotionClass, motion_word
 from wedgebrake.explorer.core import cells, legend
 from wedgebrake.explorer.core.attractors import Attractors
 from wedgebrake.explorer.core.axis import Axis

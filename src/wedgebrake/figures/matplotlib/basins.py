@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.classes import MotionClass
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.figures.matplotlib import caption, class_styles, heatmap, style
 from wedgebrake.figures.matplotlib.heatmap import Axis

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.classes import MotionClass, StickClass
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.sweeps.results import PointStatus
 

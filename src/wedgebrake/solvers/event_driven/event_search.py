@@ -1,50 +1,84 @@
 """The first event inside one linear piece, found safely and then to rounding."""
 
 import math
+from typing import NamedTuple
 
+from wedgebrake.dynamics.enums import SearchEnd
+from wedgebrake.dynamics.harmonic import Phase, advanced, phase_at
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import (
-    CELL,
-    G2,
-    NOISE,
-    acceleration,
-    entry,
-    jerk,
-    snap,
-    state_at,
-)
+from wedgebrake.dynamics.linear_flow import acceleration, enter, jerk, snap, state_at
 from wedgebrake.solvers.event_driven.root_exclusion import bound, safe_step
 
-# What ended the search.
-REACHED_END, HIT_LOW, HIT_HIGH, OUT_OF_PATIENCE = 0, 1, 2, 3
+
+class Motion(NamedTuple):
+    """A motion at a time since the last return [s], with the phase of the torque there.
+
+    The acceleration is carried along, not computed, because at the end of a stick it is known
+    exactly where a difference would be rounding.
+    """
+
+    time: float
+    phase: Phase
+    angle: float
+    velocity: float
+    acceleration: float
+
+
+class Found(NamedTuple):
+    """End of a search: what ended it, the motion there, and evaluations spent."""
+
+    end: SearchEnd
+    motion: Motion
+    evaluations: int
+
+
+class _Derivatives(NamedTuple):
+    """Derivatives of the velocity: jerk, snap, and ``e = sqrt(snap^2 + stiffness jerk^2)``."""
+
+    jerk: float
+    snap: float
+    energy: float
+
+
+class _Bounds(NamedTuple):
+    """Constants of a piece for ``root_exclusion``: forcing of the snap, growth, fastest rate."""
+
+    forcing: float
+    growth: float
+    rate: float
+    noise: float
 
 
 @compiled
 def _departs(u, u1, u2, noise):
-    """Whether a state on (or, by rounding, beyond) a boundary goes out through it."""
+    """Return True if a state on (or, by rounding, beyond) a boundary leaves through it."""
     if u1 < -noise:
         return True
     return u1 <= noise and u2 < 0.0 and u <= 0.0
 
 
 @compiled
-def _is_simple(step, a, j, s_bound, rate):
-    """Whether one simple root follows the safe step, near enough for a Taylor polynomial.
+def _is_simple(step, a, higher, bounds):
+    """Return True if one simple root follows the safe step, near enough for a Taylor polynomial.
 
     Within a tenth of a radian of the fastest rate the ninth-order remainder is below
     rounding, and where the acceleration hardly changes there is no second root.
     """
-    return rate * step <= 0.1 and (abs(j) + s_bound * step) * step <= 0.25 * abs(a)
+    s_bound = bound(higher.energy, bounds.forcing, bounds.growth, step)
+    turned = bounds.rate * step
+    return turned <= 0.1 and (abs(higher.jerk) + s_bound * step) * step <= 0.25 * abs(a)
 
 
 @compiled
-def _polish(row, w2, f, omega, target, w, a, j, s, sine, cosine, step):
-    """Time and angle gained until w = target, by Newton on the ninth-order polynomial.
+def _polish(piece, forcing, target, motion, higher, step):
+    """(time, angle) gained until the velocity is ``target``, by Newton on a Taylor polynomial.
 
-    ``step`` is the safe step to start from. Returns (time, angle).
+    The polynomial is of ninth order; ``step`` is the safe step to start from.
     """
-    g2 = row[G2]
-    force = -f * omega * omega * omega
+    g2, w2, omega = piece.damping, piece.stiffness, forcing.angular_frequency
+    w, a, j, s = motion.velocity, motion.acceleration, higher.jerk, higher.snap
+    sine, cosine = motion.phase
+    force = -forcing.amplitude * omega * omega * omega
     c4 = force * cosine - g2 * s - w2 * j
     force *= omega
     c5 = -force * sine - g2 * c4 - w2 * s
@@ -70,84 +104,83 @@ def _polish(row, w2, f, omega, target, w, a, j, s, sine, cosine, step):
 
 
 @compiled
-def _turn(sine, cosine, x):
-    """Sine and cosine of a phase advanced by a small x."""
-    y = x * x
-    c = 1.0 - y / 2.0 * (1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0)))
-    s = x * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0))))
-    return sine * c + cosine * s, cosine * c - sine * s
+def _safe(low, high, motion, higher, bounds, longest):
+    """(step, end): a step without a root before its end, or one of length zero on a boundary.
+
+    The end is a boundary where that is what limits the step, and TIME where nothing does.
+    A negative step: the state leaves through the boundary at once.
+    """
+    w, a, j, e = motion.velocity, motion.acceleration, higher.jerk, higher.energy
+    step, end = longest, SearchEnd.TIME
+    # The boundary ahead first: its step makes the one behind a mere check.
+    for order in range(2):
+        if (order == 0) == (a < 0.0):
+            if low > -math.inf:
+                u = w - low
+                if u <= 0.0 and _departs(u, a, j, bounds.noise):
+                    return -1.0, SearchEnd.HIT_LOW
+                d = safe_step(u, a, j, e, bounds.forcing, bounds.growth, step)
+                if d < step:
+                    step, end = d, SearchEnd.HIT_LOW
+        elif high < math.inf:
+            u = high - w
+            if u <= 0.0 and _departs(u, -a, -j, bounds.noise):
+                return -1.0, SearchEnd.HIT_HIGH
+            d = safe_step(u, -a, -j, e, bounds.forcing, bounds.growth, step)
+            if d < step:
+                step, end = d, SearchEnd.HIT_HIGH
+    return step, end
 
 
 @compiled
-def slip(row, w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a, patience):
-    """Move inside the piece ``row`` until ``w`` leaves (low, high) or ``t_end`` comes.
+def slip(piece, forcing, low, high, motion, t_end, work_limit):
+    """Move inside a piece until the velocity leaves (low, high) or the time ``t_end`` comes.
 
-    t, t_end       time inside the period [s]
-    sine, cosine   of the torque's phase omega t at entry
-    theta, w, a    state and acceleration at entry; a is given, not computed, because at
-                   the end of a stick it is known exactly where a difference is rounding
-    patience       evaluations after which to give up, as in periods of very many vibrations
+    forcing    : torque over the inertia
+    motion     : where to begin; its acceleration is taken as given
+    work_limit : evaluations after which to give up, as in periods of very many vibrations
 
-    Returns (what, t, sine, cosine, theta, w, a, evaluations). On a hit ``w`` is the
-    boundary itself.
+    On a hit the velocity found is the boundary itself.
     """
-    t0, sin0, cos0, theta0, w0 = t, sine, cosine, theta, w
-    coefficients = entry(row, w2, omega, theta0, w0, sin0, cos0)
-    cell, noise = row[CELL], row[NOISE]
-    forcing = f * omega * omega * omega
-    growth = max(-row[G2], 0.0)
-    rate = max(3.0 / cell, abs(row[G2]))
+    omega, f = forcing.angular_frequency, forcing.amplitude
+    t0 = motion.time
+    entry = enter(piece, forcing, motion.angle, motion.velocity, motion.phase)
+    bounds = _Bounds(
+        f * omega * omega * omega, max(-piece.damping, 0.0),
+        max(3.0 / piece.cell, abs(piece.damping)), piece.noise,
+    )  # fmt: skip
     tick = 2.0**-52 * (t_end + 1.0 / omega)
-    j = jerk(row, w2, f, omega, w, a, cosine)
     evaluations = 0
     while True:
-        s = snap(row, w2, f, omega, a, j, sine)
-        e = math.sqrt(s * s + w2 * j * j)
+        t, phase, theta, w, a = motion
+        j = jerk(piece, forcing, w, a, phase)
+        s = snap(piece, forcing, a, j, phase)
+        higher = _Derivatives(j, s, math.sqrt(s * s + piece.stiffness * j * j))
         remaining = t_end - t
-        step, what = min(cell, remaining), REACHED_END
-        # The boundary ahead first: its step makes the one behind a mere check.
-        for look in range(2):
-            if (look == 0) == (a < 0.0):
-                if low > -math.inf:
-                    u = w - low
-                    if u <= 0.0 and _departs(u, a, j, noise):
-                        return HIT_LOW, t, sine, cosine, theta, low, a, evaluations
-                    d = safe_step(u, a, j, e, forcing, growth, step)
-                    if d < step:
-                        step, what = d, HIT_LOW
-            elif high < math.inf:
-                u = high - w
-                if u <= 0.0 and _departs(u, -a, -j, noise):
-                    return HIT_HIGH, t, sine, cosine, theta, high, a, evaluations
-                d = safe_step(u, -a, -j, e, forcing, growth, step)
-                if d < step:
-                    step, what = d, HIT_HIGH
-        if what != REACHED_END:
-            if _is_simple(step, a, j, bound(e, forcing, growth, step), rate):
-                boundary = low if what == HIT_LOW else high
-                root, angle = _polish(row, w2, f, omega, boundary, w, a, j, s, sine, cosine, step)
-                if root <= remaining:
+        step, end = _safe(low, high, motion, higher, bounds, min(piece.cell, remaining))
+        boundary = low if end == SearchEnd.HIT_LOW else high
+        if step < 0.0:
+            return Found(end, Motion(t, phase, theta, boundary, a), evaluations)
+        if end != SearchEnd.TIME:
+            if _is_simple(step, a, higher, bounds):
+                gained, angle = _polish(piece, forcing, boundary, motion, higher, step)
+                if gained <= remaining:
                     theta += angle
-                    t += root
-                    sine, cosine = _turn(sine, cosine, omega * root)
-                    a = acceleration(row, w2, f, theta, boundary, sine)
-                    return what, t, sine, cosine, theta, boundary, a, evaluations
+                    phase = advanced(phase, omega * gained)
+                    a = acceleration(piece, forcing, theta, boundary, phase)
+                    return Found(end, Motion(t + gained, phase, theta, boundary, a), evaluations)
                 step = remaining
             # Rounding must not stop the clock, nor a corner that the state rests in.
             step = max(step, 4.0 * tick)
-            if abs(a) <= noise:
-                step = max(step, 1e-7 * cell)
+            if abs(a) <= bounds.noise:
+                step = max(step, 1e-7 * piece.cell)
             step = min(step, remaining)
         t = t + step if step < remaining else t_end
-        sine = math.sin(omega * t)
-        cosine = math.cos(omega * t)
-        theta, w = state_at(
-            row, w2, f, omega, theta0, w0, sin0, cos0, coefficients, t - t0, sine, cosine
-        )
-        a = acceleration(row, w2, f, theta, w, sine)
+        phase = phase_at(forcing, t)
+        theta, w = state_at(piece, forcing, entry, t - t0, phase)
+        motion = Motion(t, phase, theta, w, acceleration(piece, forcing, theta, w, phase))
         evaluations += 1
         if t >= t_end or not math.isfinite(w):
-            return REACHED_END, t, sine, cosine, theta, w, a, evaluations
-        if evaluations >= patience:
-            return OUT_OF_PATIENCE, t, sine, cosine, theta, w, a, evaluations
-        j = jerk(row, w2, f, omega, w, a, cosine)
+            return Found(SearchEnd.TIME, motion, evaluations)
+        if evaluations >= work_limit:
+            return Found(SearchEnd.WORK_LIMIT, motion, evaluations)

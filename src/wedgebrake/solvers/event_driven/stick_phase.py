@@ -2,93 +2,81 @@
 
 import math
 
+from wedgebrake.dynamics.enums import SearchEnd
+from wedgebrake.dynamics.harmonic import phase_at, second_rate, wait_above, wait_below
 from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.problem import torque_at_rest, torque_rate_at_rest
+from wedgebrake.solvers.event_driven.event_search import Found, Motion
 from wedgebrake.solvers.event_driven.root_exclusion import safe_step
 
-HELD, LEFT_DOWN, LEFT_UP = 0, 1, 2
-
 
 @compiled
-def _wait_above(level, amplitude, phase):
-    """Phase to wait until amplitude sin(phase) rises through ``level``; inf if it never does.
+def _at_constant_angle(driveline, torque, lower, upper, t, theta):
+    """(end, time of release) of rest at a constant angle, in closed form.
 
-    Zero when the torque is above already: then the wait is over.
+    The brake holds while T(t) - k theta is inside [lower, upper].
     """
-    if level >= amplitude:
-        return math.inf
-    if level < -amplitude:
-        return 0.0
-    crossing = math.asin(level / amplitude)
-    since = (phase - crossing) % (2.0 * math.pi)
-    if since < math.pi - 2.0 * crossing:
-        return 0.0
-    return 2.0 * math.pi - since
-
-
-@compiled
-def _hold_still(amplitude, omega, stiffness, lower, upper, t, theta):
-    """Rest at constant angle: (what, time of release), in closed form.
-
-    The brake holds while T(t) - k theta is inside [lower, upper]: the release is an
-    arcsine. ``t`` is inside the period; the release may lie beyond it.
-    """
-    spring = stiffness * theta
-    phase = omega * t
-    up = _wait_above(upper + spring, amplitude, phase)
-    down = _wait_above(-(lower + spring), amplitude, phase + math.pi)
+    spring = driveline.stiffness * theta
+    up = wait_above(torque, upper + spring, t)
+    down = wait_below(torque, lower + spring, t)
     if up == math.inf and down == math.inf:
-        return HELD, math.inf
+        return SearchEnd.TIME, math.inf
     if up <= down:
-        return LEFT_UP, t + up / omega
-    return LEFT_DOWN, t + down / omega
+        return SearchEnd.HIT_HIGH, t + up
+    return SearchEnd.HIT_LOW, t + down
 
 
 @compiled
-def _hold_moving(amplitude, omega, stiffness, damping, lower, upper, t, t_end, theta, w_rest):
-    """Rest relative to the brake on a turning shaft: theta moves at ``w_rest``.
+def _at_moving_angle(driveline, torque, lower, upper, start, t_end, theta):
+    """(end, time of release) of rest on a turning shaft, where the angle moves.
 
-    The holding condition is lower <= T(t) - c w_rest - k theta(t) <= upper, its end found
-    with the same bound as an event of slip. Returns (what, time).
+    The holding condition is lower <= T(t) - c w_rest - k theta(t) <= upper; its end is found
+    with the same bound as an event of slip.
     """
-    rate = stiffness * w_rest
-    jerk_bound = amplitude * omega**3
+    omega = torque.angular_frequency
+    jerk_bound = torque.amplitude * omega**3
     cell = 1.0 / omega
     tick = 2.0**-52 * (t_end + 1.0 / omega)
-    start = t
+    t = start
     while t < t_end:
-        sine, cosine = math.sin(omega * t), math.cos(omega * t)
-        pull = amplitude * sine - damping * w_rest - stiffness * (theta + w_rest * (t - start))
-        pull1 = amplitude * omega * cosine - rate
-        pull2 = -amplitude * omega * omega * sine
-        reach = min(cell, t_end - t)
-        step, what = reach, HELD
+        phase = phase_at(torque, t)
+        angle = theta + driveline.rest_velocity * (t - start)
+        held = torque_at_rest(driveline, torque, phase, angle)
+        rate = torque_rate_at_rest(driveline, torque, phase)
+        second = second_rate(torque, phase)
+        longest = min(cell, t_end - t)
+        step, end = longest, SearchEnd.TIME
         if upper < math.inf:
-            if pull >= upper and (pull1 > 0.0 or (pull1 == 0.0 and pull2 > 0.0)):
-                return LEFT_UP, t
-            d = safe_step(upper - pull, -pull1, -pull2, jerk_bound, 0.0, 0.0, reach)
+            if held >= upper and (rate > 0.0 or (rate == 0.0 and second > 0.0)):
+                return SearchEnd.HIT_HIGH, t
+            d = safe_step(upper - held, -rate, -second, jerk_bound, 0.0, 0.0, longest)
             if d < step:
-                step, what = d, LEFT_UP
+                step, end = d, SearchEnd.HIT_HIGH
         if lower > -math.inf:
-            if pull <= lower and (pull1 < 0.0 or (pull1 == 0.0 and pull2 < 0.0)):
-                return LEFT_DOWN, t
-            d = safe_step(pull - lower, pull1, pull2, jerk_bound, 0.0, 0.0, reach)
+            if held <= lower and (rate < 0.0 or (rate == 0.0 and second < 0.0)):
+                return SearchEnd.HIT_LOW, t
+            d = safe_step(held - lower, rate, second, jerk_bound, 0.0, 0.0, longest)
             if d < step:
-                step, what = d, LEFT_DOWN
-        if what != HELD and step <= tick:
-            return what, t + step
+                step, end = d, SearchEnd.HIT_LOW
+        if end != SearchEnd.TIME and step <= tick:
+            return end, t + step
         t += max(step, tick)
-    return HELD, t_end
+    return SearchEnd.TIME, t_end
 
 
 @compiled
-def hold(amplitude, omega, stiffness, damping, lower, upper, t, t_end, theta, w_rest):
-    """Rest until the brake lets go or ``t_end``: (what, time, angle)."""
+def hold(driveline, torque, lower, upper, motion, t_end):
+    """Rest until the brake releases or the time ``t_end`` comes; see ``event_search.slip``.
+
+    HIT_HIGH, HIT_LOW: the torque left the holding interval [lower, upper] there.
+    """
+    t, w_rest = motion.time, driveline.rest_velocity
     if w_rest == 0.0:
-        what, t_next = _hold_still(amplitude, omega, stiffness, lower, upper, t, theta)
+        end, later = _at_constant_angle(driveline, torque, lower, upper, t, motion.angle)
     else:
-        what, t_next = _hold_moving(
-            amplitude, omega, stiffness, damping, lower, upper, t, t_end, theta, w_rest
-        )
-    if what == HELD or t_next > t_end:
-        what, t_next = HELD, t_end
-    return what, t_next, theta + w_rest * (t_next - t)
+        end, later = _at_moving_angle(driveline, torque, lower, upper, t, t_end, motion.angle)
+    if end == SearchEnd.TIME or later > t_end:
+        end, later = SearchEnd.TIME, t_end
+    angle = motion.angle + w_rest * (later - t)
+    phase = phase_at(torque, later)
+    return Found(end, Motion(later, phase, angle, motion.velocity, motion.acceleration), 0)

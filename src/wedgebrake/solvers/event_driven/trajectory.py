@@ -1,304 +1,326 @@
 """The event-driven trajectory: closed forms joined at events (docs/theory.md, section 5).
 
-The brake is known here only by its characteristic over the driveline velocity ``w``:
-breakpoints, an offset and a slope for each piece between them, and the torque interval
-that it can hold at rest. One row of the log is one event; the motion until the next row
-follows from the row itself, in closed form.
+The brake is known here only by its characteristic over the driveline velocity: breakpoints,
+the pieces between them, and the torque interval that it can hold at rest. One row of the log
+is one event; the motion until the next row follows from the row itself, in closed form.
 """
 
 import math
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from wedgebrake.dynamics.enums import (
-    BREAKPOINT,
-    COMPLETED,
-    DIVERGED,
-    END,
-    EVENT_LIMIT,
-    LOG_FULL,
-    NO_SLIDING,
-    PERIOD,
-    REVERSAL,
-    SLIP,
-    START,
-    STICK,
-)
+from wedgebrake.dynamics.enums import EventKind, FlowForm, Outcome, SearchEnd
+from wedgebrake.dynamics.harmonic import phase_at
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import BLOCKED, G2, KIND, acceleration, entry, state_at
-from wedgebrake.solvers.event_driven.event_search import (
-    HIT_HIGH,
-    HIT_LOW,
-    OUT_OF_PATIENCE,
-    REACHED_END,
-    slip,
+from wedgebrake.dynamics.linear_flow import acceleration, enter, forcing_of, state_at
+from wedgebrake.dynamics.problem import (
+    ANGLE,
+    VELOCITY,
+    State,
+    demanded_torque,
+    slip_acceleration,
+    torque_at_rest,
 )
-from wedgebrake.solvers.event_driven.stick_phase import HELD, LEFT_UP, hold
+from wedgebrake.dynamics.section import phase_at_return, return_time
+from wedgebrake.dynamics.segment_log import REST, write
+from wedgebrake.solvers.event_driven.event_search import Motion, slip
+from wedgebrake.solvers.event_driven.stick_phase import hold
 
 # Rounding of the torque at rest, as a share of the torques it is the sum of.
-_ROOM = 2.0**-50
+_ROUNDING = 2.0**-50
+# Decisions about rest that follow each other within this share of the fastest rate's radian
+# pass no time.
+_STANDSTILL = 1e-7
 
-# The piece number that stands for rest.
-REST = -1
 
-# Columns of the log.
-LOG_KIND, LOG_PERIOD, LOG_TIME, LOG_THETA, LOG_W, LOG_PIECE, LOG_SIDE = range(7)
-LOG_COLUMNS = 7
+class Run(NamedTuple):
+    """End of a run: its outcome and state, events and rows of the log, and evaluations spent."""
+
+    outcome: Outcome
+    state: State
+    events: int
+    rows: int
+    evaluations: int
+
+
+class _Decision(NamedTuple):
+    """The last decision about rest: when, how often without time passing, and its tolerance.
+
+    The tolerance of the holding condition [N m] covers rounding. It grows while decisions
+    follow each other without time passing, as where the motion creeps into the equilibrium
+    of slip.
+    """
+
+    period: int
+    time: float
+    repeats: float
+    tolerance: float
+
+
+class _Event(NamedTuple):
+    """An event: its kind, the mode in which the motion goes on, and the direction."""
+
+    kind: EventKind
+    mode: int
+    side: float
 
 
 @compiled
-def _start(bounds, table, w2, f, theta, w, sine):
+def _mode_of(brake, forcing, motion):
     """(piece, acceleration) of a state in motion.
 
     On a breakpoint, the piece that the acceleration points to; the torque is continuous
     there, so that both pieces give the same acceleration.
     """
-    piece = 0
-    while piece < bounds.size and w > bounds[piece]:
+    theta, w, phase = motion.angle, motion.velocity, motion.phase
+    breakpoints, piece = brake.breakpoints, 0
+    while piece < breakpoints.size and w > breakpoints[piece]:
         piece += 1
-    if table[piece, KIND] == BLOCKED:
+    if brake.pieces[piece].form == FlowForm.BLOCKED:
         return piece, 0.0
-    a = acceleration(table[piece], w2, f, theta, w, sine)
-    if piece < bounds.size and w == bounds[piece] and a > 0.0:
+    a = acceleration(brake.pieces[piece], forcing, theta, w, phase)
+    if piece < breakpoints.size and w == breakpoints[piece] and a > 0.0:
         piece += 1
     return piece, a
 
 
 @compiled
-def _winds_for_ever(amplitude, stiffness, damping, lower, upper, theta, w_rest):
+def _winds_for_ever(problem, theta):
     """Return True if a stick on a turning shaft never ends.
 
     The spring torque -k theta moves towards the infinite limit of a self-locking brake, and is
     beyond the finite limit by more than the amplitude of the excitation.
     """
-    rate = -stiffness * w_rest
-    pull = -damping * w_rest - stiffness * theta
+    driveline, brake = problem.driveline, problem.brake
+    rate = -driveline.stiffness * driveline.rest_velocity
+    mean, amplitude = demanded_torque(driveline, 0.0, theta), problem.torque.amplitude
     if rate > 0.0:
-        return upper == math.inf and pull - amplitude > lower
-    return rate < 0.0 and lower == -math.inf and pull + amplitude < upper
+        return brake.upper == math.inf and mean - amplitude > brake.lower
+    return rate < 0.0 and brake.lower == -math.inf and mean + amplitude < brake.upper
 
 
 @compiled
-def run(
-    inertia,
-    damping,
-    stiffness,
-    amplitude,
-    omega,
-    bounds,
-    offsets,
-    table,
-    zero,
-    lower,
-    upper,
-    w_rest,
-    w_diverged,
-    period,
-    t,
-    theta,
-    w,
-    last_period,
-    last_time,
-    max_events,
-    log,
-    poincare,
-    stop=None,
-):
-    """Advance from (period, t, theta, w) to (last_period, last_time).
+def _tolerance(problem, last, period, t, theta):
+    """``_Decision`` about rest at a time, after the last one."""
+    driveline, torque = problem.driveline, problem.torque
+    natural = math.sqrt(driveline.stiffness / driveline.inertia)
+    elapsed = (period - last.period) * return_time(torque) + t - last.time
+    standstill = _STANDSTILL / max(torque.angular_frequency, natural)
+    repeats = 4.0 * last.repeats if elapsed < standstill else 1.0
+    torques = torque.amplitude + abs(driveline.damping * driveline.rest_velocity)
+    torques += abs(driveline.stiffness * theta)
+    return _Decision(period, t, repeats, repeats * _ROUNDING * torques)
 
-    bounds           (pieces-1,) breakpoints over w [rad/s], ascending, one of them w_rest
-    offsets          (pieces,) torque at w = 0 of each piece's line [N m]
-    table            (pieces, flow.COLUMNS) constants of the pieces
-    zero             index of the piece just above w_rest
-    lower, upper     holding interval [N m]
-    w_diverged       speed past which growth is called divergence [rad/s]
-    t, last_time     time inside the period, in [0, 2 pi/omega]
-    log              (rows, LOG_COLUMNS); no rows: nothing is logged
-    poincare         (n, 2) receives (theta, w) at the start of each later period
-    stop             None, or (1,): ends the run as a limit does when another thread sets it to True
 
-    Returns (outcome, period, t, theta, w, events, rows, evaluations). Runs on when called
-    again with what it returned, also where the log is full: its last row is then written
-    and is where the next log begins.
+@compiled
+def _hold_or_slip(problem, forcing, event, tolerance, motion):
+    """(event, acceleration) of a motion at the rest velocity: it holds, or slips as pulled.
+
+    event : with the side of the slip before it; a stick that does not hold is a reversal
     """
-    w2 = stiffness / inertia
-    f = amplitude / inertia
-    length = 2.0 * math.pi / omega
-    top = bounds.size
-    first_period = period
+    brake, theta, w, phase = problem.brake, motion.angle, motion.velocity, motion.phase
+    held = torque_at_rest(problem.driveline, problem.torque, phase, theta)
+    if not (held > brake.upper + tolerance or held < brake.lower - tolerance):
+        return _Event(event.kind, REST, event.side), motion.acceleration
+    forward = held > brake.upper
+    mode = brake.first_forward if forward else brake.first_forward - 1
+    a = motion.acceleration
+    if brake.pieces[mode].form != FlowForm.BLOCKED:
+        a = acceleration(brake.pieces[mode], forcing, theta, w, phase)
+        # The direction is decided; rounding must not turn it round.
+        a = max(a, 0.0) if forward else min(a, 0.0)
+    if event.kind == EventKind.STICK:
+        return _Event(EventKind.REVERSAL, mode, 1.0 if forward else -1.0), a
+    return _Event(event.kind, mode, 0.0), a
+
+
+@compiled
+def _released(problem, end, decision, motion):
+    """(event, motion) where rest ends at a limit of the holding interval."""
+    driveline, brake = problem.driveline, problem.brake
+    # The acceleration is the step from static to kinetic torque, known without rounding, and
+    # the tolerance beyond rounding where rest was not left at the first try.
+    excess = decision.tolerance if decision.repeats > 1.0 else 0.0
+    forward = end == SearchEnd.HIT_HIGH
+    mode = brake.first_forward if forward else brake.first_forward - 1
+    limit = brake.upper + excess if forward else brake.lower - excess
+    a = slip_acceleration(driveline, brake.pieces[mode], limit)
+    a = max(a, 0.0) if forward else min(a, 0.0)
+    event = _Event(EventKind.SLIP, mode, 1.0 if forward else -1.0)
+    t, phase, theta, _, _ = motion
+    return event, Motion(t, phase, theta, driveline.rest_velocity, a)
+
+
+@compiled
+def _search(problem, forcing, mode, tolerance, motion, t_end, work_limit):
+    """The end of the segment that begins with ``motion`` in a mode that can go on."""
+    brake = problem.brake
+    if mode == REST:
+        lower, upper = brake.lower - tolerance, brake.upper + tolerance
+        return hold(problem.driveline, problem.torque, lower, upper, motion, t_end)
+    piece, top = brake.pieces[mode], brake.breakpoints.size
+    low = brake.breakpoints[mode - 1] if mode > 0 else -math.inf
+    high = brake.breakpoints[mode] if mode < top else math.inf
+    if piece.damping < 0.0:
+        # Only an unbounded piece with negative damping can run away.
+        low = max(low, -problem.divergence_velocity)
+        high = min(high, problem.divergence_velocity)
+    return slip(piece, forcing, low, high, motion, t_end, work_limit)
+
+
+@compiled
+def _can_go_on(problem, mode, theta):
+    """Return True if there is a motion in a mode: the brake neither locks nor holds for ever."""
+    if mode == REST:
+        return not _winds_for_ever(problem, theta)
+    return problem.brake.pieces[mode].form != FlowForm.BLOCKED
+
+
+@compiled
+def _ended(mode, top, found):
+    """Outcome of a search that ends the run; COMPLETED if the run goes on."""
+    if found.end == SearchEnd.WORK_LIMIT:
+        return Outcome.EVENT_LIMIT
+    low = found.end == SearchEnd.HIT_LOW and mode == 0
+    high = found.end == SearchEnd.HIT_HIGH and mode == top
+    if low or high or not math.isfinite(found.motion.velocity):
+        return Outcome.DIVERGED
+    return Outcome.COMPLETED
+
+
+@compiled
+def run(problem, start, end, max_events, log, returns, stop=None):
+    """Advance from a ``State`` to an ``Instant``.
+
+    log     : receives rows of the segment log; no rows: nothing is logged
+    returns : (n, 2) receives the states at the first n returns to the section
+    stop    : None, or (1,): ends the run as a limit does when another thread sets it to True
+
+    Returns a ``Run``. Runs on when called again with the state that it returned, also where the
+    log is full: its last row is then written and is where the next log begins.
+    """
+    driveline, torque, brake = problem.driveline, problem.torque, problem.brake
+    forcing, interval = forcing_of(driveline, torque), return_time(torque)
+    w_rest, top = driveline.rest_velocity, brake.breakpoints.size
+    period = start.period
     events, rows, evaluations = 0, 0, 0
-    sine, cosine = math.sin(omega * t), math.cos(omega * t)
-    a = 0.0
-    kind, side, came_from = START, 0.0, 0.0
-    # Room for rounding in the holding condition; it grows while decisions follow each other
-    # without time passing, as where the motion creeps into the equilibrium of slip.
-    again, room, rest_period, rest_time = 1.0, 0.0, period - 1, 0.0
-    standstill = 1e-7 / max(omega, math.sqrt(w2))
-
-    # On the rest velocity the holding interval decides, below.
-    deciding = w == w_rest
-    piece = REST
+    motion = Motion(start.time, phase_at(torque, start.time), start.angle, start.velocity, 0.0)
+    decision = _Decision(period - 1, 0.0, 1.0, 0.0)
+    # On the rest velocity the holding interval decides.
+    deciding = motion.velocity == w_rest
+    mode, a = REST, 0.0
     if not deciding:
-        piece, a = _start(bounds, table, w2, f, theta, w, sine)
-
+        mode, a = _mode_of(brake, forcing, motion)
+    event = _Event(EventKind.START, mode, 0.0)
     while True:
+        t, phase, theta, w, _ = motion
         if deciding:
-            # At rest relative to the brake: hold, or slip the way the torque points.
-            pull = amplitude * sine - damping * w_rest - stiffness * theta
-            elapsed = (period - rest_period) * length + t - rest_time
-            again = 4.0 * again if elapsed < standstill else 1.0
-            rest_period, rest_time = period, t
-            room = again * _ROOM * (amplitude + abs(damping * w_rest) + abs(stiffness * theta))
-            if pull > upper + room or pull < lower - room:
-                piece = zero if pull > upper else zero - 1
-                if kind == STICK:
-                    kind = REVERSAL
-                    side = 1.0 if piece == zero else -1.0
-                if table[piece, KIND] != BLOCKED:
-                    a = acceleration(table[piece], w2, f, theta, w, sine)
-                    # The direction is decided; rounding must not turn it round.
-                    a = max(a, 0.0) if piece == zero else min(a, 0.0)
-            else:
-                piece = REST
-                side = came_from
+            decision = _tolerance(problem, decision, period, t, theta)
+            event, a = _hold_or_slip(problem, forcing, event, decision.tolerance, motion)
             deciding = False
-
-        if log.shape[0] > 0:
-            log[rows, LOG_KIND] = kind
-            log[rows, LOG_PERIOD] = period
-            log[rows, LOG_TIME] = t
-            log[rows, LOG_THETA] = theta
-            log[rows, LOG_W] = w
-            log[rows, LOG_PIECE] = piece
-            log[rows, LOG_SIDE] = side
-            rows += 1
-        if kind >= STICK:
+        motion = Motion(t, phase, theta, w, a)
+        if log.size > 0:
+            rows = write(log, rows, event.kind, period, t, theta, w, event.mode, event.side)
+        final = period >= end.period
+        t_end = end.time if final else interval
+        outcome = Outcome.COMPLETED
+        if event.kind >= EventKind.STICK:
             events += 1
             if events >= max_events:
-                return EVENT_LIMIT, period, t, theta, w, events, rows, evaluations
-
+                outcome = Outcome.EVENT_LIMIT
+                break
         # Numba removes a branch whose argument is None.
         if stop is not None:  # noqa: SIM102 - Numba removes it only if this is the sole condition
             if stop[0]:
-                return EVENT_LIMIT, period, t, theta, w, events, rows, evaluations
-        final = period >= last_period
-        t_end = last_time if final else length
+                outcome = Outcome.EVENT_LIMIT
+                break
         if final and t >= t_end:
-            return COMPLETED, period, t, theta, w, events, rows, evaluations
-        if rows > 0 and rows == log.shape[0]:
-            return LOG_FULL, period, t, theta, w, events, rows, evaluations
+            break
+        if rows > 0 and rows == log.size:
+            outcome = Outcome.LOG_FULL
+            break
+        if not _can_go_on(problem, event.mode, theta):
+            outcome = Outcome.NO_FORWARD_SOLUTION
+            break
 
-        arrived = False
-        if piece == REST:
-            if _winds_for_ever(amplitude, stiffness, damping, lower, upper, theta, w_rest):
-                return NO_SLIDING, period, t, theta, w, events, rows, evaluations
-            what, t, theta = hold(
-                amplitude, omega, stiffness, damping, lower - room, upper + room, t, t_end,
-                theta, w_rest,
-            )  # fmt: skip
-            arrived = what == HELD
-            sine, cosine = math.sin(omega * t), math.cos(omega * t)
-            if not arrived:
-                # The side is the end of the interval that was left: the acceleration there
-                # is the step from static to kinetic torque, known without rounding, and the
-                # room beyond rounding where rest was not left at the first try.
-                excess = room if again > 1.0 else 0.0
-                kind, w = SLIP, w_rest
-                if what == LEFT_UP:
-                    piece, side = zero, 1.0
-                    limit = upper + excess
-                else:
-                    piece, side = zero - 1, -1.0
-                    limit = lower - excess
-                slope = table[piece, G2] * inertia - damping
-                a = (limit - offsets[piece] - slope * w_rest) / inertia
-                a = max(a, 0.0) if what == LEFT_UP else min(a, 0.0)
-        else:
-            if table[piece, KIND] == BLOCKED:
-                return NO_SLIDING, period, t, theta, w, events, rows, evaluations
-            low = bounds[piece - 1] if piece > 0 else -math.inf
-            high = bounds[piece] if piece < top else math.inf
-            if table[piece, G2] < 0.0:
-                # Only an unbounded piece with negative damping can run away.
-                low = max(low, -w_diverged)
-                high = min(high, w_diverged)
-            what, t, sine, cosine, theta, w, a, spent = slip(
-                table[piece], w2, f, omega, low, high, t, t_end, sine, cosine, theta, w, a,
-                10 * max_events - evaluations,
-            )  # fmt: skip
-            evaluations += spent
-            if what == OUT_OF_PATIENCE:
-                return EVENT_LIMIT, period, t, theta, w, events, rows, evaluations
-            if not math.isfinite(w):
-                return DIVERGED, period, t, theta, w, events, rows, evaluations
-            if what != REACHED_END:
-                side = -1.0 if what == HIT_LOW else 1.0
-                neighbour = piece - 1 if what == HIT_LOW else piece + 1
-                if (what == HIT_LOW and piece == 0) or (what == HIT_HIGH and piece == top):
-                    return DIVERGED, period, t, theta, w, events, rows, evaluations
-                if w == w_rest and (piece == zero or neighbour == zero):
-                    kind, deciding = STICK, True
-                    came_from = 1.0 if what == HIT_LOW else -1.0
-                else:
-                    kind, piece = BREAKPOINT, neighbour
-            else:
-                arrived = True
-
-        if arrived:
-            if final:
-                kind, side = END, 0.0
-            else:
-                kind, side = PERIOD, 0.0
+        limit = 10 * max_events - evaluations
+        found = _search(problem, forcing, event.mode, decision.tolerance, motion, t_end, limit)
+        motion = found.motion
+        evaluations += found.evaluations
+        if event.mode != REST:
+            outcome = _ended(event.mode, top, found)
+            if outcome != Outcome.COMPLETED:
+                break
+        if found.end == SearchEnd.TIME:
+            event = _Event(EventKind.END if final else EventKind.RETURN, event.mode, 0.0)
+            if not final:
                 period += 1
-                t, sine, cosine = 0.0, 0.0, 1.0
-                index = period - first_period - 1
-                if index < poincare.shape[0]:
-                    poincare[index, 0] = theta
-                    poincare[index, 1] = w
+                motion = Motion(
+                    0.0, phase_at_return(), motion.angle, motion.velocity, motion.acceleration
+                )
+                index = period - start.period - 1
+                if index < returns.shape[0]:
+                    returns[index, ANGLE] = motion.angle
+                    returns[index, VELOCITY] = motion.velocity
+        elif event.mode == REST:
+            event, motion = _released(problem, found.end, decision, motion)
+        else:
+            low = found.end == SearchEnd.HIT_LOW
+            neighbour = event.mode - 1 if low else event.mode + 1
+            zero = brake.first_forward
+            deciding = motion.velocity == w_rest and (event.mode == zero or neighbour == zero)
+            if deciding:
+                event = _Event(EventKind.STICK, REST, 1.0 if low else -1.0)
+            else:
+                event = _Event(EventKind.BREAKPOINT, neighbour, -1.0 if low else 1.0)
+        a = motion.acceleration
+    state = State(period, motion.time, motion.angle, motion.velocity)
+    return Run(outcome, state, events, rows, evaluations)
 
 
 @compiled
-def evaluate(
-    inertia, stiffness, amplitude, omega, table, w_rest, log, periods, times, theta, w, piece
-):
-    """State at any times, ascending, from the closed form that follows each logged event.
+def evaluate(problem, log, periods, times, states, modes):
+    """States at any times, ascending, from the closed form that follows each logged row.
 
-    periods, times   (n,) period number and time inside the period
-    theta, w, piece  (n,) results
+    periods, times   : (n,) number of returns and time since the last one
+    states, modes    : (n, 2) and (n,) results
     """
-    w2 = stiffness / inertia
-    f = amplitude / inertia
-    length = 2.0 * math.pi / omega
+    driveline, torque = problem.driveline, problem.torque
+    forcing, interval = forcing_of(driveline, torque), return_time(torque)
     row = 0
     for i in range(times.size):
         n, t = periods[i], times[i]
-        while row + 1 < log.shape[0] and (
-            log[row + 1, LOG_PERIOD] < n
-            or (log[row + 1, LOG_PERIOD] == n and log[row + 1, LOG_TIME] <= t)
+        while row + 1 < log.size and (
+            log[row + 1].period < n or (log[row + 1].period == n and log[row + 1].time <= t)
         ):
             row += 1
-        t0 = log[row, LOG_TIME]
-        tau = (n - log[row, LOG_PERIOD]) * length + t - t0
-        number = int(log[row, LOG_PIECE])
-        piece[i] = number
-        if number == REST:
-            theta[i] = log[row, LOG_THETA] + w_rest * tau
-            w[i] = w_rest
-        elif tau == 0.0:
-            theta[i] = log[row, LOG_THETA]
-            w[i] = log[row, LOG_W]
-        else:
-            theta0, w0 = log[row, LOG_THETA], log[row, LOG_W]
-            sin0, cos0 = math.sin(omega * t0), math.cos(omega * t0)
-            sin1, cos1 = math.sin(omega * t), math.cos(omega * t)
-            flow = table[number]
-            coefficients = entry(flow, w2, omega, theta0, w0, sin0, cos0)
-            theta[i], w[i] = state_at(
-                flow, w2, f, omega, theta0, w0, sin0, cos0, coefficients, tau, sin1, cos1
-            )
+        begin = log[row]
+        tau = (n - begin.period) * interval + t - begin.time
+        modes[i] = begin.mode
+        theta, w = begin.angle, begin.velocity
+        if begin.mode == REST:
+            theta, w = theta + driveline.rest_velocity * tau, driveline.rest_velocity
+        elif tau != 0.0:
+            piece = problem.brake.pieces[begin.mode]
+            entry = enter(piece, forcing, theta, w, phase_at(torque, begin.time))
+            theta, w = state_at(piece, forcing, entry, tau, phase_at(torque, t))
+        states[i, ANGLE], states[i, VELOCITY] = theta, w
 
 
-def empty_log(rows: int) -> NDArray[np.float64]:
-    """Room for ``rows`` events."""
-    return np.empty((rows, LOG_COLUMNS))
+@compiled
+def velocities(problem, modes, start, theta, w, tau, out):
+    """Store the velocities [rad/s] at the times ``tau`` after given states in ``out``.
+
+    modes    : (n,) piece of each state, negative at rest
+    start, theta, w: (n,) time within the period, angle and velocity of each state
+    tau, out : (n, m) times after each state [s] and velocities
+    """
+    forcing = forcing_of(problem.driveline, problem.torque)
+    for i in range(modes.size):
+        if modes[i] < 0:
+            out[i, :] = w[i]
+            continue
+        piece = problem.brake.pieces[modes[i]]
+        entry = enter(piece, forcing, theta[i], w[i], phase_at(forcing, start[i]))
+        for j in range(tau.shape[1]):
+            phase = phase_at(forcing, start[i] + tau[i, j])
+            _, out[i, j] = state_at(piece, forcing, entry, tau[i, j], phase)

@@ -1,0 +1,95 @@
+"""Speed of two versions of the project: ``python benchmarks/against.py FORMER [--rounds 3]``.
+
+FORMER is the folder of another version, for example a git worktree of a former commit. Each case
+runs in processes of its own, the versions in turn, with the interpreter of this one; printed is
+the shortest time of each version [ms] and their ratio. ``cold`` compiles the kernels into an empty
+cache: the processor time of a first simulation, motion, sweep and orbit.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+KERNELS = """
+import ours, work, timing
+for case in work.CASES:
+    rtol = None if case.law == "coulomb" else 1e-8
+    run = ours.kernel(case.system, rtol, work.PERIODS)
+    print(f"kernel, {case.law}, {case.words}", timing.best(run, 1.0), sep="\\t")
+"""
+FRONT = """
+import numpy as np, wedgebrake as wb, timing
+exact = wb.paper.system(eta=12.0, F0=0.036)
+smooth = wb.paper.system(eta=12.0, F0=0.036, friction="smoothed")
+etas = np.linspace(-60.0, 12.0, 400)
+def branch(system):
+    first = wb.orbit(system)
+    over = {"step": 0.005, "eta": (12.0, -60.0)}
+    return lambda: [point.multipliers for point in wb.continuation(first, **over)]
+cases = {
+    "diagram of 400 points, exact": lambda: wb.bifurcation(exact, eta=etas, threads=1),
+    "diagram of 40 points, smoothed": lambda: wb.bifurcation(smooth, eta=etas[::10], threads=1),
+    "response, exact": lambda: wb.simulate(exact.replace(eta=-24.0), periods=250),
+    "energy": lambda r=wb.simulate(exact.replace(eta=-24.0), periods=250): wb.energy(r),
+    "branch, exact": branch(exact),
+    "branch, smoothed": branch(smooth),
+}
+for name, run in cases.items():
+    print(name, timing.best(run, 2.0), sep="\\t")
+"""
+COLD = """
+import time, wedgebrake as wb
+start = time.process_time()
+for name, run in {
+    "simulate": lambda: wb.simulate(wb.paper.system(), periods=3),
+    "motion": lambda: wb.motion(wb.paper.system()),
+    "smoothed": lambda: wb.motion(wb.paper.system(friction="smoothed"), 60, transient=40),
+    "orbit": lambda: wb.orbit(wb.paper.system()),
+}.items():
+    run()
+    print(f"cold, up to {name}", time.process_time() - start, sep="\\t")
+"""
+
+
+def measured(version, program, **environment):
+    """Times [s] by case that a program prints when it runs with a version."""
+    folders = (version / "src", version / "benchmarks", version / "tests")
+    done = subprocess.run(  # noqa: S603 - the programs above
+        [sys.executable, "-c", program], check=True, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, folders)), **environment},
+    )  # fmt: skip
+    rows = (line.split("\t") for line in done.stdout.splitlines() if "\t" in line)
+    return {name: float(seconds) for name, seconds in rows}
+
+
+def main():
+    """Measure both versions in turn and print the ratios."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("former", type=Path)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--cold", action="store_true", help="compile into an empty cache too")
+    given = parser.parse_args()
+    versions = {"former": given.former.resolve(), "this": ROOT}
+    shortest = {name: {} for name in versions}
+    programs = [(KERNELS, False), (FRONT, False), *([(COLD, True)] if given.cold else [])]
+    with tempfile.TemporaryDirectory() as folder:
+        for turn in range(given.rounds):
+            for program, empty in programs:
+                for name, version in versions.items():
+                    cache = Path(folder) / (f"{name}{turn}" if empty else name)
+                    found = measured(version, program, NUMBA_CACHE_DIR=str(cache))
+                    for case, seconds in found.items():
+                        before = shortest[name].get(case, float("inf"))
+                        shortest[name][case] = min(before, seconds)
+    print(f"{'':48}{'former':>10}{'this':>10}{'ratio':>8}")
+    for case, former in shortest["former"].items():
+        this = shortest["this"][case]
+        print(f"{case:48}{1e3 * former:10.3f}{1e3 * this:10.3f}{this / former:8.2f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,165 @@
+"""Mutation check of the tests: ``python benchmarks/mutants.py [--count 40] [--seed 1]``.
+
+Changes one line of the sources at a time (a comparison, an operator, a number or a condition) in a
+copy of the project, and runs the tests of its chapter until one fails. Lists the mutants that no
+test catches; the exit status is 1 if there are more than a tenth.
+
+Compiled kernels are compiled anew for each mutant of one: expect one to three minutes per mutant.
+"""
+
+import argparse
+import ast
+import itertools
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+# Tests of each chapter, as patterns below ``tests``.
+CHAPTERS = {
+    "model": ["unit/test_study*", "unit/test_groups*", "unit/test_char*", "unit/test_bad_input*",
+              "unit/test_cli.py", "literature/test_linear*", "unit/test_stability.py"],
+    "dynamics": ["unit/test_traps*", "properties/test_exact*", "unit/test_char*",
+                 "unit/test_stability.py", "motion_truth"],
+    "solvers": ["unit/test_traps*", "unit/test_smooth*", "properties/test_exact*",
+                "unit/test_ode14x*", "unit/test_torque*", "unit/test_bad_input*", "motion_truth"],
+    "analysis": ["unit/test_motion*", "unit/test_tangent*", "unit/test_energy*",
+                 "unit/test_torque*", "unit/test_measures*", "unit/test_lines*",
+                 "unit/test_stability.py", "unit/test_bad_input*", "motion_truth"],
+    "orbits": ["unit/test_orbit.py", "unit/test_chain*", "unit/test_branches*",
+               "unit/test_boundary*", "properties/test_orbit*", "peers/test_multipliers*"],
+    "sweeps": ["unit/test_sweep.py", "unit/test_store*", "unit/test_sweep_kill*",
+               "unit/test_cluster*", "unit/test_cli_sweep*"],
+}  # fmt: skip
+COMPARISONS = {
+    ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
+}  # fmt: skip
+OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
+
+
+class Mutant(NamedTuple):
+    """A change of one expression: its file, line, and the text before and after."""
+
+    path: Path
+    line: int
+    before: str
+    after: str
+    text: str
+
+
+def _changed(node):
+    """Return a node that computes something else, or None."""
+    if isinstance(node, ast.Compare) and type(node.ops[0]) in COMPARISONS:
+        operators = [COMPARISONS[type(node.ops[0])](), *node.ops[1:]]
+        return ast.Compare(node.left, operators, node.comparators)
+    if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+        return ast.BinOp(node.left, OPERATORS[type(node.op)](), node.right)
+    if isinstance(node, ast.BoolOp):
+        other = ast.Or() if isinstance(node.op, ast.And) else ast.And()
+        return ast.BoolOp(other, node.values)
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        return node.operand
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        return ast.Constant(1 if node.value == 0 else 2 * node.value)
+    if isinstance(node, ast.Constant) and type(node.value) is bool:
+        return ast.Constant(not node.value)
+    return None
+
+
+def _expressions(node):
+    """Yield the expressions that compute: not annotations, messages, imports or docstrings."""
+    skipped = (ast.Raise, ast.JoinedStr, ast.Import, ast.ImportFrom, ast.Assert)
+    for name, child in ast.iter_fields(node):
+        if name in ("annotation", "returns", "decorator_list"):
+            continue
+        for one in child if isinstance(child, list) else [child]:
+            if isinstance(one, ast.AST) and not isinstance(one, skipped):
+                yield one
+                yield from _expressions(one)
+
+
+def mutants_of(path):
+    """Every mutant of a file that is on one line."""
+    source = path.read_text(encoding="utf-8")
+    lines = source.splitlines(keepends=True)
+    for node in _expressions(ast.parse(source)):
+        if not isinstance(node, ast.expr) or node.lineno != node.end_lineno:
+            continue
+        changed = _changed(node)
+        line = lines[node.lineno - 1].encode()
+        if changed is None:
+            continue
+        before = line[node.col_offset : node.end_col_offset].decode()
+        after = ast.unparse(changed)
+        new = line[: node.col_offset] + f"({after})".encode() + line[node.end_col_offset :]
+        text = "".join([*lines[: node.lineno - 1], new.decode(), *lines[node.lineno :]])
+        yield Mutant(path, node.lineno, before, after, text)
+
+
+def chosen(count, seed):
+    """Random mutants of different lines, the same number in each chapter as far as possible."""
+    chance = random.Random(seed)  # noqa: S311 - a choice of lines
+    drawn = {}
+    for chapter in CHAPTERS:
+        files = sorted((ROOT / "src/wedgebrake" / chapter).rglob("*.py"))
+        found = list(itertools.chain.from_iterable(map(mutants_of, files)))
+        chance.shuffle(found)
+        drawn[chapter] = list({(one.path, one.line): one for one in found}.values())
+    turns = itertools.chain.from_iterable(itertools.zip_longest(*drawn.values()))
+    return list(itertools.islice(filter(None, turns), count))
+
+
+def is_caught(mutant, copy, limit):
+    """Run the tests of the chapter on a copy of the project that holds the mutant."""
+    place = copy / mutant.path.relative_to(ROOT)
+    original = place.read_text(encoding="utf-8")
+    chapter = mutant.path.relative_to(ROOT / "src/wedgebrake").parts[0]
+    tests = [str(one) for pattern in CHAPTERS[chapter] for one in (copy / "tests").glob(pattern)]
+    place.write_text(mutant.text, encoding="utf-8")
+    try:
+        done = subprocess.run(  # noqa: S603 - our own tests
+            [sys.executable, "-m", "pytest", "-xq", "-m", "not slow", "-p", "no:cacheprovider",
+             *dict.fromkeys(tests)],
+            cwd=copy, env={**os.environ, "PYTHONPATH": str(copy / "src")}, timeout=limit,
+            capture_output=True, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return True  # a mutant that does not end is noticed
+    finally:
+        place.write_text(original, encoding="utf-8")
+    return done.returncode != 0
+
+
+def main():
+    """Check the mutants and list those that survive."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--limit", type=float, default=900.0, help="seconds for one mutant")
+    parser.add_argument("--part", default="1/1", help="I/N: every Nth mutant, from the Ith on")
+    given = parser.parse_args()
+    first, step = map(int, given.part.split("/"))
+    mutants = chosen(given.count, given.seed)[first - 1 :: step]
+    survivors = 0
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "project"
+        kept = shutil.ignore_patterns(".git", ".venv", "out", "__pycache__", ".*_cache")
+        shutil.copytree(ROOT, copy, ignore=kept)
+        for mutant in mutants:
+            caught = is_caught(mutant, copy, given.limit)
+            survivors += not caught
+            place = f"{mutant.path.relative_to(ROOT)}:{mutant.line}"
+            word = "caught  " if caught else "SURVIVED"
+            print(f"{word} {place}: {mutant.before} -> {mutant.after}", flush=True)
+    print(f"{len(mutants) - survivors} of {len(mutants)} caught")
+    sys.exit(10 * survivors > len(mutants))
+
+
+if __name__ == "__main__":
+    main()

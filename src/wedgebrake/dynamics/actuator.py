@@ -1,0 +1,35 @@
+"""The actuator's law (eq. 3), stated once for the model, the kernels and the measures.
+
+Plain Python; kernels compile it.
+"""
+
+import math
+from typing import NamedTuple
+
+
+class Actuator(NamedTuple):
+    """F_a = initial_force + slope |v| [N], never below zero where ``release`` is on."""
+
+    initial_force: float
+    slope: float
+    release: bool
+
+
+def commanded_force(initial_force, slope, speed):
+    """Force [N] at the sliding speed |v| [rad/s] before release; for numbers and arrays."""
+    return initial_force + slope * speed
+
+
+def force(actuator: Actuator, speed: float) -> float:
+    """Actuation force [N] at the sliding speed |v| [rad/s]."""
+    value = actuator.initial_force + actuator.slope * speed
+    if actuator.release and value < 0.0:
+        return 0.0
+    return value
+
+
+def release_speed(actuator: Actuator) -> float:
+    """Speed [rad/s] from which on the brake is released; inf if there is none."""
+    if not actuator.release or actuator.slope >= 0.0:
+        return math.inf
+    return actuator.initial_force / -actuator.slope
