@@ -32,7 +32,14 @@ from .model.brakes import (
 from .model.characteristic import Characteristic
 from .model.driveline import Driveline
 from .model.excitation import HarmonicTorque
-from .model.friction import CoulombFriction, CustomFriction, SmoothedFriction, TabulatedFriction
+from .model.friction import (
+    CoulombFriction,
+    CustomFriction,
+    SetValuedFriction,
+    SmoothedFriction,
+    SmoothLaw,
+    TabulatedFriction,
+)
 from .model.groups import Groups
 from .model.part import parameter
 from .model.study import Study, load_study, read_study
@@ -64,6 +71,8 @@ __all__ = [
     "Motion",
     "Orbit",
     "OutputError",
+    "SetValuedFriction",
+    "SmoothLaw",
     "SmoothedFriction",
     "Status",
     "Study",
