@@ -37,7 +37,7 @@ from .model.friction import (
     CustomFriction,
     SetValuedFriction,
     SmoothedFriction,
-    SmoothLaw,
+    SmoothFriction,
     TabulatedFriction,
 )
 from .model.groups import Groups
@@ -47,7 +47,9 @@ from .model.study_text import save_study
 from .model.system import BrakedDriveline
 from .solvers.simulate import simulate
 from .solvers.status import Status
-from .sweeps.maps import basins, bifurcation, regime_map
+from .sweeps.basins import basins
+from .sweeps.bifurcation import bifurcation
+from .sweeps.regime_map import regime_map
 from .sweeps.sweep import sweep
 
 __all__ = [
@@ -72,7 +74,7 @@ __all__ = [
     "Orbit",
     "OutputError",
     "SetValuedFriction",
-    "SmoothLaw",
+    "SmoothFriction",
     "SmoothedFriction",
     "Status",
     "Study",

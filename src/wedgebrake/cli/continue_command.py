@@ -24,8 +24,9 @@ from wedgebrake.continuation.ranges import Range, make_ranges, value_of
 from wedgebrake.continuation.shooting import check, orbit_to_follow
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study
-from wedgebrake.sweeps.maps import bifurcation, regime_map
+from wedgebrake.sweeps.bifurcation import bifurcation
 from wedgebrake.sweeps.progress import Progress
+from wedgebrake.sweeps.regime_map import regime_map
 
 if TYPE_CHECKING:
     import xarray as xr

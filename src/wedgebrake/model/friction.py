@@ -9,7 +9,6 @@ solver's.
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, ClassVar
@@ -91,32 +90,6 @@ class SmoothFriction(Friction):
     def saturation(self, tolerance: float) -> float:  # noqa: ARG002 - laws may sharpen it
         """Speed [m/s] beyond which m equals ``limit`` to a relative tolerance; inf if none."""
         return math.inf
-
-
-class SmoothLaw(SmoothFriction):
-    """A smooth law stated as a compiled function and its numbers: the base of new laws.
-
-    A subclass states its parameters, ``reference``, ``transition``, ``shape`` and ``law``.
-    """
-
-    def shape(self) -> tuple[float, ...]:
-        """The numbers that ``law`` needs, in its order, at most four."""
-        return ()
-
-    @staticmethod
-    @abstractmethod
-    def law(speed: float, shape: Sequence[float]) -> float:
-        """Signed friction coefficient m(v_r); it has the sign of ``speed`` and is 0 at 0.
-
-        Compiled for the solver: numbers in, a number out, functions of ``math`` only.
-
-        speed : sliding speed v_r [m/s]
-        shape : the numbers of ``shape()``
-        """
-
-    def coefficient(self, speed: float) -> float:
-        """Signed friction coefficient m at the sliding speed v_r [m/s]."""
-        return self.law(float(speed), self.shape())
 
 
 def _check_static(kinetic: float, static: float) -> None:
@@ -233,7 +206,7 @@ class TabulatedFriction(SetValuedFriction):
         return self.static
 
 
-class SmoothedFriction(SmoothLaw):
+class SmoothedFriction(SmoothFriction):
     """m = mu_k [1 + (mu_s/mu_k - 1) exp(-decay |v_r|)] tanh(steepness v_r)  (eqs. 14, 15).
 
     The paper prints (14) without the factor mu_k.
@@ -310,6 +283,10 @@ class SmoothedFriction(SmoothLaw):
             e = math.exp(-2.0 * abs(x))
             tanh = math.copysign((1.0 - e) / (1.0 + e), x)
         return (shape[0] + peak) * tanh
+
+    def coefficient(self, speed: float) -> float:
+        """Signed friction coefficient m at the sliding speed v_r [m/s]."""
+        return self.law(float(speed), self.shape())
 
 
 # A law that has this share of its friction at this share of its width jumps at rest, or is

@@ -12,7 +12,9 @@ from wedgebrake.analysis.spectrum import is_driven
 from wedgebrake.analysis.spectrum import spectrum as spectrum_of
 from wedgebrake.analysis.sticking import span, steady_start
 from wedgebrake.errors import InputError
-from wedgebrake.figures.matplotlib import caption, history, phase, section, spectrum, style
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.data.history import last_periods
+from wedgebrake.figures.matplotlib import history, phase, section, spectrum, style
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance
 
@@ -106,7 +108,7 @@ def title(
 ) -> list[str]:
     """Lines: machine and groups; method and time spans; how it ended; the verdict."""
     begin, end = span(response)
-    seen, _ = history.window(response, periods)
+    seen, _ = last_periods(response, periods)
     when = [style.moment(time, end - begin) for time in (begin, end, seen, low)]
     options = json.loads(response.attrs.get("options", "{}"))
     how = caption.method_words(str(response.attrs.get("method", "")))

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.figures.matplotlib import class_styles, style
+from wedgebrake.figures.data import class_styles
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.paper.diagrams import COLUMNS, PLANS, Diagram, Plan, diagram
 from wedgebrake.paper.figures import layout, words
 from wedgebrake.paper.laboratory import DURATION, METHOD_WORDS, Laboratory

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from wedgebrake.figures.matplotlib import caption
+from wedgebrake.figures.data import caption
 from wedgebrake.paper.assumptions import WEDGE, Assumptions, Case
 from wedgebrake.paper.diagrams import HERTZ, PRINTED_F0
 from wedgebrake.paper.laboratory import DURATION, METHOD_WORDS, STEADY, Laboratory
