@@ -5,7 +5,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 import wedgebrake as wb
-from wedgebrake.dynamics.enums import COMPLETED
+from wedgebrake.dynamics import problem
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.problem import Instant
+from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.solvers.event_driven import solve as exact
 from wedgebrake.solvers.event_driven import trajectory as exact_kernel
 from wedgebrake.solvers.smooth import assemble, solve_periods
@@ -25,20 +28,20 @@ def kernel(machine: wb.BrakedDriveline, rtol: float | None, periods: int) -> Cal
     """
     if rtol is None:
         given = exact.problem(machine)
-        log, points = exact_kernel.empty_log(0), np.empty((periods, 2))
+        log, points = empty_log(0), np.empty((periods, 2))
+        start, end = problem.State(0, 0.0, 0.0, 0.0), Instant(periods, 0.0)
 
         def run() -> State:
-            start = (0, 0.0, 0.0, 0.0)
-            found = exact_kernel.run(*given, *start, periods, 0.0, 10**7, log, points)
-            assert found[0] == COMPLETED
-            return float(found[3]), float(found[4])
+            found = exact_kernel.run(given, start, end, 10**7, log, points)
+            assert found.outcome == Outcome.COMPLETED
+            return found.state.angle, found.state.velocity
 
         return run
     task = assemble.problem(machine, rtol)
 
     def advance() -> State:
         found = solve_periods.advance(task, (0.0, 0.0), periods, 10**8)
-        assert found.outcome == COMPLETED
+        assert found.outcome == Outcome.COMPLETED
         return found.state
 
     return advance
@@ -53,7 +56,7 @@ def kernel_in_lanes(
 
     def advance() -> State:
         found = solve_periods.advance_together(tasks, states, periods, 10**8)
-        assert all(one.outcome == COMPLETED for one in found)
+        assert all(one.outcome == Outcome.COMPLETED for one in found)
         return found[0].state
 
     return advance

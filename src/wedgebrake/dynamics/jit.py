@@ -45,9 +45,9 @@ def _stamp() -> tuple[tuple[str, int, int], ...]:
 SOURCE_STAMP = _stamp()
 
 
-def compiled(function: Callable[..., Any]) -> Any:
+def compiled(function: Callable[..., Any], **options: Any) -> Any:
     """Compile a kernel at its first call."""
-    dispatcher = njit(**_OPTIONS)(function)
+    dispatcher = njit(**_OPTIONS, **options)(function)
     # Private, since Numba has no public way; test_compiling fails if this stops working.
     index = dispatcher._cache._cache_file
     index._source_stamp = SOURCE_STAMP
@@ -61,6 +61,14 @@ def _index_or_none(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
         return load()
     except (AttributeError, ImportError):
         return {}
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile a part of a kernel into each kernel that calls it.
+
+    For parts that would otherwise be called for every event with arrays or many numbers.
+    """
+    return compiled(function, forceinline=True)
 
 
 def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -92,7 +100,7 @@ def chosen_by_class(kernels: dict[type, Callable[..., Any]]) -> Callable[..., An
         kernel = kernels.get(getattr(first, "instance_class", None))
         return None if kernel is None else lambda first, *rest: kernel(first, *rest)
 
-    overload(chosen)(choose)
+    overload(chosen, jit_options={"forceinline": True})(choose)
     return chosen
 
 

@@ -16,14 +16,14 @@ VERMILLION = "#D55E00"
 PURPLE = "#CC79A7"
 GREY = "#767676"
 
-# What the colours stand for.
+# Meanings of the colours.
 MOTION = BLUE
 SWITCHING = BLACK
 RELEASE = GREEN
 FORCING = VERMILLION
 NATURAL = GREEN
 TORQUE = "#8A8A8A"
-# Sticks, by the sign of the sliding velocity before: colour and words.
+# Sticks, by the sign of the sliding velocity before: colour and label.
 STICKS = {
     1: (VERMILLION, "stick from $v>0$"),
     -1: (PURPLE, "stick from $v<0$"),
@@ -58,7 +58,7 @@ SECTION = {
     "angle": r"angle $\theta_n$  [rad]",
     "velocity": r"velocity $\dot\theta_n$  [rad/s]",
 }
-# Words where a dataset has a formula instead.
+# Labels of quantities whose long name in a dataset is a formula.
 MEANINGS = {
     "eta": "slope of the actuation force",
     "f": "forcing frequency",
@@ -120,9 +120,9 @@ RASTER_FROM = 20_000
 
 
 def named(name: str, meaning: str, unit: str) -> str:
-    """The label of an axis: meaning, symbol where there is a usual one, unit.
+    """Label of an axis: meaning, symbol if there is a usual one, unit.
 
-    Of a long meaning, what stands before its first comma, semicolon or bracket.
+    A long meaning is cut before its first comma, semicolon or bracket.
     """
     words = re.split(r"[,;]| \(", meaning)[0].strip()
     if not words or re.search(r"[_/=`]", words):
@@ -133,12 +133,12 @@ def named(name: str, meaning: str, unit: str) -> str:
 
 
 def short(name: str) -> str:
-    """The symbol of a parameter for running text, or its name."""
+    """Symbol of a parameter for running text, or its name."""
     return f"${SYMBOLS[name]}$" if name in SYMBOLS else name.replace("_", " ")
 
 
 def percent(share: float) -> str:
-    """A share in percent; never 0 for what is there, never 100 for less than all."""
+    """Format a share in percent: never 0 for some, never 100 for less than all."""
     if 0.0 < share < 0.001:
         return "<0.1 %"
     if 0.995 <= share < 1.0:
@@ -147,7 +147,7 @@ def percent(share: float) -> str:
 
 
 def number(value: float) -> str:
-    """A number for mathtext, four digits."""
+    """Format a number for mathtext, with four digits."""
     if value != 0.0 and not 1e-4 <= abs(value) < 1e5:
         mantissa, exponent = f"{value:.3e}".split("e")
         return rf"{float(mantissa):g}\times 10^{{{int(exponent)}}}"
@@ -155,7 +155,7 @@ def number(value: float) -> str:
 
 
 def moment(time: float, span: float) -> str:
-    """A time [s] with the digits that a span of times [s] needs."""
+    """Format a time [s] with the digits that a span of times [s] needs."""
     digits = 4
     if 0.0 < span < abs(time):
         digits += math.ceil(math.log10(abs(time) / span))
@@ -163,9 +163,9 @@ def moment(time: float, span: float) -> str:
 
 
 def margins(low: float, high: float, least: float, share: float = 0.06) -> tuple[float, float]:
-    """Limits round low..high with a margin, never narrower than ``least``.
+    """Limits about low..high with a margin, never narrower than ``least``.
 
-    Without it the scatter of rounding would fill the picture of a motion that is constant.
+    Otherwise the scatter of rounding would fill the picture of a constant motion.
     """
     middle = 0.5 * (low + high)
     half = max(0.5 * (high - low) * (1.0 + 2.0 * share), 0.5 * least)

@@ -1,4 +1,4 @@
-"""The motion of the machine on the desk: one run, judged, and what pictures of it need."""
+"""The motion of the current machine: one run, its class, and the contents of its pictures."""
 
 from __future__ import annotations
 

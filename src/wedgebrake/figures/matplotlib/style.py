@@ -59,7 +59,7 @@ WRITTEN: Any = MappingProxyType({**_RC, "pdf.fonttype": 42, "ps.fonttype": 42})
 
 @contextmanager
 def use() -> Iterator[None]:
-    """Draw in this style inside the block; outside, Matplotlib's settings stay untouched."""
+    """Draw in this style inside the block; Matplotlib's own settings are restored after it."""
     import matplotlib as mpl
 
     with mpl.rc_context():
@@ -78,7 +78,7 @@ def new_figure(width: float = COLUMN, height: float | None = None) -> Figure:
 
 
 def say(axes: Axes, words: str) -> None:
-    """Words in the middle of axes that have nothing to show."""
+    """Write a sentence in the middle of axes that have nothing to show."""
     axes.text(
         0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY, wrap=True
     )
@@ -87,7 +87,7 @@ def say(axes: Axes, words: str) -> None:
 
 
 def few_ticks(axes: Axes, x: int = 5, y: int = 6) -> None:
-    """About ``x`` and ``y`` round numbers on linear axes, so that labels stay apart."""
+    """Set about ``x`` and ``y`` round ticks on linear axes, so that labels stay apart."""
     from matplotlib.ticker import MaxNLocator
 
     for axis, scale, count in (
@@ -99,7 +99,7 @@ def few_ticks(axes: Axes, x: int = 5, y: int = 6) -> None:
 
 
 def letter(axes: Axes, word: str) -> None:
-    """The letter of a panel, above its upper left corner."""
+    """Write the letter of a panel above its upper left corner."""
     axes.annotate(
         word,
         (0.0, 1.0),
@@ -114,7 +114,7 @@ def letter(axes: Axes, word: str) -> None:
 
 
 def round_ticks(axis: Axis, low: float, high: float) -> None:
-    """Labelled ticks at round numbers of a logarithmic axis from ``low`` to ``high``."""
+    """Set labelled ticks at round numbers of a logarithmic axis from ``low`` to ``high``."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
@@ -166,6 +166,6 @@ def logarithmic_beyond(
 
 
 def legend_above(axes: Axes, handles: list[Any], columns: int = 4) -> None:
-    """A legend in one row above the axes, at the right, where it hides nothing."""
+    """Add a legend in one row above the axes, at the right, where it hides nothing."""
     if handles:
         axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.02), ncols=columns)

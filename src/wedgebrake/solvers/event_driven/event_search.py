@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from wedgebrake.dynamics.enums import SearchEnd
 from wedgebrake.dynamics.harmonic import Phase, advanced, phase_at
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.jit import compiled, inlined
 from wedgebrake.dynamics.linear_flow import acceleration, enter, jerk, snap, state_at
 from wedgebrake.solvers.event_driven.root_exclusion import bound, safe_step
 
@@ -49,7 +49,7 @@ class _Bounds(NamedTuple):
     noise: float
 
 
-@compiled
+@inlined
 def _departs(u, u1, u2, noise):
     """Return True if a state on (or, by rounding, beyond) a boundary leaves through it."""
     if u1 < -noise:
@@ -57,7 +57,7 @@ def _departs(u, u1, u2, noise):
     return u1 <= noise and u2 < 0.0 and u <= 0.0
 
 
-@compiled
+@inlined
 def _is_simple(step, a, higher, bounds):
     """Return True if one simple root follows the safe step, near enough for a Taylor polynomial.
 
@@ -103,7 +103,7 @@ def _polish(piece, forcing, target, motion, higher, step):
     return x, x * (w + x * (a / 2.0 + x * (p2 / 3.0 + x * (p3 / 4.0 + x * angle))))
 
 
-@compiled
+@inlined
 def _safe(low, high, motion, higher, bounds, longest):
     """(step, end): a step without a root before its end, or one of length zero on a boundary.
 

@@ -24,7 +24,6 @@ from wedgebrake.solvers.smooth.problem import (
     TanhLaw,
     Tolerances,
 )
-from wedgebrake.solvers.smooth.runge_kutta import tableau
 from wedgebrake.solvers.solution import FloatArray
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 
@@ -136,7 +135,7 @@ def _any_law(system: BrakedDriveline, friction: SmoothFriction) -> AnyLaw:
     poles = np.array(sorted(both)) / system.brake.radius
     poles[:, 0] -= system.driveline.drive_speed
     poles[:, 1] *= POLE
-    return AnyLaw(laws(system)[1], tableau(), poles)
+    return AnyLaw(laws(system)[1], poles)
 
 
 def _cut(

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import DOP853
 
 from wedgebrake.dynamics.jit import compiled
 
@@ -21,7 +22,7 @@ DEGREE = 7
 _ON_KINK = 1e-4
 
 
-def bernstein_matrix() -> NDArray[np.float64]:
+def _bernstein_matrix() -> NDArray[np.float64]:
     """(8, 7) matrix from the extension's coefficients F to Bernstein coefficients.
 
     The extension is y0 + sum F_i x^a (1-x)^b with a = i//2 + 1, b = (i+1)//2, and
@@ -35,26 +36,28 @@ def bernstein_matrix() -> NDArray[np.float64]:
     return matrix
 
 
-@compiled
-def coefficients(tableau, y0, y1, h, derivative, out):
-    """Store the Bernstein coefficients (8,) of the extension of one component in ``out``.
+# (4, 16) from the derivatives of all stages to terms of the extension, and (8, 7) from those.
+_DENSE = np.ascontiguousarray(DOP853.D, dtype=float)
+_BERNSTEIN = _bernstein_matrix()
 
-    derivative : (ROWS,) of the component at all stages
-    """
+
+@compiled
+def coefficients(y0, y1, h, stages, out):
+    """Store the Bernstein coefficients (8,) of the extension of the velocity in ``out``."""
     terms = np.empty(DEGREE)
     delta = y1 - y0
     terms[0] = delta
-    terms[1] = h * derivative[0] - delta
-    terms[2] = 2.0 * delta - h * (derivative[STAGES] + derivative[0])
+    terms[1] = h * stages[0].acceleration - delta
+    terms[2] = 2.0 * delta - h * (stages[STAGES].acceleration + stages[0].acceleration)
     for i in range(4):
         total = 0.0
         for j in range(ROWS):
-            total += tableau.dense[i, j] * derivative[j]
+            total += _DENSE[i, j] * stages[j].acceleration
         terms[3 + i] = h * total
     for k in range(DEGREE + 1):
         total = y0
         for i in range(DEGREE):
-            total += tableau.bernstein[k, i] * terms[i]
+            total += _BERNSTEIN[k, i] * terms[i]
         out[k] = total
     out[DEGREE] = y1
 
@@ -96,7 +99,7 @@ def first_root(b, start):
 
 
 @compiled
-def crossing_share(tableau, accelerations, w0, w1, h, edge, sign):
+def crossing_share(stages, w0, w1, h, edge, sign):
     """Share of a step from velocity w0 to w1 at which sign (velocity - edge) vanishes; 2: never.
 
     A state on a kink leaves it on either side: there the share is 0 where the step goes to
@@ -105,7 +108,7 @@ def crossing_share(tableau, accelerations, w0, w1, h, edge, sign):
     if math.isinf(edge):
         return 2.0
     polynomial = np.empty(DEGREE + 1)
-    coefficients(tableau, w0, w1, h, accelerations, polynomial)
+    coefficients(w0, w1, h, stages, polynomial)
     for k in range(DEGREE + 1):
         polynomial[k] = sign * (polynomial[k] - edge)
     if w0 != edge:

@@ -28,24 +28,6 @@ STRETCH = record(
 POLE = 0.5 * math.pi
 
 
-class Tableau(NamedTuple):
-    """Coefficients of the Dormand-Prince 8(5,3) pair (``runge_kutta``).
-
-    weights     : (12, 32) of each stage's acceleration, in the sums for velocity and angle
-    nodes       : (12,) times of the stages, as shares of the step
-    extra_weights, extra_nodes : (3, 16), (3,) of the stages of the continuous extension
-    dense       : (4, 16) from the derivatives of all stages to terms of the extension
-    bernstein   : (8, 7) from the terms of the extension to Bernstein coefficients
-    """
-
-    weights: NDArray[np.float64]
-    nodes: NDArray[np.float64]
-    extra_weights: NDArray[np.float64]
-    extra_nodes: NDArray[np.float64]
-    dense: NDArray[np.float64]
-    bernstein: NDArray[np.float64]
-
-
 class LawNumbers(NamedTuple):
     """The numbers of friction and brake; their functions m and g are passed beside, in a list."""
 
@@ -62,7 +44,6 @@ class AnyLaw(NamedTuple):
     """
 
     numbers: LawNumbers
-    tableau: Tableau
     poles: NDArray[np.float64]
 
 

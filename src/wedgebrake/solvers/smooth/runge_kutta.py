@@ -5,7 +5,6 @@ coefficients of SciPy. ``continuous_extension`` gives the motion inside the step
 """
 
 import math
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +15,9 @@ from wedgebrake.dynamics.brake_torque import SmoothBrake, brake_torque
 from wedgebrake.dynamics.harmonic import Harmonic, phase_at, value
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import Driveline
-from wedgebrake.solvers.smooth.continuous_extension import ROWS, STAGES, bernstein_matrix
-from wedgebrake.solvers.smooth.problem import Tableau, Tolerances, joined
+from wedgebrake.dynamics.records import record
+from wedgebrake.solvers.smooth.continuous_extension import ROWS, STAGES
+from wedgebrake.solvers.smooth.problem import Tolerances, joined
 
 Array = NDArray[np.float64]
 
@@ -29,30 +29,26 @@ SUMS = 2 * ROWS
 _EXACT = [0, 5, 6, 7, 8, 9, 10]
 
 
-class Work(NamedTuple):
-    """Scratch of a step.
-
-    velocities, accelerations : (ROWS,) of the stages
-    drives                    : (ROWS,) driving torque at the stages
-    sums                      : (SUMS,) weighted sums of the stages' accelerations
-    """
-
-    velocities: Array
-    accelerations: Array
-    drives: Array
-    sums: Array
+# A stage of a step.
+STAGE = record("velocity acceleration")
 
 
 class RungeKutta(NamedTuple):
-    """Runge-Kutta steps for one machine, with scratch."""
+    """Runge-Kutta steps for one machine, with scratch.
+
+    poles  : as in ``AnyLaw``
+    stages : (ROWS,) of dtype ``STAGE``;  drives : (ROWS,) driving torque at the stages
+    sums   : (SUMS,) weighted sums of the stages' accelerations
+    """
 
     driveline: Driveline
     torque: Harmonic
     brake: SmoothBrake
-    tableau: Tableau
     poles: Array
     tolerances: Tolerances
-    work: Work
+    stages: NDArray[np.record]
+    drives: Array
+    sums: Array
 
 
 class StepEnd(NamedTuple):
@@ -91,23 +87,21 @@ def _columns(a_matrix: Array, b: Array, c: Array, e3: Array, e5: Array) -> Array
     return np.vstack((rows, rows @ rows[:STAGES])).T
 
 
-@cache
-def tableau() -> Tableau:
-    """Coefficients of the pair, from SciPy, as the kernels take them."""
-    given = (
-        _columns(DOP853.A, DOP853.B, DOP853.C, DOP853.E3[:-1], DOP853.E5[:-1]),
-        DOP853.C, DOP853.A_EXTRA, DOP853.C_EXTRA, DOP853.D, bernstein_matrix(),
-    )  # fmt: skip
-    return Tableau(*(np.ascontiguousarray(array, dtype=float) for array in given))
+# (12, 32) weights of the stages, (12,) their times; (3, 16) and (3,) those of the extension.
+WEIGHTS = np.ascontiguousarray(
+    _columns(DOP853.A, DOP853.B, DOP853.C, DOP853.E3[:-1], DOP853.E5[:-1]), dtype=float
+)
+NODES = np.ascontiguousarray(DOP853.C, dtype=float)
+_EXTRA_WEIGHTS = np.ascontiguousarray(DOP853.A_EXTRA, dtype=float)
+_EXTRA_NODES = np.ascontiguousarray(DOP853.C_EXTRA, dtype=float)
 
 
 @compiled
 def open_runge_kutta(law, functions, problem):
     """``RungeKutta`` for an ``AnyLaw``."""
     return RungeKutta(
-        problem.driveline, problem.torque, joined(functions, law.numbers), law.tableau, law.poles,
-        problem.tolerances,
-        Work(np.empty(ROWS), np.empty(ROWS), np.empty(ROWS), np.empty(SUMS)),
+        problem.driveline, problem.torque, joined(functions, law.numbers), law.poles,
+        problem.tolerances, np.empty(ROWS, STAGE), np.empty(ROWS), np.empty(SUMS),
     )  # fmt: skip
 
 
@@ -140,18 +134,18 @@ def pole_distance(poles, velocity):
 
 
 @compiled
-def _drives(torque, nodes, t, h, drives):
-    """Store the driving torque at the times t + nodes h of the stages."""
+def _drives(torque, t, h, drives):
+    """Store the driving torque at the times of the stages."""
     turn = torque.angular_frequency * h
     if turn > 0.25:
-        for i in range(nodes.size):
-            drives[i] = value(torque, phase_at(torque, t + nodes[i] * h))
+        for i in range(NODES.size):
+            drives[i] = value(torque, phase_at(torque, t + NODES[i] * h))
         return
     # Taylor polynomials about t, to rounding; in vector instructions.
     phase = phase_at(torque, t)
     sine, cosine = torque.amplitude * phase.sine, torque.amplitude * phase.cosine
-    for i in range(nodes.size):
-        x = nodes[i] * turn
+    for i in range(NODES.size):
+        x = NODES[i] * turn
         y = x * x
         even = 1 / 24 - y * (1 / 720 - y * (1 / 40320 - y / 3628800))
         odd = 1 / 6 - y * (1 / 120 - y * (1 / 5040 - y * (1 / 362880 - y / 39916800)))
@@ -160,29 +154,27 @@ def _drives(torque, nodes, t, h, drives):
 
 @compiled
 def step(method, t, angle, velocity, a, h):
-    """``StepEnd`` of one step of size h; ``method.work`` receives its stages and sums."""
+    """``StepEnd`` of one step of size h; ``method`` receives its stages and sums."""
     driveline, brake = method.driveline, method.brake
-    weights, nodes, work = method.tableau.weights, method.tableau.nodes, method.work
-    velocities, accelerations, sums = work.velocities, work.accelerations, work.sums
-    drives = work.drives
-    _drives(method.torque, nodes, t, h, drives)
-    velocities[0], accelerations[0] = velocity, a
+    stages, drives, sums = method.stages, method.drives, method.sums
+    _drives(method.torque, t, h, drives)
+    stages[0].velocity, stages[0].acceleration = velocity, a
     for k in range(sums.size):
-        sums[k] = weights[0, k] * a
+        sums[k] = WEIGHTS[0, k] * a
     lowest, highest = velocity, velocity
     for i in range(1, STAGES):
         stage = velocity + h * sums[i]
         lowest, highest = min(lowest, stage), max(highest, stage)
-        stage_angle = angle + h * (nodes[i] * velocity + h * sums[ROWS + i])
+        stage_angle = angle + h * (NODES[i] * velocity + h * sums[ROWS + i])
         push = acceleration(driveline, brake, drives[i], stage_angle, stage)
-        velocities[i], accelerations[i] = stage, push
+        stages[i].velocity, stages[i].acceleration = stage, push
         for k in range(sums.size):
-            sums[k] += weights[i, k] * push
+            sums[k] += WEIGHTS[i, k] * push
     angle1 = angle + h * (velocity + h * sums[ROWS + _END])
     velocity1 = velocity + h * sums[_END]
     # The last stage too is at the end of the step.
     a1 = acceleration(driveline, brake, drives[STAGES - 1], angle1, velocity1)
-    velocities[STAGES], accelerations[STAGES] = velocity1, a1
+    stages[STAGES].velocity, stages[STAGES].acceleration = velocity1, a1
     return StepEnd(angle1, velocity1, a1, min(lowest, velocity1), max(highest, velocity1))
 
 
@@ -201,15 +193,13 @@ def error_norm(sums, h, angle_scale, velocity_scale):
 @compiled
 def extend(method, t, angle, velocity, h):
     """Compute the three further stages that the continuous extension needs."""
-    tableau, work = method.tableau, method.work
+    stages = method.stages
     for i in range(3):
         n = STAGES + 1 + i
         dt, dw = 0.0, 0.0
         for j in range(n):
-            dt += tableau.extra_weights[i, j] * work.velocities[j]
-            dw += tableau.extra_weights[i, j] * work.accelerations[j]
-        stage = velocity + h * dw
-        work.velocities[n] = stage
-        work.accelerations[n] = acceleration_at(
-            method, t + tableau.extra_nodes[i] * h, angle + h * dt, stage
-        )
+            dt += _EXTRA_WEIGHTS[i, j] * stages[j].velocity
+            dw += _EXTRA_WEIGHTS[i, j] * stages[j].acceleration
+        stage, time = velocity + h * dw, t + _EXTRA_NODES[i] * h
+        stages[n].velocity = stage
+        stages[n].acceleration = acceleration_at(method, time, angle + h * dt, stage)

@@ -13,7 +13,7 @@ from wedgebrake.dynamics.enums import Outcome, SearchEnd
 from wedgebrake.dynamics.harmonic import Harmonic, phase_at
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.records import record
-from wedgebrake.dynamics.section import phase_at_return, return_time
+from wedgebrake.dynamics.section import phase_at_return
 from wedgebrake.solvers.smooth import taylor
 from wedgebrake.solvers.smooth.problem import POLE, Tolerances, stretch_at
 from wedgebrake.solvers.smooth.simd_codegen import traced
@@ -27,7 +27,7 @@ WIDTH = 8
 # how far it has come. Angle and velocity are in the inputs of steps. ``stalled``: the last step
 # had no length; ``stepped``: a step in lanes is to be accepted.
 LANE = record(
-    "forcing angular_frequency slope stiffness rest_velocity band divergence_velocity"
+    "forcing angular_frequency period slope stiffness rest_velocity band divergence_velocity"
     " relative_tolerance angle_tolerance velocity_tolerance longest_step time",
     whole="stretch outcome completed steps",
     fields=[("stalled", np.bool_), ("stepped", np.bool_), ("going", np.bool_)],
@@ -63,9 +63,7 @@ def _begin(lane, stretches, acceleration, velocity):
 @compiled
 def _accept(lane, number, stretch, inputs, outputs):
     """Accept a step in lanes: (end, acceleration); ends the lane where it was too small."""
-    forcing = _harmonic(lane)
-    length = return_time(forcing)
-    tiny = TINY * length
+    length, tiny = lane.period, TINY * lane.period
     limits = Limits(length, stretch.kink_below, stretch.kink_above, tiny, lane.stalled)
     size, hit, a = taylor.accept(inputs, outputs, number, limits)
     lane.stepped, lane.stalled = False, size == 0.0
@@ -77,6 +75,7 @@ def _accept(lane, number, stretch, inputs, outputs):
         inputs[INPUT.drive, number] = outputs[OUTPUT.drive, number]
         inputs[INPUT.drive_rate, number] = outputs[OUTPUT.drive_rate, number]
     elif size > 0.0:
+        forcing = _harmonic(lane)
         taylor.drive(inputs, number, forcing, phase_at(forcing, lane.time))
     return hit, a
 
@@ -88,7 +87,7 @@ def _alone(lane, number, stretch, piece, inputs, max_steps):
     angle, velocity = inputs[INPUT.angle, number], inputs[INPUT.velocity, number]
     point = Point(lane.time, angle, velocity, 0.0)
     made = linear_step(
-        stretch, piece, forcing, point, return_time(forcing), lane.divergence_velocity,
+        stretch, piece, forcing, point, lane.period, lane.divergence_velocity,
         max_steps - lane.steps,
     )  # fmt: skip
     lane.steps += made.work
@@ -114,10 +113,13 @@ def _go_on(lane, number, stretches, hit, a, inputs, max_steps):
         or abs(velocity - lane.rest_velocity) >= lane.divergence_velocity
     ):
         lane.outcome, lane.going = Outcome.DIVERGED, False
-    elif hit != SearchEnd.TIME:
-        lane.stretch = stretch_at(stretches, velocity, hit == SearchEnd.HIT_HIGH)
-    elif not stretches[lane.stretch].linear:
-        lane.stretch = stretch_at(stretches, velocity, a > 0.0)
+        return
+    here = stretches[number, lane.stretch]
+    # By numbers: a slice costs more than what is done with it.
+    if hit != SearchEnd.TIME:
+        lane.stretch = stretch_at(stretches[number], velocity, hit == SearchEnd.HIT_HIGH)
+    elif not here.linear and not here.low < velocity < here.high:
+        lane.stretch = stretch_at(stretches[number], velocity, a > 0.0)
 
 
 @compiled
@@ -138,7 +140,7 @@ def _aim(lane, number, stretch, inputs):
     side = 1.0 if stretch.kink_below >= rest else -1.0
     inputs[INPUT.slope, number] = side * lane.slope
     tolerances = Tolerances(lane.relative_tolerance, lane.angle_tolerance, lane.velocity_tolerance)
-    longest = min(lane.longest_step, return_time(_harmonic(lane)) - lane.time)
+    longest = min(lane.longest_step, lane.period - lane.time)
     reach = taylor.POLE_SHARE * (abs(inputs[INPUT.velocity, number] - rest) + POLE * lane.band)
     taylor.limit(inputs, number, tolerances, longest, reach)
     lane.stepped = True
@@ -185,8 +187,8 @@ def run(lanes, stretches, pieces, inputs, max_steps, points):
                     together += 1
                     break
                 if lane.going:
-                    _go_on(lane, number, stretches[number], hit, a, inputs, max_steps)
-                if lane.going and lane.time >= return_time(_harmonic(lane)):
+                    _go_on(lane, number, stretches, hit, a, inputs, max_steps)
+                if lane.going and lane.time >= lane.period:
                     _return(lane, number, inputs, points[number])
         if together > 0:
             step_lanes(inputs, outputs)

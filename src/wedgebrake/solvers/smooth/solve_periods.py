@@ -123,7 +123,7 @@ def advance_together(
         inputs[[taylor.INPUT.angle, taylor.INPUT.velocity], lane] = states[number]
         here, tolerances = lanes[lane], one.tolerances
         here.forcing, here.angular_frequency = forcing_of(one.driveline, one.torque)
-        here.slope = law.actuator.slope / inertia
+        here.period, here.slope = return_time(one.torque), law.actuator.slope / inertia
         here.stiffness = one.driveline.stiffness / inertia
         here.rest_velocity, here.band = one.driveline.rest_velocity, one.band
         here.divergence_velocity, here.longest_step = one.divergence_velocity, one.longest_step

@@ -20,6 +20,7 @@ from wedgebrake.solvers.smooth import taylor as series
 from wedgebrake.solvers.smooth.continuous_extension import STAGES, crossing_share
 from wedgebrake.solvers.smooth.problem import POLE, AnyLaw, TanhLaw, Tolerances
 from wedgebrake.solvers.smooth.runge_kutta import (
+    NODES,
     RungeKutta,
     acceleration_at,
     error_norm,
@@ -113,9 +114,8 @@ def _open_taylor(law, functions, problem):  # noqa: ARG001 - one signature
 
 
 @compiled
-def _aim(taylor, side, point):
+def _aim(taylor, inputs, side, point):
     """Set the begin of the next step by series, sliding to ``side``."""
-    inputs = taylor.inputs
     series.aim(inputs, 0, side * taylor.slope, point.angle, point.velocity)
     series.drive(inputs, 0, taylor.forcing, phase_at(taylor.forcing, point.time))
 
@@ -150,10 +150,12 @@ def linear_step(stretch, piece, forcing, point, end, divergence_velocity, work_l
 @compiled
 def _series_acceleration(taylor, point):
     """Acceleration at a point by series."""
-    _aim(taylor, 1.0 if point.velocity >= taylor.driveline.rest_velocity else -1.0, point)
-    series.limit(taylor.inputs, 0, taylor.tolerances, taylor.longest_step, 0.0)
-    series.step(taylor.inputs, taylor.outputs)
-    return taylor.outputs[OUTPUT.accelerations, 0]
+    side = 1.0 if point.velocity >= taylor.driveline.rest_velocity else -1.0
+    inputs, outputs = taylor.inputs, taylor.outputs
+    _aim(taylor, inputs, side, point)
+    series.limit(inputs, 0, taylor.tolerances, taylor.longest_step, 0.0)
+    series.step(inputs, outputs)
+    return outputs[OUTPUT.accelerations, 0]
 
 
 @compiled
@@ -179,10 +181,10 @@ def _point_with_acceleration(method, point):
 def _series_step(taylor, point, h, limits):  # noqa: ARG001 - one signature
     """``Advance`` by one step by series; ``taylor.outputs`` holds it."""
     rest = taylor.driveline.rest_velocity
-    _aim(taylor, 1.0 if limits.low >= rest else -1.0, point)
+    inputs, outputs = taylor.inputs, taylor.outputs
+    _aim(taylor, inputs, 1.0 if limits.low >= rest else -1.0, point)
     reach = series.POLE_SHARE * (abs(point.velocity - rest) + POLE * taylor.band)
     longest = min(taylor.longest_step, limits.end - point.time)
-    inputs, outputs = taylor.inputs, taylor.outputs
     series.limit(inputs, 0, taylor.tolerances, longest, reach)
     series.step(inputs, outputs)
     size, hit, a = series.accept(inputs, outputs, 0, limits)
@@ -199,7 +201,7 @@ def _attempt(method, point, h):
     end = runge_kutta_stages(method, point.time, point.angle, point.velocity, point.acceleration, h)
     tolerances = method.tolerances
     norm = error_norm(
-        method.work.sums,
+        method.sums,
         h,
         tolerances.relative * (tolerances.angle + max(abs(point.angle), abs(end.angle))),
         tolerances.relative * (tolerances.velocity + max(abs(point.velocity), abs(end.velocity))),
@@ -216,10 +218,9 @@ def _first_kink(method, point, end, h, limits):
     if math.isinf(low) and math.isinf(high):
         return 2.0, SearchEnd.TIME
     extend(method, point.time, point.angle, point.velocity, h)
-    tableau, rates = method.tableau, method.work.accelerations
-    w0, w1 = point.velocity, end.velocity
-    first_low = crossing_share(tableau, rates, w0, w1, h, low, 1.0)
-    first_high = crossing_share(tableau, rates, w0, w1, h, high, -1.0)
+    stages, w0, w1 = method.stages, point.velocity, end.velocity
+    first_low = crossing_share(stages, w0, w1, h, low, 1.0)
+    first_high = crossing_share(stages, w0, w1, h, high, -1.0)
     if min(first_low, first_high) > 1.0:
         return 2.0, SearchEnd.TIME
     if first_low <= first_high:
@@ -229,7 +230,7 @@ def _first_kink(method, point, end, h, limits):
 
 @compiled
 def _runge_kutta_step(method, point, h, limits):
-    """``Advance`` by one accepted Runge-Kutta step; ``method.work`` holds its stages."""
+    """``Advance`` by one accepted Runge-Kutta step; ``method`` holds its stages."""
     a = point.acceleration
     left = limits.end - point.time
     work = 0
@@ -279,7 +280,7 @@ def _step_to_kink(method, point, cut, edge, limits):
     In the end Newton closes a gap whose square is far below the tolerance. Returns (point,
     size, attempts, whether it succeeded).
     """
-    tolerances, work, nodes = method.tolerances, method.work, method.tableau.nodes
+    tolerances, stages = method.tolerances, method.stages
     close = _CLOSE * tolerances.relative * (tolerances.velocity + abs(edge))
     attempts = 0
     for _ in range(4):
@@ -293,7 +294,7 @@ def _step_to_kink(method, point, cut, edge, limits):
         if abs(late) <= 0.1 * cut and abs(bend) <= close:
             # The stages of the whole step, to the square of what Newton added.
             for i in range(STAGES):
-                work.velocities[i] += nodes[i] * late * work.accelerations[i]
+                stages[i].velocity += NODES[i] * late * stages[i].acceleration
             time = _arrived(point.time, cut + late, limits)
             reached = Point(time, end.angle + end.velocity * late, edge, end.acceleration)
             return reached, cut + late, attempts, True

@@ -80,7 +80,8 @@ def _write_step(method, row, stretch, before, size):  # noqa: ARG001 - one signa
 def _write_stages(method, row, stretch, before, size):
     """Write a row of the trail, with the stages of the last step."""
     _write_step(method, row, stretch, before, size)
-    row.stages[:] = method.work.velocities[:STAGES]
+    for i in range(STAGES):
+        row.stages[i] = method.stages[i].velocity
 
 
 _leave = chosen_by_class({Taylor: _write_step, RungeKutta: _write_stages})
@@ -98,10 +99,11 @@ def _due(samples, number, period, time):
 @compiled
 def _sample(method, forcing, piece, linear, before, tau):
     """(angle, velocity) a time tau after the begin of the last step."""
-    if not linear:
-        return inside_numeric(method, before, tau)
+    # Not from the last step, which may have ended here.
     if tau <= 0.0:
         return before.angle, before.velocity
+    if not linear:
+        return inside_numeric(method, before, tau)
     begin = phase_at(forcing, before.time)
     entry = enter(piece, forcing, before.angle, before.velocity, begin)
     return state_at(piece, forcing, entry, tau, phase_at(forcing, before.time + tau))

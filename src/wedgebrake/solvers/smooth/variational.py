@@ -23,7 +23,9 @@ from wedgebrake.dynamics.problem import angle_weight
 from wedgebrake.solvers.smooth.continuous_extension import ROWS, STAGES
 from wedgebrake.solvers.smooth.dense_output import SeriesRecord, propagate_step
 from wedgebrake.solvers.smooth.runge_kutta import (
+    NODES,
     SUMS,
+    WEIGHTS,
     RungeKutta,
     acceleration_at,
     pole_distance,
@@ -68,17 +70,17 @@ def _torque_slopes(method, stages, stretch, slopes):
 @compiled
 def _deviation_after(method, h, slopes, sums, x, y):
     """A deviation after a Runge-Kutta step of size h in whose stages M' has the ``slopes``."""
-    driveline, weights, nodes = method.driveline, method.tableau.weights, method.tableau.nodes
+    driveline = method.driveline
     damping, stiffness, inertia = driveline.damping, driveline.stiffness, driveline.inertia
     push = -((damping + slopes[0]) * y + stiffness * x) / inertia
     for k in range(sums.size):
-        sums[k] = weights[0, k] * push
+        sums[k] = WEIGHTS[0, k] * push
     for i in range(1, STAGES):
         speed = y + h * sums[i]
-        angle = x + h * (nodes[i] * y + h * sums[ROWS + i])
+        angle = x + h * (NODES[i] * y + h * sums[ROWS + i])
         push = -((damping + slopes[i]) * speed + stiffness * angle) / inertia
         for k in range(sums.size):
-            sums[k] += weights[i, k] * push
+            sums[k] += WEIGHTS[i, k] * push
     return x + h * (y + h * sums[ROWS + STAGES]), y + h * sums[STAGES]
 
 
@@ -105,7 +107,7 @@ def _through_runge_kutta(method, problem, row, number, deviations):  # noqa: ARG
     for _ in range(parts):
         end = step(method, time, angle, velocity, a, h)
         time, angle, velocity, a = time + h, end.angle, end.velocity, end.acceleration
-        _torque_slopes(method, method.work.velocities, stretch, slopes)
+        _torque_slopes(method, method.stages["velocity"], stretch, slopes)
         deviations = _both_after(method, h, slopes, sums, deviations)
     return deviations
 
