@@ -44,7 +44,7 @@ class Browsing:
         if prepare is not None:
             prepare(page)
         page.goto(self._url)
-        page.locator(".explorer[data-motion]").wait_for()
+        page.locator("[data-motion='1']").wait_for()
         return Screen(page)
 
     def keep(self, name):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from wedgebrake.explorer.core.presets import preset
 from wedgebrake.explorer.core.snapshot import look
 from wedgebrake.explorer.core.state import Desk
 from wedgebrake.explorer.core.verdict import verdict
@@ -16,18 +17,30 @@ from wedgebrake.explorer.core.verdict import verdict
 # Colours of the page (app/charts/look.py, plots/style.py) that tests look for.
 FRAME, INK, MOTION, CURSOR = "#C9D0D8", "#1B2430", "#0072B2", "#E69F00"
 GHOST = "#A9B2BD"
-START = (
-    "Linearly unstable both ways. Repeats every six periods of the torque, sticks in both"
-    " directions."
-)
-CARDS = ("history", "phase", "stage", "spectrum", "section", "atlas")
+CARDS = ("history", "phase", "brake", "spectrum", "section", "plots")
 
-_AFTER = "([page, what, number]) => Number(page.dataset[what] ?? 0) > number"
+_TABS = ("diagram", "regimes", "stability", "basins")
+# Elements of the page by the names that tests give them.
+_ELEMENTS = {
+    "preset": ".preset select", "load": ".load input", "save": ".save button",
+    "export": ".export button", "comparison": ".comparison input", "help": ".help summary",
+    "notice": ".notyf__message", "dismiss": ".notyf__dismiss-btn", "natural": ".fact-natural",
+    "axis": ".across select", "across": ".across select", "up": ".up select",
+    "quantity": ".quantity select", "from": ".across-from input", "to": ".across-to input",
+}  # fmt: skip
 _STILL = """
-(page) => new Promise((done) => {
+() => new Promise((done) => {
+  const watched = {attributes: true, childList: true, subtree: true, characterData: true};
   let timer = setTimeout(() => done(), 700);
-  new MutationObserver(() => { clearTimeout(timer); timer = setTimeout(() => done(), 700); })
-    .observe(page, { attributes: true });
+  const all = (root, found) => {
+    for (const one of root.querySelectorAll("*")) if (one.shadowRoot) {
+      if (one.className.match?.(/strip|foot/)) found.push(one.shadowRoot);
+      all(one.shadowRoot, found);
+    }
+    return found;
+  };
+  const watch = new MutationObserver(() => { clearTimeout(timer); timer = setTimeout(done, 700); });
+  for (const root of all(document, [])) watch.observe(root, watched);
 })
 """
 
@@ -40,62 +53,106 @@ class Screen:
 
     def __init__(self, page: Any) -> None:
         self.page = page
-        self._root = page.locator(".explorer")
 
-    def __call__(self, testid: str) -> Any:
-        """The element of a test id."""
-        return self.page.get_by_test_id(testid)
+    def __call__(self, name: str) -> Any:
+        """The element of a name."""
+        kind, _, rest = name.partition("-")
+        if name in _ELEMENTS:
+            selector = _ELEMENTS[name]
+        elif kind == "input":
+            selector = f".input-{rest} :is(input, select)"
+        elif kind == "tab":
+            return self.page.locator(".tabs .bk-tab").nth(_TABS.index(rest))
+        elif rest in ("from", "to"):
+            selector = f".{name} input"
+        elif kind == "law":
+            selector = f'.law button:text("{rest}")'
+        elif kind == "stage" or name in ("play", "scrub"):
+            return self.page.get_by_test_id(name)
+        else:
+            selector = f".{name}"
+        return self.page.locator(selector)
 
     def card(self, name: str) -> Any:
-        """A card: history, phase, stage, spectrum, section or atlas."""
-        return self(f"area-card {name}")
+        """A card: history, phase, brake, spectrum, section or plots."""
+        return self(f"card.{name}")
+
+    def choose(self, name: str) -> None:
+        """Choose a preset."""
+        self("preset").select_option(preset(name).title)
 
     def number(self, name: str) -> float:
         """The number that stands in an input."""
         return float(self(f"input-{name}").input_value())
+
+    def refused(self, words: str) -> None:
+        """Wait for a notice that has some words, and dismiss what there is."""
+        self("notice").filter(has_text=words).first.wait_for()
+        while self("dismiss").count():
+            self("dismiss").first.click(force=True, timeout=5000)
+            self.page.wait_for_timeout(350)
+
+    def place(self, name: str) -> float:
+        """The place of a slider's handle, as a share of its way."""
+        handle = self(f"slider-{name}").locator(".noUi-handle")
+        now, low, high = (
+            float(handle.get_attribute(f"aria-value{one}")) for one in ("now", "min", "max")
+        )
+        return (now - low) / (high - low)
 
     def type(self, name: str, text: str | float) -> None:
         """Type into an input, and Enter."""
         self(f"input-{name}").fill(str(text))
         self(f"input-{name}").press("Enter")
 
+    def tone(self, tone: str) -> None:
+        """Wait until the verdict is "good", "warn" or "bad"."""
+        self(f"verdict.{tone}").wait_for()
+
+    def tile(self, name: str, tone: str) -> None:
+        """Wait until a tile of the verdict has a tone."""
+        self(f"tile-{name}.{tone}").wait_for()
+
     def shown(self, what: str = "motion") -> int:
-        """Which change of the desk the motion, or the open picture, shows."""
-        return int(self._root.get_attribute(f"data-{what}") or 0)
+        """The number of the study that the motion, or the open picture, shows."""
+        return int(self.page.locator(f"[data-{what}]").get_attribute(f"data-{what}"))
 
     def after(self, number: int, what: str = "motion") -> None:
-        """Wait until the motion, or the open picture, shows a later change."""
-        self.page.wait_for_function(_AFTER, arg=[self._root.element_handle(), what, number])
+        """Wait until the motion, or the open picture, shows a later study."""
+        from playwright.sync_api import expect
+
+        not_later = re.compile(f"^({'|'.join(map(str, range(number + 1)))})$")
+        expect(self.page.locator(f"[data-{what}]")).not_to_have_attribute(f"data-{what}", not_later)
 
     def still(self) -> None:
         """Wait until nothing new has come for longer than work is put off."""
-        self._root.evaluate(_STILL)
+        self.page.evaluate(_STILL)
 
     def begin_again(self) -> None:
-        """Put the machine to begin with on the desk, and the page as it opened."""
+        """Load the preset to begin with, and show the page as it opened."""
         from playwright.sync_api import expect
 
-        self.page.keyboard.press("Escape")
         self.page.mouse.move(2, 450)
         self.page.evaluate("scrollTo(0, 0)")
         # What a preset leaves as it is.
-        if self("ghost").is_checked():
-            self("ghost").uncheck()
+        if self("comparison").is_checked():
+            self("comparison").uncheck()
         if self("input-shown").input_value() != "12":
             self.type("shown", 12)
-        self("preset").select_option("start")
-        expect(self("tab-diagram")).to_have_attribute("aria-selected", "true")
+        self("tab-diagram").click()
+        self.choose("start")
         expect(self("input-eta")).to_have_value("-24")
         if self("dismiss").count():
-            self("dismiss").click()
-        self.headline(START)
-        expect(self("verdict")).to_have_attribute("data-pending", "false")
+            self.refused("")
+        self.says(preset("start").desk())
 
-    def headline(self, text: str) -> None:
-        """Wait until the verdict says this."""
+    def says(self, desk: Desk) -> None:
+        """Wait until the page shows the verdict that a study deserves, computed here."""
         from playwright.sync_api import expect
 
-        expect(self("headline")).to_have_text(text)
+        wanted = verdict(desk, look(desk, settle=True))
+        expect(self("headline")).to_have_text(wanted["headline"])
+        expect(self("verdict")).not_to_have_class(re.compile("pending"))
 
     def pixels(self, element: Any) -> np.ndarray:
         """What is painted of an element, (height, width, 3)."""
@@ -106,7 +163,7 @@ class Screen:
 
         Its left, top, right and bottom [px], found by the colour of its lines, or of what fills it.
         """
-        element = self(name) if name.startswith("panel-") else self.card(name)
+        element = self(name) if name.startswith("plot-") else self.card(name)
         pixels = self.pixels(element)
         lines = near(pixels, FRAME, 3)
         columns = np.flatnonzero(lines.mean(axis=0) > 0.45)
@@ -132,19 +189,22 @@ class Screen:
         # Half of the height, and none of the frame.
         box = inside.crop((int(left) + 3, int(top) + 3, int(right) - 2, int((top + bottom) / 2)))
         pixels = np.asarray(box).astype(int)
-        dark = (pixels.sum(axis=2) < 330).mean(axis=0)
+        dark = (pixels.sum(axis=2) < 450).mean(axis=0)
         assert dark.max() > 0.9, "no line of the present value"
         return (float(np.flatnonzero(dark > 0.9).mean()) + 3.0) / (right - left)
 
     def drag(self, name: str, share: float, steps: int = 12, *, release: bool = True) -> None:
         """Drag the handle of a slider to a share of its way with the mouse."""
-        slider = self(name)
-        box = slider.bounding_box()
-        here, most = slider.evaluate("(one) => [Number(one.value), Number(one.max)]")
-        handle = 12.0  # the middle of the handle does not reach the ends
-        along = lambda part: box["x"] + handle / 2 + part * (box["width"] - handle)  # noqa: E731
+        if name == "scrub":  # a plain input
+            box = self(name).bounding_box()
+            here = self(name).evaluate("(one) => Number(one.value) / Number(one.max)")
+            inset = 6.0
+        else:
+            box = self(f"slider-{name}").locator(".noUi-base").bounding_box()
+            here, inset = self.place(name), 0.0
+        along = lambda part: box["x"] + inset + part * (box["width"] - 2 * inset)  # noqa: E731
         middle = box["y"] + box["height"] / 2
-        self.page.mouse.move(along(here / most), middle)
+        self.page.mouse.move(along(here), middle)
         self.page.mouse.down()
         self.page.mouse.move(along(share), middle, steps=steps)
         if release:
@@ -160,11 +220,6 @@ def near(pixels: np.ndarray, colour: str, reach: int = 12) -> np.ndarray:
 def colours(pixels: np.ndarray) -> int:
     """How many colours there are."""
     return len(np.unique(pixels.reshape(-1, 3), axis=0))
-
-
-def said_of(desk: Desk) -> str:
-    """The headline that the settled motion of a desk deserves, computed here."""
-    return verdict(desk, look(desk, settle=True))["headline"]
 
 
 def words(text: str) -> str:

@@ -7,7 +7,6 @@ import base64
 import http.client
 import json
 import re
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import panel as pn
@@ -243,13 +242,3 @@ def test_its_names_are_those_of_what_it_listens_to(address, names):
             assert ask(server.url, "/favicon.ico", Host=f"{name}:{port}")[0] == status, name
     finally:
         assert server.stop() == 0
-
-
-def test_the_styles_stand_in_the_page():
-    """As text, so that no route has to serve them."""
-    folder = Path(serving.__file__).parent / "widgets"
-    from wedgebrake.explorer.ui.widgets.page import Page
-
-    assert Page._stylesheets == [
-        (folder / name).read_text(encoding="utf-8") for name in ("theme.css", "page.css")
-    ]

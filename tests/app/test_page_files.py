@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from playwright.sync_api import expect
-from screen import START, said_of, words
+from screen import words
 
 import wedgebrake as wb
 from wedgebrake.explorer.core.presets import preset
@@ -22,23 +22,20 @@ from wedgebrake.explorer.core.studies import opened
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 PAPER = next(path for path in EXAMPLES if path.stem == "paper")
-INPUTS = "[data-testid^='input-']"
+INPUTS = ".parameters :is(input, select)"
 
 
 def values(screen):
     """All that stands in the inputs of the machine."""
-    return {
-        one.get_attribute("data-testid"): one.evaluate(
-            "(one) => one.type === 'checkbox' ? one.checked : one.value"
-        )
-        for one in screen.page.locator(INPUTS).all()
-    }
+    return screen.page.locator(INPUTS).evaluate_all(
+        "(all) => all.map((one) => one.type === 'checkbox' ? one.checked : one.value)"
+    )
 
 
 def load(screen, name, content):
     """Choose a file of this computer."""
     given = content if isinstance(content, bytes) else content.encode()
-    screen("file").set_input_files({"name": name, "mimeType": "text/plain", "buffer": given})
+    screen("load").set_input_files({"name": name, "mimeType": "text/plain", "buffer": given})
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -47,31 +44,22 @@ def test_a_study_is_loaded(screen, path):
     with screen.page.expect_file_chooser() as choosing:
         screen("load").click()
     choosing.value.set_files(path)
-    expect(screen("notice")).to_contain_text(f"{path.name} lies on the desk")
+    screen.refused(path.name)  # told, and dismissed
     desk = opened(study)
-    screen.headline(said_of(desk))
-    for name in ("brake", "inertia", "damping", "radius", "kinetic", "slope", "amplitude"):
-        wanted = desk.value(name)
-        if isinstance(wanted, str):
-            expect(screen(f"input-{name}")).to_have_value(wanted)
-        else:
-            assert screen.number(name) == pytest.approx(wanted, rel=1e-4)
+    screen.says(desk)
+    for name in ("inertia", "damping", "radius", "kinetic", "slope", "amplitude"):
+        assert screen.number(name) == pytest.approx(desk.value(name), rel=1e-4)
     assert screen.number("periods") == desk.periods
-    expect(screen("axis")).to_have_value(desk.view.axis)
-    expect(screen("preset")).to_have_value("")
 
 
 def test_a_study_with_a_sweep_opens_its_picture(screen):
     text = PAPER.read_text() + "\n[sweep]\n"
     load(screen, "line.toml", text + "kinetic = { from = 0.1, to = 0.5, points = 50 }\n")
-    expect(screen("axis")).to_have_value("kinetic")
     expect(screen("from")).to_have_value("0.1")
     expect(screen("to")).to_have_value("0.5")
     text += "F0 = { from = 0.02, to = 0.05, points = 9 }\n"
     load(screen, "map.toml", text + "eta = { from = -30, to = 0, points = 9 }\n")
-    expect(screen("tab-regimes")).to_have_attribute("aria-selected", "true")
-    expect(screen("across")).to_have_value("F0")
-    expect(screen("up")).to_have_value("eta")
+    expect(screen("plot-regimes")).to_be_visible()
     expect(screen("up-from")).to_have_value("-30")
 
 
@@ -80,7 +68,7 @@ HOSTILE = {
     "broken.toml": ("[brake\nkind = wedge", ["broken.toml"]),
     "picture.toml": (bytes(range(256)) * 40, ["picture.toml"]),
     "zeros.toml": (b"\0" * 5000, ["zeros.toml"]),
-    "large.toml": ("# " + "x" * 10_000_000, ["large.toml", "larger than 200000 bytes"]),
+    "large.toml": ("# " + "x" * 1_000_000, ["large.toml", "larger than 200000 bytes"]),
     "lists.toml": ("a = " + "[" * 20_000, ["lists.toml"]),
     "tables.toml": ("[" + ".".join("a" * 1 for _ in range(20_000)) + "]\nb = 1", ["tables.toml"]),
     "keys.toml": (".".join("a" for _ in range(50_000)) + " = 1", ["keys.toml"]),
@@ -110,34 +98,13 @@ def test_what_is_no_study_is_refused_in_words(screen):
     for name, (content, parts) in HOSTILE.items():
         load(screen, name, content)
         for part in parts:
-            expect(screen("notice"), name).to_contain_text(part)
-        text = words(screen("notice").inner_text())
-        assert len(text) > len(name) + 15, name  # a reason
-        assert len(text) < 800, name
-        assert "Traceback" not in text
-        assert "Error" not in text, text
-        screen("dismiss").click()
-        expect(screen("notice")).to_be_empty()
+            screen("notice").filter(has_text=part).first.wait_for()
+        screen.refused(name)
     assert values(screen) == before
     assert screen.shown() == shown
-    expect(screen("headline")).to_have_text(START)
     # The page goes on.
     load(screen, "paper.toml", PAPER.read_text())
-    expect(screen("notice")).to_contain_text("lies on the desk")
-
-
-def test_a_study_of_a_file_is_dropped_on_the_bar(screen):
-    text = PAPER.read_text().replace("eta = -24.0", "eta = 5.0")
-    screen.page.locator(".bar").evaluate(
-        """(bar, text) => {
-  const carried = new DataTransfer();
-  carried.items.add(new File([text], "dropped.toml"));
-  bar.dispatchEvent(new DragEvent("drop", {dataTransfer: carried, bubbles: true}));
-}""",
-        text,
-    )
-    expect(screen("notice")).to_contain_text("dropped.toml lies on the desk")
-    expect(screen("input-eta")).to_have_value("5")
+    screen.refused("paper.toml")
 
 
 @pytest.fixture
@@ -146,22 +113,27 @@ def desk(screen):
     edits = {"periods": 24, "eta": -7.5, "kinetic": 0.27, "damping": 0.2, "initial_angle": 0.01}
     for name, value in edits.items():
         screen.type(name, value)
-        expect(screen(f"refusal-{name}")).to_be_empty()
     desk = preset("start").desk()
     for name, value in edits.items():
         desk = desk.edited(**{name: value})
-    screen.headline(said_of(desk))
+    screen.says(desk)
     return desk
 
 
 def export(screen, form):
     """The file that the menu gives: its name and content."""
     with screen.page.expect_download() as coming:
-        screen("export").locator("summary").click()
-        screen(f"export-{form}").click()
-    expect(screen("export")).not_to_have_attribute("open", "")
+        screen("export").click()
+        screen.page.locator(".export").get_by_text(FORMS[form], exact=True).click()
     expect(screen("busy")).to_be_empty()
     return coming.value.suggested_filename, coming.value.path().read_bytes()
+
+
+FORMS = {
+    "png": "Response, PNG", "svg": "Response, SVG", "diagram-png": "Open plot, PNG",
+    "diagram-svg": "Open plot, SVG", "csv": "Response data, CSV",
+    "netcdf": "Response data, netCDF", "study": "Study file, TOML", "python": "Python program",
+}  # fmt: skip
 
 
 def test_pictures(screen, desk):
@@ -171,7 +143,6 @@ def test_pictures(screen, desk):
         assert content[:8] == b"\x89PNG\r\n\x1a\n"
         assert min(struct.unpack(">II", content[16:24])) > 600, name
     screen("tab-stability").click()
-    expect(screen("tab-stability")).to_have_attribute("aria-selected", "true")
     expect(screen("across-from")).to_be_visible()
     for form, expected in (("svg", "response.svg"), ("diagram-svg", "stability.svg")):
         name, content = export(screen, form)
@@ -204,7 +175,6 @@ def test_data(screen, desk):
 
 def test_the_study(screen, desk):
     screen("tab-regimes").click()
-    expect(screen("tab-regimes")).to_have_attribute("aria-selected", "true")
     with screen.page.expect_download() as coming:
         screen("save").click()
     assert coming.value.suggested_filename == "study.toml"
@@ -217,13 +187,12 @@ def test_the_study(screen, desk):
     assert set(study.sweep.parameters()) == {"eta", "F0"}
     assert export(screen, "study")[1].decode() == text
     before = values(screen)
-    screen("preset").select_option("band")
-    expect(screen("input-brake")).to_have_value("band")
+    screen.choose("band")
+    expect(screen("input-wrap_angle")).to_be_visible()
     load(screen, "mine.toml", text)
-    expect(screen("notice")).to_contain_text("mine.toml lies on the desk")
-    expect(screen("input-brake")).to_have_value("wedge")
+    screen.refused("mine.toml")
+    expect(screen("input-angle")).to_be_visible()
     assert values(screen) == before
-    expect(screen("tab-regimes")).to_have_attribute("aria-selected", "true")
     assert "sweep" in tomllib.loads(text)
 
 

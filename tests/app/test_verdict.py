@@ -92,61 +92,6 @@ def test_a_verdict_is_plain_and_complete(name):
         assert "nan" not in tile["value"] + tile["detail"] + tile["hint"]
 
 
-_UNSTABLE, _HOLDS = "Linearly unstable both ways. ", "Stays at rest: the brake holds."
-
-
-@pytest.mark.parametrize(
-    ("name", "tone", "headline"),
-    [
-        ("stable", "good", "Linearly stable. Moves in step with the torque, without sticking."),
-        ("synchronous", "warn", _UNSTABLE + "Moves in step with the torque, without sticking."),
-        (
-            "six periods",
-            "warn",
-            _UNSTABLE + "Repeats every six periods of the torque, sticks in both directions.",
-        ),
-        (
-            "two periods",
-            "warn",
-            _UNSTABLE
-            + "Repeats every two periods of the torque, sticks from backward sliding only.",
-        ),
-        ("chaotic", "bad", _UNSTABLE + "Moves chaotically, sticks in both directions."),
-        (
-            "quasi-periodic",
-            "warn",
-            _UNSTABLE + "Moves quasi-periodically, never quite repeating, without sticking.",
-        ),
-        (
-            "locked",
-            "bad",
-            "Locks itself: cannot slide forwards. Linearly unstable backwards. " + _HOLDS,
-        ),
-        (
-            "locked at rest",
-            "warn",
-            f"Locks itself at rest. {_UNSTABLE}{_HOLDS}",
-        ),
-        ("at rest", "good", f"Linearly stable. {_HOLDS}"),
-        (
-            "diverged",
-            "bad",
-            _UNSTABLE
-            + "Grows without bound: let the brake release, or make the slope less negative.",
-        ),
-        (
-            "settling",
-            "warn",
-            _UNSTABLE + "The motion has not settled yet, or the run is too short to tell.",
-        ),
-    ],
-)
-def test_headlines(name, tone, headline):
-    said = _said(name)
-    assert said["headline"] == headline
-    assert said["tone"] == tone
-
-
 def test_the_margin_is_told_in_eta_or_in_slope():
     assert _tile(_said("six periods"), "forward")["detail"] == "margin −23.9 in η"
     assert _tile(_said("stable"), "forward")["detail"] == "margin +0.054 in η"

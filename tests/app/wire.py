@@ -8,11 +8,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import functools
+import html
 import itertools
 import json
 import re
 import time
-from collections.abc import Iterator
+from base64 import b64encode
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 from urllib.request import Request, urlopen
@@ -20,7 +21,7 @@ from urllib.request import Request, urlopen
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import WebSocketClosedError, websocket_connect
 
-PATIENCE = 150.0  # s: others may use the processors too
+PATIENCE = 60.0  # s: others may use the processors too
 
 
 def run(work: Any) -> Any:
@@ -52,18 +53,18 @@ class Client:
         self.url, self._headers = url, headers
         self._numbers = itertools.count(1)
         self.parts: dict[str, str] = {}
-        """Identifiers of the models of the page's parts, by their classes."""
+        """Identifiers of models by their CSS classes."""
         self.seen: dict[str, int] = {}
-        """Which change of the desk the motion and the picture show."""
+        """The number of the study that the motion and the plot show."""
         self._gone = False
-        self.said: dict[str, Any] = {}
-        """What the page says: its headline; its last refusal (name, words) and notice, if any."""
+        self.said: dict[str, str] = {}
+        """The headline, and the last notice, if any."""
 
     async def open(self) -> Client:
         """Fetch the page, as a browser does, and take part in its session."""
         asked = Request(self.url, headers=self._headers)  # noqa: S310
-        html = await asyncio.to_thread(lambda: urlopen(asked).read().decode())  # noqa: S310
-        token = re.search(r'"token":"([^"]+)"', html)[1]
+        text = await asyncio.to_thread(lambda: urlopen(asked).read().decode())  # noqa: S310
+        token = re.search(r'"token":"([^"]+)"', text)[1]
         self._socket = await websocket_connect(
             HTTPRequest(self.url.replace("http", "ws") + "ws", headers=self._headers),
             subprotocols=["bokeh", token], max_message_size=2**26,
@@ -75,17 +76,33 @@ class Client:
             if header["msgtype"] == "PULL-DOC-REPLY":
                 break
         self.document = content["doc"]
-        self.parts = _parts(content["doc"])
         self._notice(content)
         await self._event({"name": "document_ready", "values": {"type": "map"}})
         return self
 
-    async def edit(self, **changes: float) -> None:
-        """Change the machine, as the slider does at its release."""
-        entries = [["type", "edit"], ["changes", _map(changes)], ["seq", next(self._numbers)],
-                   ["done", True]]  # fmt: skip
-        data = {"type": "map", "entries": entries}
-        await self.say(data)
+    async def edit(self, **changes: object) -> None:
+        """Type values into inputs, or choose kinds."""
+        for name, value in changes.items():
+            while f"input-{name}" not in self.parts:
+                self._notice((await self._receive())[1])
+            text = repr(value) if isinstance(value, float | int) else value
+            await self.set(f"input-{name}", "value", text)
+
+    async def choose(self, title: str) -> None:
+        """Choose a preset."""
+        await self.set("preset", "value", title)
+
+    async def load(self, name: str, content: bytes) -> None:
+        """Choose a file."""
+        model = {"kind": "ModelChanged", "model": {"id": self.parts["load"]}}
+        values = {"value": b64encode(content).decode(), "mime_type": "", "filename": name}
+        await self.patch(*({**model, "attr": attr, "new": new} for attr, new in values.items()))
+
+    async def set(self, part: str, attr: str, value: object) -> None:
+        """Change a property of a model, to anything at all."""
+        await self.patch(
+            {"kind": "ModelChanged", "model": {"id": self.parts[part]}, "attr": attr, "new": value}
+        )
 
     async def until(self, what: str, number: int) -> float:
         """Wait until the motion, or the picture, shows that change; how long it took [s]."""
@@ -96,7 +113,7 @@ class Client:
         return time.perf_counter() - begin
 
     async def hear(self, what: str) -> Any:
-        """Wait until the page says something anew: a headline, a refusal or a notice."""
+        """Wait for the next headline or notice."""
         self.said.pop(what, None)
         while not self.said.get(what):
             _, content = await self._receive()
@@ -104,18 +121,13 @@ class Client:
         return self.said[what]
 
     async def answer(self, number: int) -> str:
-        """Wait until a change is shown, or refused: the headline, or the words."""
+        """Wait until a study is shown, or an edit refused: the headline, or the notice."""
         self.said.clear()
-        while not (self.said.get("refusal") or self.said.get("notice")):
+        while not self.said.get("notice"):
             if self.seen.get("motion", 0) >= number and self.said.get("headline"):
-                return str(self.said["headline"])
-            _, content = await self._receive()
-            self._notice(content)
-        return str(self.said)
-
-    async def say(self, data: object, part: str = "Machine") -> None:
-        """Anything at all, as an event of a part: what a hostile browser may send."""
-        await self.event("data_event", [["model", {"id": self.parts[part]}], ["data", data]])
+                return self.said["headline"]
+            self._notice((await self._receive())[1])
+        return self.said["notice"]
 
     async def event(self, name: object, entries: list[Any]) -> None:
         """Any event with its values, as Bokeh would send it."""
@@ -180,52 +192,27 @@ class Client:
         return message
 
     def _notice(self, content: dict) -> None:
-        for found in re.finditer(r'\["(motion|picture)", (\d+)\]', json.dumps(content)):
-            self.seen[found[1]] = max(self.seen.get(found[1], 0), int(found[2]))
-        for state in _states(content):
-            if state.get("verdict") and not state.get("pending"):
-                self.said["headline"] = state["verdict"]["headline"]
-            for name in ("refusal", "notice"):
-                if state.get(name):
-                    self.said[name] = state[name]
+        self.parts.update(_parts(content))
+        text = html.unescape(html.unescape(json.dumps(content, ensure_ascii=False)))
+        for what, number in re.findall(r'data-(motion|picture)="(\d+)', text):
+            self.seen[what] = max(self.seen.get(what, 0), int(number))
+        pending = re.search(r'class="verdict \w+ pending', text)
+        if (found := re.search(r'"headline">([^<]*)<', text)) and not pending:
+            self.said["headline"] = found[1]
+        if found := re.search(r'"message": "([^"]*)"', text):
+            self.said["notice"] = found[1]
 
 
-def _states(value: object) -> Iterator[dict[str, Any]]:
-    """States of parts: maps of Bokeh, and JSON inside the JSON."""
-    if isinstance(value, str) and value.startswith("{"):
-        value = json.loads(value)
-        if isinstance(value, dict):
-            yield value
-    elif isinstance(value, dict) and value.get("type") == "map":
-        yield _unmapped(value)
-    elif isinstance(value, dict | list):
-        for one in value.values() if isinstance(value, dict) else value:
-            yield from _states(one)
-
-
-def _unmapped(value: Any) -> Any:
-    if isinstance(value, dict) and value.get("type") == "map":
-        return {name: _unmapped(one) for name, one in value.get("entries", [])}
-    return [_unmapped(one) for one in value] if isinstance(value, list) else value
-
-
-def _map(values: dict[str, float]) -> dict[str, Any]:
-    return {"type": "map", "entries": [[name, value] for name, value in values.items()]}
-
-
-def _parts(document: object) -> dict[str, str]:
-    """Identifiers of the models of the page's parts by the names of their classes."""
+def _parts(value: object) -> dict[str, str]:
+    """Identifiers of models by each of their CSS classes."""
     found: dict[str, str] = {}
-
-    def search(value: object) -> None:
-        if isinstance(value, dict):
-            if "attributes" in value and value["attributes"].get("class_name"):
-                found[value["attributes"]["class_name"]] = value["id"]
-            for one in value.values():
-                search(one)
-        elif isinstance(value, list):
-            for one in value:
-                search(one)
-
-    search(document)
+    if isinstance(value, dict):
+        attributes = value.get("attributes")
+        if isinstance(attributes, dict) and "id" in value:
+            for name in attributes.get("css_classes") or ():
+                found.setdefault(str(name), value["id"])
+    for one in value.values() if isinstance(value, dict) else value:
+        if isinstance(one, dict | list):
+            for name, known in _parts(one).items():
+                found.setdefault(name, known)
     return found

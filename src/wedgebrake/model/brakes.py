@@ -27,6 +27,8 @@ class Brake(Chosen):
 
     table: ClassVar[str] = "brake"
     kinds: ClassVar[dict[str, type[Brake]]] = {}
+    schematic: ClassVar[str] = ""
+    """Drawing of the brake on the explorer's page; empty: a plain block with its kind."""
 
     radius: float = parameter(
         "equivalent radius R of the friction force", symbol="R", unit="m", example=0.2,
@@ -81,6 +83,7 @@ class ConventionalBrake(LeverBrake):
     """The actuation force presses directly: g(m) = m  (eq. 22)."""
 
     kind: ClassVar[str] = "conventional"
+    schematic: ClassVar[str] = "conventional"
 
     def shape(self) -> tuple[float, float, float]:
         """No arm of the friction force."""
@@ -94,6 +97,7 @@ class WedgeBrake(LeverBrake):
     """
 
     kind: ClassVar[str] = "wedge"
+    schematic: ClassVar[str] = "wedge"
 
     angle: float = parameter(
         "wedge angle", symbol="alpha_w", unit="rad", example=0.34, gt=0, lt=math.pi / 2
@@ -111,6 +115,7 @@ class BandBrake(Brake):
     """
 
     kind: ClassVar[str] = "band"
+    schematic: ClassVar[str] = "band"
 
     wrap_angle: float = parameter(
         "wrap angle of the band", symbol="beta", unit="rad", example=4.0, gt=0, le=100
@@ -134,6 +139,7 @@ class LeadingShoeBrake(LeverBrake):
     """
 
     kind: ClassVar[str] = "leading-shoe"
+    schematic: ClassVar[str] = "leading-shoe"
 
     actuation_arm: float = parameter(
         "arm of the actuation force", symbol="a", unit="m", example=0.2, gt=0, le=1e3

@@ -1,14 +1,16 @@
-"""The machine as rows of a panel: what can be changed, in which words and within which range."""
+"""The machine as rows of the parameter panel: names, values, units and ranges."""
 
 from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.formatting import upper
 from wedgebrake.explorer.core.parameter_ranges import field, reaching, scale, span
 from wedgebrake.explorer.core.state import Desk
 from wedgebrake.model.brakes import Brake
@@ -18,47 +20,43 @@ from wedgebrake.model.part import Part
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.validation import labels
 
-__all__ = ["label", "scale", "sections", "span", "symbol"]
-
-Row = dict[str, Any]
-
-# Symbol (HTML) and a word or two, by name.
+# Symbol and a word or two, by name.
 _WORDS: dict[str, tuple[str, str]] = {
-    "eta": ("&eta;", "force slope"),
+    "eta": ("η", "force slope"),
     "f": ("f", "frequency"),
-    "F0": ("F<sub>0</sub>", "initial force"),
-    "alpha": ("&alpha;", "wedge angle"),
-    "loss_factor": ("c/&radic;<span class='over'>kJ</span>", "loss factor"),
-    "static_ratio": ("&mu;<sub>s</sub>/&mu;<sub>k</sub>", "static over kinetic"),
-    "drive": ("&Omega;&radic;<span class='over'>kJ</span>/T<sub>e</sub>", "drive"),
+    "F0": ("F₀", "initial force"),
+    "alpha": ("α", "wedge angle"),
+    "loss_factor": ("c/√(kJ)", "loss factor"),
+    "static_ratio": ("μₛ/μₖ", "static over kinetic"),
+    "drive": ("Ω√(kJ)/Tₑ", "drive"),
     "brake": ("", "kind"),
     "radius": ("R", "radius"),
-    "angle": ("&alpha;<sub>w</sub>", "wedge angle"),
-    "wrap_angle": ("&beta;", "wrap angle"),
+    "angle": ("α_w", "wedge angle"),
+    "wrap_angle": ("β", "wrap angle"),
     "actuation_arm": ("a", "force arm"),
     "normal_arm": ("b", "normal arm"),
     "friction_arm": ("d", "friction arm"),
-    "initial_force": ("F<sub>a0</sub>", "initial force"),
-    "slope": ("&delta;", "slope"),
+    "initial_force": ("Fₐ₀", "initial force"),
+    "slope": ("δ", "slope"),
     "release": ("", "releases below zero force"),
-    "amplitude": ("T<sub>e</sub>", "amplitude"),
-    "frequency": ("f<sub>e</sub>", "frequency"),
-    "natural": ("f<sub>n</sub>", "natural frequency"),
+    "amplitude": ("Tₑ", "amplitude"),
+    "frequency": ("fₑ", "frequency"),
+    "natural": ("fₙ", "natural frequency"),
     "friction": ("", "law"),
-    "kinetic": ("&mu;<sub>k</sub>", "kinetic"),
-    "static": ("&mu;<sub>s</sub>", "static"),
-    "decay": ("&sigmaf;", "peak decay"),
-    "steepness": ("&xi;", "steepness"),
-    "speeds": ("v<sub>r</sub>", "speeds"),
-    "coefficients": ("&mu;<sub>k</sub>", "coefficients"),
+    "kinetic": ("μₖ", "kinetic"),
+    "static": ("μₛ", "static"),
+    "decay": ("ς", "peak decay"),
+    "steepness": ("ξ", "steepness"),
+    "speeds": ("vᵣ", "speeds"),
+    "coefficients": ("μₖ", "coefficients"),
     "inertia": ("J", "inertia"),
     "damping": ("c", "damping"),
     "stiffness": ("k", "stiffness"),
-    "drive_speed": ("&Omega;", "shaft speed"),
+    "drive_speed": ("Ω", "shaft speed"),
     "periods": ("", "periods run"),
     "shown": ("", "periods shown"),
-    "initial_angle": ("&theta;<sub>0</sub>", "start angle"),
-    "initial_velocity": ("&theta;&prime;<sub>0</sub>", "start velocity"),
+    "initial_angle": ("θ₀", "start angle"),
+    "initial_velocity": ("θ′₀", "start velocity"),
 }
 _KINDS = {
     "leading-shoe": "leading shoe",
@@ -75,58 +73,82 @@ _HINTS = {
     "natural": "Natural frequency of the driveline, √(k/J)/2π",
     "brake": "The kind of brake",
     "friction": "The friction law: Coulomb and tables are solved exactly, event by event",
-    "periods": "Periods of the torque that are run; the last of them, up to 50, are judged",
+    "periods": "Periods of the torque that are run; the last of them, up to 50, are evaluated",
     "shown": "Periods of the torque in the time history and the phase portrait",
 }
-# A slider has so many steps, about; a step of a logarithmic one is this share of the value.
-_STEPS, _SHARE = 200.0, 0.02
 
 
-def sections(desk: Desk) -> list[dict[str, Any]]:
-    """The machine in sections: {name, title, rows}, all plain for JSON.
+@dataclass(frozen=True)
+class Row:
+    """One parameter as it is shown and changed.
 
-    A row is {name, label, symbol, unit, kind, value, low, high, scale, step, whole, choices,
-    hint, enabled}; ``kind`` is "number", "choice", "switch", "list" or "fixed". What is not
-    defined for this machine has no row.
+    kind      : "number", "choice", "switch", "list", or "fixed" for a value that cannot be set
+    low, high : ends of the slider of a number; ``log``: along equal ratios
+    choices   : (kind, words) of a choice
+    enabled   : False if a group cannot be set for this machine; ``hint`` says why
+    """
+
+    name: str
+    kind: str
+    value: Any
+    unit: str = ""
+    hint: str = ""
+    low: float = 0.0
+    high: float = 1.0
+    log: bool = False
+    whole: bool = False
+    choices: tuple[tuple[str, str], ...] = ()
+    enabled: bool = True
+
+    @property
+    def title(self) -> str:
+        """Symbol and words."""
+        return f"{symbol(self.name)}  {label(self.name)}".strip()
+
+
+def sections(desk: Desk) -> dict[str, list[Row]]:
+    """Return the rows of the machine by section title.
+
+    Groups and values that are not defined for this machine have no row.
     """
     system = desk.system
     groups = system.groups.as_dict()
-    numbers = [_group(desk, name) for name in SETTERS if groups[name] is not None]
-    beside = [
-        _fixed(name, "1", groups[name])
-        for name in ("loss_factor", "static_ratio", "drive")
-        if groups[name] is not None
-    ]
     natural = system.driveline.natural_frequency / (2.0 * math.pi)
     torque = _of_part(desk, system.excitation)
-    torque += [_fixed("natural", "Hz", natural)] if natural > 0.0 else []
-    brake = [_choice("brake", system.brake.kind, Brake.kinds), *_of_part(desk, system.brake)]
-    law = [_choice("friction", system.friction.kind, Friction.kinds)]
-    run = [_number(desk, name) for name in ("periods", "shown", *INITIAL)]
-    found = (
-        ("groups", "Normalised groups", numbers + beside),
-        ("brake", "Brake", brake),
-        ("actuation", "Actuation", _of_part(desk, system.actuation)),
-        ("torque", "Torque", torque),
-        ("friction", "Friction", law + _of_part(desk, system.friction)),
-        ("driveline", "Driveline", _of_part(desk, system.driveline)),
-        ("run", "Run", run),
-    )
-    return [{"name": name, "title": title, "rows": rows} for name, title, rows in found]
+    torque += [Row("natural", "fixed", natural, "Hz", _HINTS["natural"])] if natural > 0.0 else []
+    return {
+        "Normalised groups": [
+            *(_group(desk, name) for name in SETTERS if groups[name] is not None),
+            *(
+                Row(name, "fixed", groups[name], "", _HINTS[name])
+                for name in ("loss_factor", "static_ratio", "drive")
+                if groups[name] is not None
+            ),
+        ],
+        "Brake": [_choice("brake", system.brake.kind, Brake.kinds), *_of_part(desk, system.brake)],
+        "Actuation": _of_part(desk, system.actuation),
+        "Torque": torque,
+        "Friction": [
+            _choice("friction", system.friction.kind, Friction.kinds),
+            *_of_part(desk, system.friction),
+        ],
+        "Driveline": _of_part(desk, system.driveline),
+        "Run": [_number(desk, name) for name in ("periods", "shown", *INITIAL)],
+    }
 
 
 def symbol(name: str) -> str:
-    """The symbol of a parameter in HTML; empty where it has none."""
+    """Return the symbol of a parameter; empty if it has none."""
     return _WORDS[name][0] if name in _WORDS else ""
 
 
 def label(name: str) -> str:
-    """A parameter in a word or two."""
+    """Return a parameter in a word or two."""
     return _WORDS[name][1] if name in _WORDS else name.replace("_", " ")
 
 
 def _of_part(desk: Desk, part: Part) -> list[Row]:
-    """Rows of all fields of a part; of a brake the radius, which all have, comes last."""
+    """Return rows of all fields of a part; the radius, common to all brakes, comes last."""
     names = list(type(part).model_fields)
     if isinstance(part, Brake):
         names.sort(key=lambda name: name == "radius")
@@ -136,82 +158,58 @@ def _of_part(desk: Desk, part: Part) -> list[Row]:
 def _of_field(desk: Desk, name: str, one: FieldInfo) -> Row:
     if one.annotation is float:
         return _number(desk, name)
-    value = desk.value(name)
+    value, hint = desk.value(name), _sentence(one)
     if one.annotation is bool:
-        return _row(name, "1", "switch", bool(value), hint=_sentence(one))
-    return _row(name, labels(one).get("unit", "1"), "list", list(value), hint=_sentence(one))
+        return Row(name, "switch", bool(value), hint=hint)
+    return Row(name, "list", tuple(value), _unit(labels(one).get("unit", "1")), hint)
 
 
-def _row(name: str, unit: str, kind: str, value: Any, **more: Any) -> Row:
-    return {
-        "name": name, "label": label(name), "symbol": symbol(name), "kind": kind,
-        "unit": "" if unit in ("1", "-") else unit.replace("^2", "²"), "value": value,
-        "low": None, "high": None, "scale": "linear", "step": None, "whole": False,
-        "choices": [], "hint": _HINTS.get(name, ""), "enabled": True, **more,
-    }  # fmt: skip
+def _unit(unit: str) -> str:
+    return "" if unit in ("1", "-") else unit.replace("^2", "²")
 
 
 def _number(desk: Desk, name: str) -> Row:
-    """A row with a slider, which reaches to the value even where pictures do not."""
-    value, how = float(desk.value(name)), scale(name)
-    low, high = reaching(span(desk, name), value, how)
-    whole = name in ("periods", "shown")
-    step = _SHARE * abs(value) if how == "log" else (high - low) / _STEPS
+    """Return a row whose slider includes the value even if it lies outside the plots."""
+    value, log = float(desk.value(name)), scale(name) == "log"
+    low, high = reaching(span(desk, name), value, scale(name))
     one = field(desk.system, name)
     unit, hint = (labels(one).get("unit", "1"), _sentence(one)) if one is not None else ("1", "")
     if name in INITIAL:
-        unit, hint = INITIAL[name].unit, _upper(INITIAL[name].meaning)
+        unit, hint = INITIAL[name].unit, upper(INITIAL[name].meaning)
     if unit == "rad":
         hint += f". {value:.6g} rad = {math.degrees(value):.4g}°"
-    return _row(
-        name, unit, "number", value, low=low, high=high, scale=how, whole=whole,
-        step=1.0 if whole else _round_step(step or low * _SHARE), hint=_HINTS.get(name, hint),
+    whole = name in ("periods", "shown")
+    return Row(
+        name, "number", value, _unit(unit), _HINTS.get(name, hint), low, high, log, whole
     )  # fmt: skip
 
 
 def _group(desk: Desk, name: str) -> Row:
-    setter = SETTERS[name]
-    row = _number(desk, name)
+    setter, row = SETTERS[name], _number(desk, name)
     try:
-        setter.value(desk.system, row["high"])
+        setter.value(desk.system, row.high)
     except InputError as error:
-        return {**row, "enabled": False, "hint": str(error).removeprefix("groups.")}
+        return replace(row, enabled=False, hint=str(error).removeprefix("groups."))
     target = field(desk.system, setter.target)
     sets = label(setter.target) if target is None else _printed(target.description or "")
-    return {**row, "hint": f"{_upper(_printed(setter.meaning))}. Setting it changes the {sets}"}
-
-
-def _fixed(name: str, unit: str, value: float | None) -> Row:
-    return _row(name, unit, "fixed", value)
+    hint = f"{upper(_printed(setter.meaning))}. Setting it changes the {sets}"
+    return replace(row, hint=hint)
 
 
 def _choice(name: str, kind: str, kinds: dict[str, Any]) -> Row:
-    # The paper's own kinds first, as they were declared.
-    choices = [[one, _KINDS.get(one, one.replace("-", " "))] for one in _ordered(kinds)]
-    return _row(name, "1", "choice", kind, choices=choices)
-
-
-def _ordered(kinds: dict[str, Any]) -> list[str]:
-    return sorted(kinds, key=lambda kind: kind != "wedge")
+    # The paper's own brake first; the others as they were declared.
+    ordered = sorted(kinds, key=lambda one: one != "wedge")
+    choices = tuple((one, _KINDS.get(one, one.replace("-", " "))) for one in ordered)
+    return Row(name, "choice", kind, hint=_HINTS[name], choices=choices)
 
 
 def _sentence(one: FieldInfo) -> str:
-    return _upper(_printed(one.description or ""))
-
-
-def _upper(words: str) -> str:
-    return words if words.startswith("tan(") else words[:1].upper() + words[1:]
+    words = _printed(one.description or "")
+    return words if words.startswith("tan(") else upper(words)
 
 
 def _printed(words: str) -> str:
-    """Words with their symbols as one would print them."""
+    """Return words with their symbols as printed."""
     for plain, greek in _GREEK.items():
         words = re.sub(rf"\b{plain}\b", greek, words)
     return re.sub(r"(?<=[A-Za-z])_(?=[a-z0-9])", "", words)
-
-
-def _round_step(step: float) -> float:
-    """The largest of 1, 2, 5, 10, ... times a power of ten that is not larger."""
-    power = 10.0 ** math.floor(math.log10(step)) if step > 0.0 else 1.0
-    fits = [one for one in (1.0, 2.0, 5.0) if one * power <= step * (1.0 + 1e-9)]
-    return float(f"{fits[-1] * power:.9g}") if fits else power

@@ -1,11 +1,17 @@
-"""Numbers and sentences as they are printed on the page."""
+"""Numbers and sentences as shown on the page."""
 
 from __future__ import annotations
+
+import math
+import re
 
 _NUMBERS = (
     "no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven",
     "twelve",
 )  # fmt: skip
+
+# Characters of an input that are read.
+_LONGEST = 5000
 
 
 def plain(value: float, digits: int = 4) -> str:
@@ -37,3 +43,25 @@ def counted(count: int) -> str:
 def upper(words: str) -> str:
     """A sentence with a capital at its beginning."""
     return words[:1].upper() + words[1:]
+
+
+def number_text(value: float, *, whole: bool = False) -> str:
+    """Return a number as it stands in an input."""
+    return str(round(value)) if whole else repr(float(f"{value:.5g}")).removesuffix(".0")
+
+
+def parsed_numbers(text: str) -> list[float] | None:
+    """Return the numbers in a text, separated by commas, semicolons or blanks; None if invalid.
+
+    A single number may have a decimal comma.
+    """
+    text = text.strip().replace("−", "-")
+    if len(text) > _LONGEST:
+        return None
+    if re.fullmatch(r"[+-]?\d*,\d+", text):
+        text = text.replace(",", ".")
+    try:
+        numbers = [float(one) for one in re.split(r"[\s,;]+", text) if one]
+    except ValueError:
+        return None
+    return numbers if numbers and all(math.isfinite(one) for one in numbers) else None

@@ -202,8 +202,10 @@ class _Run:
             numbers >= self.desk.transient + min(numbers, default=0)
         ]
         complete = recorded.attrs["status"] == "completed"
+        sliding = history.velocity + self.system.driveline.drive_speed
         return MotionFigures(
             history=history,
+            force=np.array([self.system.actuation.force(one) for one in sliding.tolist()]),
             phase=Phase.over(self.system, history),
             section=Section.of(recorded, start=float(settled[0]) if settled.size else math.inf),
             spectrum=self.spectrum(recorded, complete=complete),

@@ -25,12 +25,14 @@ from wedgebrake.explorer.core.snapshot import look
 from wedgebrake.explorer.core.state import Desk
 from wedgebrake.explorer.ui.request_filter import Names, guard, own_names
 from wedgebrake.explorer.ui.session import Explorer
+from wedgebrake.explorer.ui.widgets.controls import style_sheet
 
 _TITLE = "wedgebrake explorer"
 _FULL = (
     f"This explorer already keeps {MOST_SESSIONS} pages open, which is its limit. Close another"
     " page, or try again in a minute."
 )
+_LOST = "The connection to the explorer is lost. Reload the page to begin again."
 # How often pages are looked for that nobody looks at any more, and how long they are kept [ms].
 _LOOK, _KEEP = 5_000, 15_000
 
@@ -52,7 +54,6 @@ def serve(
 
     Raises ``InputError`` for an address or port that cannot be listened on.
     """
-    pn.extension()
     # The validation searches all models of each page for errors that the tests would have found.
     settings.perform_document_validation = False
     turns = Turns()
@@ -86,12 +87,13 @@ def started(
 
     Raises ``InputError`` for an address or port that cannot be listened on.
     """
+    pn.extension("notifications", disconnect_notification=_LOST)
     pages: set[Any] = set()
     number = _free_port(address, port)
     names = Names([*own_names(address, number), *origins])
 
     def page() -> Any:
-        pn.config.raw_css = ["html, body { margin: 0; background: #F4F5F7; }"]
+        pn.config.raw_css = [style_sheet("theme.css")]
         if len(pages) >= MOST_SESSIONS:
             return pn.pane.Alert(_FULL)
         opened = new()

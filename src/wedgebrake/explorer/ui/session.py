@@ -1,9 +1,11 @@
-"""One user's page: what is heard changes the desk, what lies on it is computed and shown."""
+"""One user's page: edits change the current study; motion and plots are computed and shown."""
 
 from __future__ import annotations
 
+import functools
+import html
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -20,11 +22,12 @@ from wedgebrake.explorer.core.state import Desk
 from wedgebrake.explorer.core.studies import opened
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.parameter_plots import ParameterPlot
-from wedgebrake.explorer.ui.widgets.brake_animation import Stage
+from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
+from wedgebrake.explorer.ui.widgets.controls import widget_styles
 from wedgebrake.explorer.ui.widgets.header import Header
-from wedgebrake.explorer.ui.widgets.machine import Machine
-from wedgebrake.explorer.ui.widgets.page import Page
-from wedgebrake.explorer.ui.widgets.tabs import Atlas
+from wedgebrake.explorer.ui.widgets.page import page
+from wedgebrake.explorer.ui.widgets.parameters import ParameterPanel
+from wedgebrake.explorer.ui.widgets.plot_tabs import PlotTabs
 from wedgebrake.explorer.ui.widgets.verdict_strip import VerdictStrip
 from wedgebrake.figures.bokeh.history import HistoryChart
 from wedgebrake.figures.bokeh.phase import PhaseChart
@@ -34,157 +37,152 @@ from wedgebrake.model.study import read_study
 
 _LOG = logging.getLogger("wedgebrake.explorer")
 
-# Urgency of work: the motion before pictures, their first draft before what is finer.
+# Urgency of work: the motion before plots, their first draft before what is finer.
 _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
-# Seconds in which nothing has changed: the sliders are still.
+# Time without a change after which finer work begins [s].
 _STILL = 0.3
 _STARTING = "Starting; the first start on a machine compiles the solver, about half a minute."
+# How long a notice stays [ms].
+_BRIEF, _LASTING = 6000, 12_000
+
+
+def _answered(action: Callable[..., None]) -> Callable[..., None]:
+    """Let an action of the user end in a notice where it fails."""
+
+    @functools.wraps(action)
+    def wrapped(self: Explorer, *arguments: Any) -> None:
+        try:
+            action(self, *arguments)
+        except InputError as error:
+            self.refuse(str(error))
+        except Exception as error:
+            _LOG.exception("an action of the user failed")
+            self.refuse(f"internal error: {type(error).__name__}: {error}")
+
+    return wrapped
 
 
 class Explorer(pn.viewable.Viewer):
-    """A page of its own: a desk, the parts that show it, and the work that is going on.
+    """A page: the current study, the widgets that show it, and the work in progress.
 
     Made within a session of the server, whose document it belongs to.
 
-    desk  : what lies on it at the beginning
-    turns : the threads that work for it, by default those of all pages of this process
+    desk  : the study to begin with
+    turns : the threads that compute, by default those of all pages of this process
     """
 
     def __init__(self, desk: Desk, turns: Turns | None = None) -> None:
         super().__init__()
-        presets = [
-            {"name": one.name, "title": one.title, "group": one.group} for one in PRESETS.values()
-        ]
         self._desk = desk
         self._number = 0
-        self._dragged: tuple[set[str], Desk] | None = None
-        # Of the open picture what it depends on; of whole ones that too, and what they show.
+        # While a slider is dragged: its parameter, and the study before.
+        self._dragged: tuple[str, Desk] | None = None
+        # What the open plot depends on; of complete plots that too, and what they show.
         self._drawing: Any = None
         self._drawn: dict[str, tuple[Any, Any]] = {}
         self._shown: Any = None
-        self._header = Header(self.hear, presets)
-        self._machine = Machine(self.hear)
+        styles = widget_styles()
+        self._header = Header(
+            PRESETS.values(), self._preset, self._upload, self._deliver,
+            lambda name, value: self._edit({name: value}), styles,
+        )  # fmt: skip
+        self._machine = ParameterPanel(
+            lambda name, value, dragging: self._edit({name: value}, dragging), self.refuse, styles
+        )
         self._strip = VerdictStrip()
         history, section, spectrum = HistoryChart(), SectionChart(), SpectrumChart()
         phase = PhaseChart(history)
         self._charts = (history, phase, section, spectrum)
-        self._stage = Stage()
+        self._stage = BrakeAnimation(sizing_mode="stretch_both", margin=0)
         self._plates: dict[str, Any] = {}
-        self._atlas = Atlas(self.hear)
+        self._atlas = PlotTabs(self._edit, styles)
         self._plate(desk.view.plate)
-        self._page = Page(
-            header=self._header, machine=self._machine, strip=self._strip,
-            history=_pane(history.figure), phase=_pane(phase.figure),
-            section=_pane(section.figure), spectrum=_pane(spectrum.figure),
-            stage=self._stage, atlas=self._atlas, sizing_mode="stretch_width",
+        self._page = page(
+            self._header.view, self._machine.view, self._strip.view, self._atlas.view,
+            history=_pane(history.figure), phase=_pane(phase.figure), brake=self._stage,
+            spectrum=_pane(spectrum.figure), section=_pane(section.figure),
         )  # fmt: skip
         threads = common_turns() if turns is None else turns
         post = pn.state.curdoc.add_next_tick_callback
         self._motion, self._picture = threads.lane(post), threads.lane(post)
         self._post, self._files = post, list[Lane]()
+        self._notices = pn.state.notifications
         self._header.busy(_STARTING)
         self._lay(desk)
-        # Not before the browser listens: what comes while it connects may be lost.
-        pn.state.onload(self._begin)
+        # Not before the browser listens: what is sent while it connects may be lost.
+        pn.state.onload(lambda: self._put(self._desk))
 
-    def __panel__(self) -> Page:
+    def __panel__(self) -> Any:
         return self._page
 
     @property
     def desk(self) -> Desk:
-        """What lies on the desk now."""
+        """The current study and its view."""
         return self._desk
 
     def close(self) -> None:
-        """Want nothing more: the page is gone."""
+        """Discard all work: the page is gone."""
         for lane in (self._motion, self._picture, *self._files):
             lane.stop()
 
-    def _begin(self) -> None:
-        self._put(self._desk)
+    def refuse(self, words: str) -> None:
+        """Show why something cannot be done."""
+        self._notify(words, "error", _LASTING)
 
-    # What is heard
+    def _notify(self, words: str, kind: str = "success", duration: int = _BRIEF) -> None:
+        if self._notices is not None:
+            self._notices.send(html.escape(words), duration=duration, type=kind)
 
-    def hear(self, event: dict[str, Any]) -> None:
-        """Do what a part of the page was asked to do; a wrong wish is answered by a sentence."""
-        deeds = {
-            "edit": self._edit,
-            "preset": self._preset,
-            "upload": self._upload,
-            "export": self._deliver,
-        }
-        deed = deeds.get(str(event.get("type")))
-        if deed is None:
-            return
-        try:
-            deed(event)
-        except Exception as error:
-            _LOG.exception("a wish could not be granted")
-            self._header.notify(f"internal error: {type(error).__name__}: {error}", "bad")
+    # Actions of the user
 
-    def _edit(self, event: dict[str, Any]) -> None:
-        changes, seq = event.get("changes"), event.get("seq")
-        if not isinstance(changes, dict) or not all(isinstance(name, str) for name in changes):
-            return
-        seq = seq if isinstance(seq, int) else 0
-        # What a slider only passes leaves no trace: its values are those of one edit.
-        base = self._desk
-        if self._dragged is not None and set(changes) == self._dragged[0]:
+    @_answered
+    def _edit(self, changes: dict[str, Any], dragging: bool = False) -> None:
+        # What a slider only passes leaves no trace: all its values edit the same study.
+        name, base = next(iter(changes)), self._desk
+        if self._dragged is not None and self._dragged[0] == name:
             base = self._dragged[1]
-        passing = event.get("done") is False
-        self._dragged = (set(changes), base) if passing else None
+        self._dragged = (name, base) if dragging else None
         try:
             desk = base.edited(**changes)
-        except InputError as error:
-            name = next(iter(changes), "")
-            self._lay(self._desk, (name, str(error)), seq)
-            if name in ("spans", "axis", "across", "up", "plate", "quantity"):
-                self._header.notify(str(error), "bad")
-            return
-        self._put(desk, seq)
+        except InputError:
+            self._lay(self._desk)
+            raise
+        self._put(desk)
 
-    def _preset(self, event: dict[str, Any]) -> None:
-        view = self._desk.view
-        try:
-            chosen = preset(str(event.get("name")))
-        except InputError as error:
-            self._header.notify(str(error), "bad")
-            return
-        self._dragged = None
-        self._put(chosen.desk().edited(ghost=view.ghost, shown=view.shown), chosen=chosen.name)
+    @_answered
+    def _preset(self, name: str) -> None:
+        view, self._dragged = self._desk.view, None
+        desk = preset(name).desk().edited(ghost=view.ghost, shown=view.shown)
+        self._put(desk, chosen=name)
 
-    def _upload(self, event: dict[str, Any]) -> None:
-        name, text = event.get("name"), event.get("text")
-        if not isinstance(name, str) or not isinstance(text, str):
-            return
+    @_answered
+    def _upload(self, name: str, content: bytes) -> None:
         name = name[:60]
-        if len(text.encode(errors="replace")) > MOST_UPLOAD:
-            self._header.notify(f"{name}: is larger than {MOST_UPLOAD} bytes.", "bad")
-            return
+        if len(content) > MOST_UPLOAD:
+            raise InputError(f"{name}: is larger than {MOST_UPLOAD} bytes.")
         try:
-            study = read_study(text)
+            study = read_study(content)
             desk = opened(study, self._desk.view)
         except InputError as error:
-            self._header.notify(f"{name}: {error}", "bad")
-            return
+            raise InputError(f"{name}: {error}") from None
         self._dragged = None
         self._put(desk)
         self._header.choose("")
-        if study.run.periods not in (None, desk.periods):
-            limits = f"{name}: run here for {desk.periods} periods instead of {study.run.periods}."
-            self._header.notify(limits, "warn")
+        if study.run.periods in (None, desk.periods):
+            self._notify(f"Loaded {name}.")
         else:
-            self._header.notify(f"{name} lies on the desk.", "good")
+            self._notify(f"Loaded {name}; run for {desk.periods} periods of the torque instead of"
+                         f" {study.run.periods}.", "success", _LASTING)  # fmt: skip
 
-    def _deliver(self, event: dict[str, Any]) -> None:
+    @_answered
+    def _deliver(self, kind: str) -> None:
         if len(self._files) >= MOST_FILES:
-            self._header.notify(f"{MOST_FILES} files are being prepared; wait for one.", "warn")
-            return
+            raise InputError(f"{MOST_FILES} files are being prepared. Wait for one of them.")
         lane = file_turns().lane(self._post)
         self._files.append(lane)
         self._say_files()
         lane.start(
-            _exported(self._desk, str(event.get("format")), lane), self._header.deliver,
+            _exported(self._desk, kind, lane), self._header.deliver,
             partial(self._not_delivered, lane), finished=partial(self._delivered, lane),
         )  # fmt: skip
 
@@ -194,10 +192,10 @@ class Explorer(pn.viewable.Viewer):
 
     def _not_delivered(self, lane: Lane, words: str) -> None:
         self._delivered(lane)
-        self._header.notify(words, "bad")
+        self.refuse(words)
 
     def _say_files(self) -> None:
-        self._header.busy("Preparing the file ..." if self._files else None)
+        self._header.busy("Preparing the file …" if self._files else "")
 
     def _tapped(self, event: Tap) -> None:
         if event.x is None or event.y is None:
@@ -205,20 +203,22 @@ class Explorer(pn.viewable.Viewer):
         plate = self._plate(self._desk.view.plate)
         try:
             changes = plate.pick(self._desk, float(event.x), float(event.y))
-        except InputError:  # there is no picture, and why is said there
+        except InputError:  # there is no plot, and the reason stands in its place
             return
         if changes:
-            self._edit({"changes": changes})
+            self._edit(changes)
 
-    # What is shown
+    # Display
 
-    def _put(self, desk: Desk, seq: int = 0, chosen: str = "") -> None:
-        """Put something else on the desk: show its values, and compute what follows from them."""
+    def _put(self, desk: Desk, chosen: str = "") -> None:
+        """Make a study the current one: show its values and compute what follows from them."""
         with pn.io.hold():
-            self._lay(desk, seq=seq)
-            if (desk.study, chosen) != (self._desk.study, ""):
-                self._header.choose(chosen)
             before, self._desk = self._desk, desk
+            self._lay(desk)
+            if (desk.study, chosen) != (before.study, ""):
+                self._header.choose(chosen)
+            if desk == before and self._number:
+                return
             self._number += 1
             if _seen(desk) != _seen(before) or self._number == 1:
                 self._strip.pending()
@@ -229,9 +229,9 @@ class Explorer(pn.viewable.Viewer):
                 )  # fmt: skip
             self._draw(desk)
 
-    def _lay(self, desk: Desk, refusal: tuple[str, str] | None = None, seq: int = 0) -> None:
-        """Show the values on a desk wherever they can be changed."""
-        self._machine.show(desk, refusal, seq)
+    def _lay(self, desk: Desk) -> None:
+        """Show the values of a study wherever they can be changed."""
+        self._machine.show(desk)
         self._header.show(desk)
         self._atlas.show(desk)
 
@@ -242,19 +242,17 @@ class Explorer(pn.viewable.Viewer):
             for chart in self._charts:
                 chart.show(moment.figures, ghost)
             self._stage.show(self._desk, moment)
-            self._strip.show(verdict(self._desk, moment))
-            self._page.seen(motion=number)
+            self._strip.show(verdict(self._desk, moment), number)
 
     def _no_moment(self, number: int, words: str) -> None:
         with pn.io.hold():
             for chart in self._charts:
                 chart.say("No run.")
             self._say_files()
-            self._strip.show({"headline": words, "tone": "bad", "tiles": []})
-            self._page.seen(motion=number)
+            self._strip.show({"headline": words, "tone": "bad", "tiles": []}, number)
 
     def _draw(self, desk: Desk) -> None:
-        """Mark the present value in the open picture, and draw it anew if it depends on more."""
+        """Mark the current value in the open plot, and draw it anew if it depends on more."""
         plate = self._plate(desk.view.plate)
         try:
             key = (plate.name, plate.key(desk))
@@ -267,10 +265,9 @@ class Explorer(pn.viewable.Viewer):
             return
         self._drawing = key
         before, picture = self._drawn.get(plate.name, (None, None))
-        if before == key:  # it still stands there from when it was open before
+        if before == key:  # it is still there from when it was open before
             self._picture.stop()
-            self._tell(plate, picture)
-            self._page.seen(picture=self._number)
+            self._tell(plate, picture, self._number)
             return
         self._forget(plate)
         self._drawing = key
@@ -285,24 +282,22 @@ class Explorer(pn.viewable.Viewer):
             self._shown = picture
             plate.show(picture)
             plate.mark(self._desk)
-            self._tell(plate, picture)
-            self._page.seen(picture=number)
+            self._tell(plate, picture, number)
 
     def _plate(self, name: str) -> Any:
-        """Return a plate, created on first use: each costs as much as all charts of a motion."""
+        """Return a plot, created on first use: each costs as much as all charts of a motion."""
         if name not in self._plates:
             plate = self._plates[name] = ParameterPlot(name)
             plate.figure.on_event(Tap, self._tapped)
-            self._atlas.hang(name, plate.figure)
+            self._atlas.add(name, plate.figure)
         return self._plates[name]
 
-    def _tell(self, plate: Any, picture: Any) -> None:
-        """What colours mean, and how much of the picture is known."""
-        self._atlas.legend(plate.legend(picture))
-        self._atlas.progress(plate.progress(picture))
+    def _tell(self, plate: Any, picture: Any, number: int) -> None:
+        """Show the legend, and how much of the plot is known."""
+        self._atlas.legend(plate.legend(picture), plate.progress(picture), number)
 
     def _keep(self, plate: Any, key: Any) -> None:
-        """A picture is whole."""
+        """Keep a complete plot."""
         self._drawn[plate.name] = (key, self._shown)
 
     def _forget(self, plate: Any) -> None:
@@ -313,12 +308,11 @@ class Explorer(pn.viewable.Viewer):
         with pn.io.hold():
             self._forget(plate)
             plate.say(words)
-            self._atlas.legend([])
-            self._atlas.progress("")
+            self._atlas.legend((), "", self._number)
 
 
 def _moments(desk: Desk) -> Iterator[Moment]:
-    """At once, and when the sliders are still with the transient judged."""
+    """Give the motion of the run as it is set, then of one continued until it has settled."""
     yield look(desk)
     yield look(desk, settle=True)
 
@@ -333,7 +327,7 @@ def _exported(desk: Desk, kind: str, lane: Lane) -> Iterator[File]:
 
 
 def _seen(desk: Desk) -> Any:
-    """What the motion and its pictures depend on."""
+    """Return what the motion and its charts depend on."""
     return desk.study, desk.view.ghost, desk.view.shown
 
 

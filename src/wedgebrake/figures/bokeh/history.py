@@ -12,14 +12,14 @@ from wedgebrake.figures.data.motion import MotionFigures
 
 # Sources that the animation of the brake listens to and moves.
 MOTION, POINTED, CURSOR = "motion", "scrub-to", "scrub-history"
-_COLUMNS = ("time", "angle", "velocity", "torque", "sticking")
+_COLUMNS = ("time", "angle", "velocity", "torque", "drive", "force", "sticking")
 
 
 class HistoryChart(chart.Chart):
     """Velocity [rad/s] over time [s] in the last periods of a run.
 
     figure : the picture
-    motion : source "motion" of all that animates: time, angle, velocity, torque, sticking
+    motion : source "motion" of the animation: motion, torques, actuation force, sticking
     """
 
     def __init__(self) -> None:
@@ -75,6 +75,8 @@ class HistoryChart(chart.Chart):
             angle=data.angle[places],
             velocity=data.velocity[places],
             torque=data.brake_torque[places],
+            drive=data.drive_torque[places],
+            force=motion.force[places],
             sticking=data.sticking[places].astype("uint8"),
         )
         sticks = data.visible_sticks

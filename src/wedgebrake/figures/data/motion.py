@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wedgebrake.figures.data.history import History
 from wedgebrake.figures.data.phase import Phase
 from wedgebrake.figures.data.section import Section
 from wedgebrake.figures.data.spectrum import Spectrum
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,6 +20,7 @@ class MotionFigures:
     """Contents of the four pictures of a motion.
 
     history, phase, section, spectrum : the pictures
+    force     : actuation force over the history, (n,) [N]
     completed : the run reached its end; otherwise it has neither section nor spectrum
     ending    : a sentence on a run that did not
     """
@@ -23,5 +29,6 @@ class MotionFigures:
     phase: Phase
     section: Section
     spectrum: Spectrum
+    force: FloatArray
     completed: bool = True
     ending: str = ""

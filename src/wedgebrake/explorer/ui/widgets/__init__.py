@@ -1,13 +1,10 @@
-"""What the browser draws and hears: one part of the page per file, with its script and style.
+"""The widgets of the page, one part per file; they show what they are given and report changes.
 
-page           where each part stands
-header         presets, files, exact or smoothed, the ghost
-machine        the machine's values, to be changed
-verdict_strip  the verdict in words and colour
-stage          the drawn brake in motion, and the scrubber
-atlas          the pictures over parameters and what they go over
-theme.css      colours, type and controls of all of them
-
-A part shows what it is given and says what its user did; it computes nothing and knows no
-other part.
+page            layout
+header          presets, files, friction law, comparison, activity, help
+parameters      sliders, inputs and choices of the machine and its run
+verdict_strip   the verdict in words and colour
+brake_animation the brake in motion, drawn by the only script of the page
+plot_tabs       plots over parameters, their ranges and legend
+controls        Panel's widgets with tooltips; style sheets
 """

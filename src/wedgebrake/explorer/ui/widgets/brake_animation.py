@@ -1,4 +1,4 @@
-"""The stage: the brake drawn and moving, and the transport that runs through the shown time."""
+"""The brake drawn in motion, with a transport through the time shown."""
 
 from __future__ import annotations
 
@@ -10,35 +10,30 @@ from panel.custom import JSComponent
 
 from wedgebrake.explorer.core.snapshot import Moment
 from wedgebrake.explorer.core.state import Desk
-from wedgebrake.explorer.ui.widgets.sheets import sheets
-
-_HERE = Path(__file__).parent
+from wedgebrake.explorer.ui.widgets.controls import style_sheet
 
 
-class Stage(JSComponent):
+class BrakeAnimation(JSComponent):
     """The machine at one instant of its motion.
 
-    The samples come from the history's source named "motion", in the browser; ``state`` holds
-    what the drawing needs beside them.
+    Samples of the motion, of the actuation force and of the torques come from the source
+    "motion" of the time history, in the browser; ``state`` holds what the drawing needs besides.
     """
 
     state = param.Dict(default={})
 
-    _esm = _HERE / "stage.js"
-    _stylesheets: ClassVar[list[str]] = sheets("stage.css")
+    _esm = Path(__file__).with_name("brake_animation.js")
+    _stylesheets: ClassVar[list[str]] = [style_sheet("brake_animation.css")]
 
     def show(self, desk: Desk, moment: Moment) -> None:
         """Show a machine in motion."""
-        system = desk.system
-        force, brake = system.actuation, system.brake
+        system, brake = desk.system, desk.system.brake
         self.state = {
-            "kind": brake.kind,
+            "schematic": brake.schematic,
+            "name": brake.kind,
             "shape": {
                 name: getattr(brake, name) for name in type(brake).model_fields if name != "radius"
             },
-            "initial_force": force.initial_force,
-            "slope": force.slope,
-            "release": force.release,
             "drive_speed": system.driveline.drive_speed,
             "amplitude": system.excitation.amplitude,
             "frequency": system.excitation.frequency,
@@ -47,7 +42,7 @@ class Stage(JSComponent):
 
 
 def _first(moment: Moment) -> Any:
-    """The time to begin at [s]: where the first stick ends, or the middle; None: no samples."""
+    """Return the time to begin at [s]: the end of the first stick phase, or the middle."""
     history = moment.figures.history
     if not history.time.size:
         return None

@@ -1,95 +1,160 @@
-"""The bar at the top: presets, files, exact or smoothed friction, the ghost, help, notices."""
+"""The bar at the top: presets, files, friction law, comparison, activity and help."""
 
 from __future__ import annotations
 
-import base64
-from pathlib import Path
-from typing import Any, ClassVar, Literal, Protocol
+import html
+import io
+from collections.abc import Callable, Iterable
+from typing import Any, Protocol
 
-import param
-from panel.custom import JSComponent
+import panel as pn
+from bokeh.models import InlineStyleSheet
 
-from wedgebrake.explorer.core.limits import FINE_MAP, FINE_POINTS, MOST_PERIODS, MOST_UPLOAD
+from wedgebrake.explorer.core.limits import FINE_MAP, FINE_POINTS, MOST_PERIODS
+from wedgebrake.explorer.core.presets import Preset
 from wedgebrake.explorer.core.state import Desk
-from wedgebrake.explorer.ui.widgets.events import OnEvent, passing
-from wedgebrake.explorer.ui.widgets.sheets import sheets
+from wedgebrake.explorer.ui.widgets.controls import Checkbox, Select, style_sheet, update
 from wedgebrake.model.brakes import ConventionalBrake
-from wedgebrake.model.friction import CoulombFriction, SmoothedFriction
+from wedgebrake.model.friction import CoulombFriction, SmoothedFriction, TabulatedFriction
 
-_HERE = Path(__file__).parent
-_HEARD = ("preset", "upload", "export", "edit")
-_LIMITS = (
-    "One degree of freedom; the brake has neither mass nor elasticity. Linear stability takes"
-    f" friction as constant over speed. A run here has at most {MOST_PERIODS} periods of the"
-    f" torque, a diagram {FINE_POINTS} values, a map {FINE_MAP[0]} × {FINE_MAP[1]} cells; the"
-    " Python library and the command line go further."
+_EXPORTS = [
+    ("Response, PNG", "png"), ("Response, SVG", "svg"), ("Open plot, PNG", "diagram-png"),
+    ("Open plot, SVG", "diagram-svg"), None, ("Response data, netCDF", "netcdf"),
+    ("Response data, CSV", "csv"), None, ("Study file, TOML", "study"),
+    ("Python program", "python"),
+]  # fmt: skip
+_LAWS = {
+    CoulombFriction.kind: "Exact", SmoothedFriction.kind: "Smoothed", TabulatedFriction.kind: "Table",
+}  # fmt: skip
+_BRAND = (
+    '<svg width="24" height="20" viewBox="0 0 24 20" aria-hidden="true"><rect x="1" y="1"'
+    ' width="22" height="3" rx="1" fill="#5B6675"/><path d="M2 17.5L22 17.5L22 6Z"'
+    ' fill="#0072B2"/></svg><b>wedgebrake</b>'
 )
+_HELP = {
+    "Parameters": "A driveline with a self-amplified brake under a periodic torque. Move a slider,"
+    " type a number, or choose another brake or friction law.",
+    "Verdict": "Linear stability of sliding, self-locking, classes of motion and of stick-slip,"
+    " and the brake torque. Hover over a tile for the evidence.",
+    "Time history, phase portrait": "The last periods of the torque. Stick phases are coloured by"
+    " the direction of sliding before them.",
+    "Spectrum, Poincaré section": "Frequencies in the velocity, and the state once in every period"
+    " of the torque.",
+    "Brake": "The brake in motion. Drag the bar below it through time.",
+    "Diagram, regimes, stability, basins": "The motion over one or two parameters or over initial"
+    " states. Click in a plot to go there.",
+    "Limits": "One degree of freedom; the brake has neither mass nor elasticity. Linear stability"
+    " takes friction as constant over speed, except at the speed of a turning shaft. A run here has"
+    f" at most {MOST_PERIODS} periods of the torque, a diagram {FINE_POINTS} values, a map"
+    f" {FINE_MAP[0]} × {FINE_MAP[1]} cells; the Python library and the command line go further.",
+}
 
 
 class Delivered(Protocol):
-    """A file for the user: name, media type, content."""
+    """A file for the user: name and content."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
     @property
-    def mime(self) -> str: ...  # noqa: D102
-    @property
     def content(self) -> bytes: ...  # noqa: D102
 
 
-class Header(JSComponent):
+class Header:
     """The bar at the top.
 
-    on_event : called with {type: "preset", name}, {type: "upload", name, size, text},
-               {type: "export", format} and {type: "edit", changes} of ghost and friction
-    presets  : {name, title, group} of each, in order
+    choose : called with the name of a preset
+    load   : called with name and content of a file
+    export : called with a format
+    edit   : called with a name and its new value
     """
 
-    state = param.Dict(default={}, doc="presets, limits, friction, ghost, busy, notice")
-
-    _esm = _HERE / "header.js"
-    _stylesheets: ClassVar[list[str]] = sheets("theme.css", "header.css")
-
-    def __init__(self, on_event: OnEvent, presets: list[dict[str, str]], **params: Any) -> None:
-        super().__init__(**{"sizing_mode": "stretch_width", "height": 48, **params})
-        self.state = {
-            "presets": presets, "most_upload": MOST_UPLOAD, "limits": _LIMITS, "busy": ""
-        }  # fmt: skip
-        self._notices = 0
-        self.on_msg(passing(on_event, _HEARD))
+    def __init__(
+        self,
+        presets: Iterable[Preset],
+        choose: Callable[[str], None],
+        load: Callable[[str, bytes], None],
+        export: Callable[[str], None],
+        edit: Callable[[str, Any], None],
+        styles: InlineStyleSheet,
+    ) -> None:
+        self._style = {"stylesheets": [style_sheet("header.css")], "margin": 0}
+        shared = {"shared": styles, "margin": 0}
+        self._load, self._showing = load, False
+        groups: dict[str, dict[str, str]] = {"Presets": {"Choose a machine …": ""}}
+        for one in presets:
+            groups.setdefault(one.group, {})[one.title] = one.name
+        self._presets = Select(groups=groups, value="", css_classes=["preset"], width=280, **shared)
+        self._files = pn.Row(self._file(), css_classes=["files"], **self._style)
+        exports = pn.widgets.MenuButton(
+            name="Export", items=_EXPORTS, css_classes=["export"], **self._style
+        )
+        save = pn.widgets.Button(name="Save", css_classes=["save"], **self._style)
+        self._law = pn.widgets.RadioButtonGroup(css_classes=["law"], **self._style)
+        self._ghost = Checkbox(
+            name="conventional brake behind", css_classes=["comparison"], **shared
+        )
+        self._busy = pn.pane.HTML(css_classes=["busy"], **self._style)
+        self._download = pn.widgets.FileDownload(
+            filename="study.toml", auto=True, css_classes=["unseen"], **self._style
+        )
+        described = "".join(f"<dt>{term}</dt><dd>{words}</dd>" for term, words in _HELP.items())
+        details = f"<details><summary>Help</summary><dl>{described}</dl></details>"
+        self.view = pn.Row(
+            pn.pane.HTML(_BRAND, css_classes=["brand"], **self._style),
+            self._presets, self._files, save, exports, self._law, self._ghost, self._busy,
+            pn.pane.HTML(details, css_classes=["help"], **self._style), self._download,
+            css_classes=["header"], sizing_mode="stretch_width", **self._style,
+        )  # fmt: skip
+        self._presets.param.watch(
+            lambda event: event.new and self._said(choose, event.new), "value"
+        )
+        save.on_click(lambda _: export("study"))
+        exports.on_click(lambda event: export(event.new))
+        self._law.param.watch(lambda event: self._said(edit, "friction", event.new), "value")
+        self._ghost.param.watch(lambda event: self._said(edit, "ghost", event.new), "value")
 
     def show(self, desk: Desk) -> None:
-        """Show what the desk says: the friction law and whether there is a ghost."""
-        laws = [[CoulombFriction.kind, "Exact"], [SmoothedFriction.kind, "Smoothed"]]
+        """Show the friction law, and whether the conventional brake is compared."""
+        self._showing = True
         kind = desk.system.friction.kind
-        if kind not in (law for law, _ in laws):
-            laws.append([kind, "Table"])
-        self._put(
-            friction=kind,
-            laws=laws,
-            ghost=desk.view.ghost,
-            conventional=isinstance(desk.system.brake, ConventionalBrake),
-        )
+        laws = [CoulombFriction.kind, SmoothedFriction.kind]
+        laws += [] if kind in laws else [kind]
+        conventional = isinstance(desk.system.brake, ConventionalBrake)
+        update(self._law, options={_LAWS.get(one, one): one for one in laws}, value=kind)
+        update(
+            self._ghost, value=desk.view.ghost and not conventional, disabled=conventional,
+            hint="The brake is the conventional one." if conventional
+            else "Show the same machine with a conventional brake of the same radius.",
+        )  # fmt: skip
+        self._showing = False
 
     def choose(self, name: str) -> None:
-        """Show which preset lies on the desk; an empty name: none of them any more."""
-        self._put(preset=name)
+        """Show which preset is loaded; an empty name: none."""
+        self._showing = True
+        update(self._presets, value=name)
+        self._showing = False
 
-    def notify(
-        self, text: str, tone: Literal["good", "warn", "bad", "neutral"] = "neutral"
-    ) -> None:
-        """Show a message below the bar until it is dismissed; an empty one takes it away."""
-        self._notices += 1
-        self._put(notice={"text": text, "tone": tone, "number": self._notices})
-
-    def busy(self, text: str | None) -> None:
-        """Say what is going on; None: nothing."""
-        self._put(busy=text or "")
+    def busy(self, text: str) -> None:
+        """Show what is in progress; an empty text: nothing."""
+        update(self._busy, object=html.escape(text))
 
     def deliver(self, file: Delivered) -> None:
         """Hand a file to the browser, which saves it."""
-        content = base64.b64encode(file.content).decode("ascii")
-        self._send_msg({"type": "file", "name": file.name, "mime": file.mime, "base64": content})
+        self._download.param.update(filename=file.name, file=io.BytesIO(file.content))
+        self._download._transfer()
 
-    def _put(self, **changes: Any) -> None:
-        self.state = {**self.state, **changes}
+    def _said(self, callback: Callable[..., None], *arguments: Any) -> None:
+        if not self._showing:
+            callback(*arguments)
+
+    def _file(self) -> Any:
+        chosen = pn.widgets.FileInput(accept=".toml", css_classes=["load"], **self._style)
+        chosen.param.watch(self._loaded, "value")
+        return chosen
+
+    def _loaded(self, event: Any) -> None:
+        name = event.obj.filename
+        # A new input, so that the same file can be chosen again.
+        self._files[:] = [self._file()]
+        if isinstance(event.new, bytes) and isinstance(name, str):
+            self._load(name, event.new)

@@ -1,36 +1,26 @@
-"""The page: where each part stands."""
+"""Layout of the page."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import ClassVar
+from typing import Any
 
-from panel.custom import JSComponent
-from panel.viewable import Child
+import panel as pn
 
-from wedgebrake.explorer.ui.widgets.sheets import sheets
-
-_HERE = Path(__file__).parent
+from wedgebrake.explorer.ui.widgets.controls import style_sheet
 
 
-class Page(JSComponent):
-    """A grid with the parts in it; styles alone decide how it folds on a narrow screen."""
+def page(header: Any, parameters: Any, strip: Any, plots: Any, **cards: Any) -> pn.Column:
+    """Return the page: a header, the parameters on the left, verdict and plots on the right.
 
-    header = Child()
-    machine = Child()
-    strip = Child()
-    history = Child()
-    phase = Child()
-    stage = Child()
-    spectrum = Child()
-    section = Child()
-    atlas = Child()
-
-    _esm = _HERE / "page.js"
-    _stylesheets: ClassVar[list[str]] = sheets("theme.css", "page.css")
-
-    def seen(self, **numbers: int) -> None:
-        """Say which change of the desk the motion, or the picture, now shows."""
-        # By message: a parameter of a part with children is slow to set, as Panel then looks
-        # through all models below it.
-        self._send_msg(numbers)
+    cards : history, phase, brake, spectrum and section
+    """
+    style = {"stylesheets": [style_sheet("page.css")], "margin": 0}
+    strip.css_classes = ["strip"]
+    framed = []
+    for name, content in {**cards, "plots": plots}.items():
+        content.css_classes = [*content.css_classes, "card", name]
+        framed.append(content)
+    main = pn.Column(strip, *framed, css_classes=["main"], sizing_mode="stretch_both", **style)
+    return pn.Column(
+        header, parameters, main, css_classes=["explorer"], sizing_mode="stretch_both", **style
+    )

@@ -1,33 +1,53 @@
-"""The verdict above the pictures: a headline and its tiles."""
+"""The verdict above the plots: a headline and its tiles."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any, ClassVar
+from html import escape
+from typing import Any
 
-import param
-from panel.custom import JSComponent
+import panel as pn
 
-from wedgebrake.explorer.ui.widgets.sheets import sheets
+from wedgebrake.explorer.ui.widgets.controls import style_sheet, update
 
-_HERE = Path(__file__).parent
+_WORDS = {"good": "good", "warn": "caution", "bad": "critical", "neutral": ""}
+_SIGNS = {"good": "✓", "warn": "!", "bad": "✕", "neutral": "·"}
 
 
-class VerdictStrip(JSComponent):
+class VerdictStrip:
     """The verdict in words and colour."""
 
-    state = param.Dict(default={}, doc="verdict, pending")
+    def __init__(self) -> None:
+        self.view = pn.pane.HTML(
+            css_classes=["strip"], stylesheets=[style_sheet("verdict.css")], margin=0,
+            sizing_mode="stretch_width",
+        )  # fmt: skip
+        self._verdict: dict[str, Any] = {"headline": "…", "tone": "neutral", "tiles": []}
+        self._number = 0
 
-    _esm = _HERE / "verdict_strip.js"
-    _stylesheets: ClassVar[list[str]] = sheets("theme.css", "verdict_strip.css")
-
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**{"sizing_mode": "stretch_width", **params})
-
-    def show(self, verdict: dict[str, Any]) -> None:
-        """Show a verdict, as ``verdict.verdict`` gives it."""
-        self.state = {"verdict": verdict, "pending": False}
+    def show(self, verdict: dict[str, Any], number: int) -> None:
+        """Show a verdict, as ``verdict.verdict`` gives it, of the study of a number."""
+        self._verdict, self._number = verdict, number
+        self._put(pending=False)
 
     def pending(self) -> None:
-        """Say that the next verdict is being computed; the last one stays."""
-        self.state = {**self.state, "pending": True}
+        """Show that the next verdict is being computed; the last one stays."""
+        self._put(pending=True)
+
+    def _put(self, *, pending: bool) -> None:
+        said = self._verdict
+        tiles = "".join(map(_tile, said["tiles"]))
+        update(self.view, object=(
+            f'<div class="verdict {said["tone"]} {"pending" if pending else ""}"'
+            f' data-motion="{self._number}"><p role="status" aria-live="polite">'
+            f'<span class="headline">{escape(said["headline"])}</span>'
+            f'<span class="tone">{_WORDS[said["tone"]]}</span></p><dl>{tiles}</dl></div>'
+        ))  # fmt: skip
+
+
+def _tile(tile: dict[str, str]) -> str:
+    told = {name: escape(text) for name, text in tile.items()}
+    return (
+        f'<div class="tile {told["tone"]} tile-{told["name"]}" title="{told["hint"]}">'
+        f'<dt>{told["title"]}</dt><dd class="value"><i aria-hidden="true">'
+        f"{_SIGNS[tile['tone']]}</i> {told['value']}</dd><dd>{told['detail']}</dd></div>"
+    )

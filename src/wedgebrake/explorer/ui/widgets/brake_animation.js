@@ -1,7 +1,6 @@
-// The drawn brake: a rotor seen along its shaft, the brake on it, and the forces between them,
-// at one instant of the motion; and the transport that runs through the shown time. Samples
-// come from the Bokeh source "motion", cursors go to "scrub-history" and "scrub-phase", all of
-// it here in the browser.
+// The brake in motion: a rotor seen along its shaft, the brake on it, and the forces between them,
+// at one instant; and the transport through the time shown. Samples come from the Bokeh source
+// "motion", cursors go to "scrub-history" and "scrub-phase", all within the browser.
 
 const SECONDS = 2            // a period of the torque takes so long at the middle speed
 const SPEEDS = [0.25, 0.5, 1, 2, 4]
@@ -45,7 +44,7 @@ function said(x, unit, scale = Math.abs(x)) {
   return `${text.replace("-", "−")} ${unit}`
 }
 
-// ---- The four brakes. Each gives the place of the rotor, what is fixed, what is pressed, where
+// ---- Schematics by name, as the class of a brake states it. Each gives the place of the rotor, what is fixed, what is pressed, where
 // the actuation force acts and in which direction, where the contact is, and how it opens.
 
 const BRAKES = {
@@ -143,6 +142,21 @@ const BRAKES = {
   },
 }
 
+// A brake without a drawing of its own: a plain block, and its name.
+function unknown(shape, name) {
+  const half = 62, base = -Math.sqrt((R + 1) ** 2 - half * half), top = -R - 48
+  const words = name.replace(/[^\w -]/g, "")
+  return {
+    centre: [150, 226], fixed: "",
+    pressed: `<path class="body" fill="#E9EDF1" stroke-dasharray="5 3" d="M${xy([-half, base])}`
+      + `L${xy([-half, top])}L${xy([half, top])}L${xy([half, base])}`
+      + `A${R + 1},${R + 1} 0 0 0 ${xy([-half, base])}Z"/>`
+      + `<text x="0" y="${top + 18}" text-anchor="middle">${words}</text>`
+      + `<text class="note" x="0" y="${top + 34}" text-anchor="middle">(no drawing)</text>`,
+    force: {at: [0, top], direction: [0, 1]}, contact: [-half / R, half / R], opened: "translate(0,-6)",
+  }
+}
+
 // A hatched fixed body: its edge, and what lies behind it.
 function ground(edge, back) {
   return `<path class="hatched" d="M${[...edge, ...back].map(xy).join("L")}Z"/>`
@@ -200,26 +214,21 @@ export function render({model, el, view}) {
   const cursors = [["scrub-history", "time"], ["scrub-phase", "angle"]]
     .map(([name, column]) => [named(name), column]).filter(([source]) => source)
 
-  let samples = {time: [], angle: [], velocity: [], torque: [], sticking: []}
+  let samples = {time: [], angle: [], velocity: [], torque: [], drive: [], force: [], sticking: []}
   let scales = null, parts = null, drawn = "", share = null, playing = false, last = 0
   let frame = 0, wanted = 0
 
   let state = model.state ?? {}   // once: reading it of the model is slow
-  const force = (v) => {
-    const {initial_force = 0, slope = 0, release = true} = state
-    const value = initial_force + slope * Math.abs(v)
-    return release ? Math.max(value, 0) : value
-  }
 
   function measure() {
     const {drive_speed = 0, frequency = 1, amplitude = 0} = state
-    let low = Infinity, high = -Infinity, fast = 0, torque = 0, press = force(0)
+    let low = Infinity, high = -Infinity, fast = 0, torque = 0, press = 0
     for (let i = 0; i < samples.time.length; i++) {
       const v = samples.velocity[i] + drive_speed
       low = Math.min(low, samples.angle[i]); high = Math.max(high, samples.angle[i])
       fast = Math.max(fast, Math.abs(v))
       torque = Math.max(torque, Math.abs(samples.torque[i]))
-      press = Math.max(press, Math.abs(force(v)))
+      press = Math.max(press, Math.abs(samples.force[i]))
     }
     const angle = Math.min(MOST, 2 * SWING / (high - low), FASTEST * SECONDS * frequency / fast)
     scales = {angle: roundDown(angle), force: press, torque: Math.max(torque, amplitude)}
@@ -227,11 +236,11 @@ export function render({model, el, view}) {
   }
 
   function draw() {
-    const {kind = "wedge", shape = {}} = state
-    const wish = JSON.stringify([kind, shape])
+    const {schematic = "", name = "", shape = {}} = state
+    const wish = JSON.stringify([schematic, name, shape])
     if (wish === drawn) return
     drawn = wish
-    const brake = (BRAKES[kind] ?? BRAKES.conventional)(shape)
+    const brake = (BRAKES[schematic] ?? unknown)(shape, name)
     svg.innerHTML = `<defs><pattern id="hatch" width="5" height="5" patternUnits="userSpaceOnUse"
         patternTransform="rotate(45)"><rect width="5" height="5" fill="#F4F5F7"/>
         <path d="M0,0L0,5" stroke="#9AA5B1" stroke-width="1.4"/></pattern></defs>
@@ -266,7 +275,7 @@ export function render({model, el, view}) {
     const x = clamp((time - t[low]) / (t[high] - t[low] || 1), 0, 1)
     const mix = (name) => (1 - x) * samples[name][low] + x * samples[name][high]
     return {angle: mix("angle"), velocity: mix("velocity"), torque: mix("torque"),
-      sticking: samples.sticking[x < 0.5 ? low : high] > 0}
+      drive: mix("drive"), force: mix("force"), sticking: samples.sticking[x < 0.5 ? low : high] > 0}
   }
 
   function now() {
@@ -288,13 +297,13 @@ export function render({model, el, view}) {
   function paintDrawing() {
     wanted = 0
     draw()
-    const time = now(), {drive_speed = 0, amplitude = 0, frequency = 1} = state
+    const time = now(), {drive_speed = 0, frequency = 1} = state
     if (!isFinite(time)) {
       word.textContent = ""
       clock.textContent = "no motion"
       return
     }
-    const s = at(time), v = s.velocity + drive_speed, press = force(v)
+    const s = at(time), v = s.velocity + drive_speed, press = s.force
     const released = !s.sticking && press === 0
     const state_ = s.sticking ? "sticking" : released ? "released" : "sliding"
     const colour = COLOURS[state_]
@@ -310,9 +319,8 @@ export function render({model, el, view}) {
     bend("torque", -s.torque / (scales.torque || 1) * WIDEST, R - 17, colour)
     parts["friction-text"].textContent = `brake torque ${said(s.torque, "N m", scales.torque)}`
     parts["friction-text"].style.fill = colour
-    const torque = amplitude * Math.sin(2 * Math.PI * ((frequency * time) % 1))
-    bend("drive", torque / (scales.torque || 1) * WIDEST * 1.6, 24)
-    parts["drive-text"].textContent = `drive torque ${said(torque, "N m", scales.torque)}`
+    bend("drive", s.drive / (scales.torque || 1) * WIDEST * 1.6, 24)
+    parts["drive-text"].textContent = `drive torque ${said(s.drive, "N m", scales.torque)}`
   }
 
   function paintForce(press) {
