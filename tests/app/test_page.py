@@ -195,7 +195,8 @@ def test_the_header_can_be_reached_by_keyboard(page):
         page.keyboard.press("Tab")
         seen.append(page.evaluate("""() => {
   let one = document.activeElement, names = [];
-  while (one.shadowRoot?.activeElement) { names.push(one.className); one = one.shadowRoot.activeElement; }
+  for (; one.shadowRoot?.activeElement; one = one.shadowRoot.activeElement)
+    names.push(one.className);
   const outline = (one) => getComputedStyle(one).outlineStyle !== "none";
   return [names.join(" "), outline(one) || outline(one.getRootNode().host)];
 }"""))  # fmt: skip

@@ -33,9 +33,7 @@ def test_a_click_in_the_diagram_goes_there(screen, share):
     screen.says(DESK.edited(eta=eta))
     # The line of the present value stands where the click was, and the slider goes along.
     assert screen.cursor("plot-diagram") == pytest.approx(share, abs=0.003)
-    assert screen.place("eta") == pytest.approx(
-        share, abs=0.01
-    )
+    assert screen.place("eta") == pytest.approx(share, abs=0.01)
 
 
 def test_the_label_at_the_line_goes_along(screen):
@@ -98,7 +96,7 @@ def test_a_picture_that_was_kept_is_shown_again(screen):
         drawn = screen.shown("picture")
         screen(tab).click()
         screen.after(drawn, "picture")
-            screen.still()
+        screen.still()
 
 
 def test_basins(screen):
