@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import panel as pn
@@ -74,7 +74,7 @@ class _Section:
         self._facts = pn.pane.HTML(css_classes=["facts"], **style)
         self.view = pn.Column(css_classes=["section"], **style)
 
-    def show(self, rows: list[Row], new: dict[str, Callable[[Row], _Control]]) -> None:
+    def show(self, rows: list[Row], new: Mapping[str, Callable[[Any], _Control]]) -> None:
         """Show rows, with controls made where there are none yet."""
         widgets = [self._heading]
         for row in rows:
@@ -200,8 +200,8 @@ class _Number(_List):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         self._slider = self._add(
-            Slider, f"slider-{row.name}", name=row.title, show_value=False, tooltips=False, start=row.low,
-            end=row.high, value=row.low,
+            Slider, f"slider-{row.name}", name=row.title, show_value=False, tooltips=False,
+            start=row.low, end=row.high, value=row.low,
         )  # fmt: skip
         self.widgets.reverse()
         self._slider.param.watch(lambda event: self._slid(event.new, True), "value")
