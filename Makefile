@@ -54,7 +54,7 @@ test: $(VENV)/.dev lint
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
 # Excluded: tests without numerics, and the comparisons with other programs, which are slow.
-NOT_PORTABLE := cli* *plot* paper* store* stud* bad* bench* cluster* compiling* sweep_kill*
+NOT_PORTABLE := cli* *plot* paper* store* stud* bad* bench* cluster* compiling*
 PORTABLE := tests/properties tests/literature tests/motion_truth tests/unit \
 	$(NOT_PORTABLE:%=--ignore-glob='tests/unit/test_%')
 

@@ -11,13 +11,13 @@ from wedgebrake.dynamics.problem import Instant
 from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.solvers.event_driven import solve as exact
 from wedgebrake.solvers.event_driven import trajectory as exact_kernel
-from wedgebrake.solvers.smooth import batch, solve, solve_periods
+from wedgebrake.solvers.smooth import assemble, solve_periods
 from work import DIAGRAM_COMPARED, ETAS, PERIODS, system
 
 TOLERANCES = {"coulomb": (None,), "smoothed": (1e-6, 1e-8, 1e-10, 1e-12)}
 # What the others are set beside.
 REFERENCE = {"coulomb": None, "smoothed": 1e-8}
-LANES = batch.WIDTH
+LANES = solve_periods.WIDTH
 State = tuple[float, float]
 
 
@@ -37,7 +37,7 @@ def kernel(machine: wb.BrakedDriveline, rtol: float | None, periods: int) -> Cal
             return found.state.angle, found.state.velocity
 
         return run
-    task = solve.problem(machine, rtol)
+    task = assemble.problem(machine, rtol)
 
     def advance() -> State:
         found = solve_periods.advance(task, (0.0, 0.0), periods, 10**8)
@@ -51,11 +51,11 @@ def kernel_in_lanes(
     machines: Sequence[wb.BrakedDriveline], rtol: float, periods: int
 ) -> Callable[[], State]:
     """Smoothed brakes side by side, as the transients of a sweep are run: the first one's state."""
-    tasks = [solve.problem(machine, rtol) for machine in machines]
+    tasks = [assemble.problem(machine, rtol) for machine in machines]
     states = np.zeros((len(tasks), 2))
 
     def advance() -> State:
-        found = batch.advance_together(tasks, states, periods, 10**8)
+        found = solve_periods.advance_together(tasks, states, periods, 10**8)
         assert all(one.outcome == Outcome.COMPLETED for one in found)
         return found[0].state
 

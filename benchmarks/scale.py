@@ -115,16 +115,17 @@ def on_cluster() -> list[dict[str, float]]:
         Client(cluster) as client,
     ):
         warm = plan_of(4, periods=2)
-        list(Cluster(warm, client).chunks(warm.layout(4), warm.layout(4).indices()))  # compiles
+        few = warm.grid.chunks(4)
+        list(Cluster(warm, client).chunks(few, few.indices()))  # compiles
         for i, points in enumerate(CHUNKS):
             # Two periods a point: what a chunk costs beyond its points is looked for. Dask gives
             # equal plans one name, and may still be forgetting the last one: each is another.
             plan = plan_of(256 + i, periods=2)
-            layout = plan.layout(points)
-            count = min(len(layout.indices()), max(16, 400 // max(1, points // 64)))
-            wanted = layout.indices()[:count]
+            chunks = plan.grid.chunks(points)
+            count = min(len(chunks.indices()), max(16, 400 // max(1, points // 64)))
+            wanted = chunks.indices()[:count]
             start = time.perf_counter()
-            done = sum(1 for _ in Cluster(plan, client).chunks(layout, wanted))
+            done = sum(1 for _ in Cluster(plan, client).chunks(chunks, wanted))
             wall = time.perf_counter() - start
             made.append({"points": points, "chunks": done, "wall": wall / done})
     return made
@@ -133,33 +134,31 @@ def on_cluster() -> list[dict[str, float]]:
 def chunk_costs() -> dict[str, float]:
     """One chunk of the great map: its work, its answer, and its writing."""
     plan = plan_of(SIDE)
-    layout = plan.layout(CHUNK)
-    indices = layout.indices()
+    chunks = plan.grid.chunks(CHUNK)
+    indices = chunks.indices()
     # Lines of equal eta from all over the map; the first of each, of full length.
     chosen = [one for one in indices if one[1] == 0][:: SIDE // 10]
     start = time.perf_counter()
-    answers = [compute(plan, layout.slices(index)) for index in chosen]
+    answers = [compute(plan, chunks.slices(index)) for index in chosen]
     work = (time.perf_counter() - start) / len(chosen)
     idle = plan_of(SIDE, periods=2)
-    building = best(lambda: compute(idle, layout.slices(chosen[0])), seconds=1.0)
+    building = best(lambda: compute(idle, chunks.slices(chosen[0])), seconds=1.0)
     with (
         tempfile.TemporaryDirectory() as folder,
-        SweepStore.open(f"{folder}/map.zarr", layout, plan.identity()) as store,
+        SweepStore.open(f"{folder}/map.zarr", plan, chunks) as store,
     ):
         start = time.perf_counter()
         for index, answer in zip(chosen, answers, strict=True):
             store.write(index, answer)
         writing = (time.perf_counter() - start) / len(chosen)
         start = time.perf_counter()
-        store.done()
+        done = store.completed()
         reading = (time.perf_counter() - start) / len(chosen)
-        status = store.path / "status"
         size = sum(one.stat().st_size for one in store.path.rglob("c/**/*") if one.is_file())
-        assert status.exists()
+        assert len(done) == len(chosen)
     return {
         "points": CHUNK,
         "chunks": len(indices),
-        "variables": len(layout.variables),
         "work": work,
         "building": building,
         "writing": writing,
@@ -167,7 +166,7 @@ def chunk_costs() -> dict[str, float]:
         "stored": size / len(chosen),
         "answer": len(pickle.dumps(answers[0])),
         "plan": len(pickle.dumps(plan)),
-        "raw": sum(np.dtype(one.dtype).itemsize for one, _ in layout.variables),
+        "raw": sum(np.dtype(one.dtype).itemsize for one in plan.variables),
     }
 
 

@@ -98,7 +98,7 @@ def page(found: dict[str, Any]) -> str:
         banded=_time(chunk.wall(10_000 // bands)[0] / bands + chunk.work),
         per_second=f"{10_000 / (chunk.work + chunk.overhead):,.0f}".replace(",", " "),
         client_second=f"{1.0 / chunk.client:.0f}",
-        files=f"{one['chunks'] * one['variables']:,}".replace(",", " "),
+        files=f"{one['chunks']:,}".replace(",", " "),
         per_point=f"{one['stored'] / one['points']:.0f}",
         stored=f"{one['stored'] * one['chunks'] * chunk.points / one['points'] / 2**30:.1f}",
         checking=_time(one["checking"] * one["chunks"]),

@@ -29,13 +29,6 @@ if TYPE_CHECKING:
     from wedgebrake.analysis.spectrum import spectrum
     from wedgebrake.analysis.sticking import sticks
     from wedgebrake.analysis.torque import BrakeTorque, brake_torque
-    from wedgebrake.continuation.branch import Branch
-    from wedgebrake.continuation.branches import branches
-    from wedgebrake.continuation.codim2 import boundaries, boundary
-    from wedgebrake.continuation.continuation import continuation
-    from wedgebrake.continuation.orbit import Orbit
-    from wedgebrake.continuation.point import BranchPoint
-    from wedgebrake.continuation.shooting import orbit
     from wedgebrake.errors import InputError, OutputError, WedgebrakeError
     from wedgebrake.explorer.notebook import explore
     from wedgebrake.figures.matplotlib.draw import plot
@@ -61,17 +54,25 @@ if TYPE_CHECKING:
     from wedgebrake.model.study import Study, load_study, read_study
     from wedgebrake.model.study_text import save_study
     from wedgebrake.model.system import BrakedDriveline
+    from wedgebrake.orbits.branch import Branch, continuation
+    from wedgebrake.orbits.branch_point import BranchPoint
+    from wedgebrake.orbits.codim2 import boundaries, boundary
+    from wedgebrake.orbits.diagram import branches
+    from wedgebrake.orbits.orbit import Orbit
+    from wedgebrake.orbits.shooting import orbit
     from wedgebrake.solvers.simulate import simulate
     from wedgebrake.solvers.status import Status
-    from wedgebrake.sweeps.maps import basins, bifurcation, regime_map
+    from wedgebrake.sweeps.basins import basins
+    from wedgebrake.sweeps.bifurcation import bifurcation
+    from wedgebrake.sweeps.regime_map import regime_map
     from wedgebrake.sweeps.sweep import sweep
 
 # Where each public name lives.
 _HOMES = {
     "Actuation": "model.actuation",
     "BandBrake": "model.brakes",
-    "Branch": "continuation.branch",
-    "BranchPoint": "continuation.point",
+    "Branch": "orbits.branch",
+    "BranchPoint": "orbits.branch_point",
     "Brake": "model.brakes",
     "BrakeTorque": "analysis.torque",
     "BrakedDriveline": "model.system",
@@ -86,7 +87,7 @@ _HOMES = {
     "LeadingShoeBrake": "model.brakes",
     "LeverBrake": "model.brakes",
     "Motion": "analysis.motion",
-    "Orbit": "continuation.orbit",
+    "Orbit": "orbits.orbit",
     "OutputError": "errors",
     "SmoothedFriction": "model.friction",
     "Status": "solvers.status",
@@ -94,22 +95,22 @@ _HOMES = {
     "TabulatedFriction": "model.friction",
     "WedgeBrake": "model.brakes",
     "WedgebrakeError": "errors",
-    "basins": "sweeps.maps",
-    "bifurcation": "sweeps.maps",
-    "boundaries": "continuation.codim2",
-    "boundary": "continuation.codim2",
+    "basins": "sweeps.basins",
+    "bifurcation": "sweeps.bifurcation",
+    "boundaries": "orbits.codim2",
+    "boundary": "orbits.codim2",
     "brake_torque": "analysis.torque",
-    "branches": "continuation.branches",
-    "continuation": "continuation.continuation",
+    "branches": "orbits.diagram",
+    "continuation": "orbits.branch",
     "energy": "analysis.energy",
     "explore": "explorer.notebook",
     "load_study": "model.study",
     "motion": "analysis.motion",
-    "orbit": "continuation.shooting",
+    "orbit": "orbits.shooting",
     "plot": "figures.matplotlib.draw",
     "poincare": "analysis.poincare",
     "read_study": "model.study",
-    "regime_map": "sweeps.maps",
+    "regime_map": "sweeps.regime_map",
     "save_study": "model.study_text",
     "simulate": "solvers.simulate",
     "spectral_lines": "analysis.spectral_peaks",

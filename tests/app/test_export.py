@@ -87,10 +87,10 @@ class TestProgram:
         moment, response = look(given), names["response"]
         assert response.attrs["status"] == moment.status
         if moment.status == "completed":
-            shown = np.searchsorted(response["time"].to_numpy(), moment.time - 1e-9)
-            scale = np.max(np.abs(moment.velocity)) + 1e-9
+            shown = np.searchsorted(response["time"].to_numpy(), moment.figures.history.time - 1e-9)
+            scale = np.max(np.abs(moment.figures.history.velocity)) + 1e-9
             found = response["velocity"].to_numpy()[shown]
-            np.testing.assert_allclose(found, moment.velocity, atol=1e-6 * scale)
+            np.testing.assert_allclose(found, moment.figures.history.velocity, atol=1e-6 * scale)
         judged = look(given, settle=True).motion
         assert names["motion"].kind == judged.kind
         assert names["motion"].order == judged.order

@@ -32,15 +32,13 @@ def simulated(desk: Desk, periods: int, samples: int = SAMPLES_PER_PERIOD):
 
 
 def check_sizes(moment: Moment) -> None:
-    count = moment.time.size
+    count = moment.figures.history.time.size
     assert count != 1
-    for name in ("angle", "velocity", "torque", "drive", "sticking"):
-        assert getattr(moment, name).shape == (count,)
-    assert moment.sticking.dtype == bool
-    assert moment.sticks.shape[1:] == (3,)
-    assert moment.section_angle.shape == moment.section_velocity.shape
-    assert moment.frequency.shape == moment.amplitude.shape
-    assert np.all(np.isfinite(moment.velocity))
+    for name in ("angle", "velocity", "brake_torque", "drive_torque", "sticking"):
+        assert getattr(moment.figures.history, name).shape == (count,)
+    assert moment.figures.section.angle.shape == moment.figures.section.velocity.shape
+    assert moment.figures.spectrum.frequency.shape == moment.figures.spectrum.amplitude.shape
+    assert np.all(np.isfinite(moment.figures.history.velocity))
     assert moment.message
 
 
@@ -49,21 +47,18 @@ class TestAgainstTheFrontDoor:
         moment = look(desk)
         response = simulated(desk, 12)
         assert moment.status == "completed"
-        assert moment.time.size == 12 * SAMPLES_PER_PERIOD + 1
-        names = {
-            "time": "time", "angle": "angle", "velocity": "velocity", "torque": "brake_torque",
-            "drive": "drive_torque",
-        }  # fmt: skip
-        for name, variable in names.items():
-            expected = response[variable].to_numpy()
+        assert moment.figures.history.time.size == 12 * SAMPLES_PER_PERIOD + 1
+        history = moment.figures.history
+        for name in ("time", "angle", "velocity", "brake_torque", "drive_torque"):
+            expected = response[name].to_numpy()
             scale = np.max(np.abs(expected))
-            np.testing.assert_allclose(getattr(moment, name), expected, atol=1e-9 * scale)
-        sticks = wb.sticks(response, moment.time[0])
-        np.testing.assert_allclose(moment.sticks[:, 2], sticks["entry"])
-        np.testing.assert_allclose(moment.sticks[1:-1, 0], sticks["start"][1:-1], rtol=1e-12)
-        np.testing.assert_allclose(moment.sticks[1:-1, 1], sticks["end"][1:-1], rtol=1e-12)
-        assert np.all(moment.sticks[:, :2] >= moment.time[0])
-        assert np.all(moment.sticks[:, :2] <= moment.time[-1])
+            np.testing.assert_allclose(getattr(history, name), expected, atol=1e-9 * scale)
+        sticks = wb.sticks(response, history.time[0])
+        np.testing.assert_allclose(history.sticks.side, sticks["entry"])
+        np.testing.assert_allclose(history.sticks.start[1:-1], sticks["start"][1:-1], rtol=1e-12)
+        np.testing.assert_allclose(history.sticks.end[1:-1], sticks["end"][1:-1], rtol=1e-12)
+        assert history.time[0] <= history.sticks.start[0]
+        assert history.sticks.end[-1] <= history.time[-1]
 
     @pytest.mark.parametrize("friction", ["coulomb", "smoothed", "tabulated"])
     def test_the_motion_is_that_of_wb_motion(self, desk, friction):
@@ -92,47 +87,62 @@ class TestAgainstTheFrontDoor:
         moment = look(desk)
         response = simulated(desk, desk.recorded)
         lines = wb.spectrum(response)
-        count = moment.frequency.size
-        np.testing.assert_allclose(moment.frequency, lines["frequency"][:count], rtol=1e-9)
-        np.testing.assert_allclose(moment.amplitude, lines["amplitude"][:count], atol=1e-9)
-        highest = 6.0 * moment.natural
+        count = moment.figures.spectrum.frequency.size
+        np.testing.assert_allclose(
+            moment.figures.spectrum.frequency, lines["frequency"][:count], rtol=1e-9
+        )
+        np.testing.assert_allclose(
+            moment.figures.spectrum.amplitude, lines["amplitude"][:count], atol=1e-9
+        )
+        highest = 6.0 * moment.figures.spectrum.natural
         assert lines["frequency"][count - 1] <= highest < lines["frequency"][count]
         points = wb.poincare(desk.system, desk.periods, transient=desk.transient)
-        np.testing.assert_allclose(moment.section_angle, points["angle"], atol=1e-12)
-        np.testing.assert_allclose(moment.section_velocity, points["velocity"], atol=1e-10)
-        assert moment.forcing == desk.system.excitation.frequency
+        np.testing.assert_allclose(moment.figures.section.angle, points["angle"], atol=1e-12)
+        np.testing.assert_allclose(moment.figures.section.velocity, points["velocity"], atol=1e-10)
+        assert moment.figures.spectrum.forcing == desk.system.excitation.frequency
         assert moment.braking.peak == pytest.approx(brake_torque(response).peak)
 
     def test_more_periods_may_be_shown_than_are_recorded(self, desk):
         narrow, wide = look(desk), look(desk.edited(shown=100))
-        assert wide.time.size == 100 * SAMPLES_PER_PERIOD + 1
-        np.testing.assert_allclose(wide.frequency, narrow.frequency, rtol=1e-12)
-        np.testing.assert_allclose(wide.amplitude, narrow.amplitude, atol=1e-9)
-        assert wide.section_angle.size == narrow.section_angle.size
+        assert wide.figures.history.time.size == 100 * SAMPLES_PER_PERIOD + 1
+        np.testing.assert_allclose(
+            wide.figures.spectrum.frequency, narrow.figures.spectrum.frequency, rtol=1e-12
+        )
+        np.testing.assert_allclose(
+            wide.figures.spectrum.amplitude, narrow.figures.spectrum.amplitude, atol=1e-9
+        )
+        assert wide.figures.section.angle.size == narrow.figures.section.angle.size
         assert wide.braking.mean == pytest.approx(narrow.braking.mean, abs=1e-9)
 
     def test_no_more_is_shown_than_was_run(self, desk):
         moment = look(desk.edited(periods=20, shown=100))
-        assert moment.time[0] == 0.0
-        assert moment.time.size == 20 * SAMPLES_PER_PERIOD + 1
+        assert moment.figures.history.time[0] == 0.0
+        assert moment.figures.history.time.size == 20 * SAMPLES_PER_PERIOD + 1
 
     def test_a_later_start_keeps_the_phase_of_the_torque(self, desk):
         quarter = 0.25 / desk.system.excitation.frequency
         later = Desk.of(desk.study.changed(start_time=quarter))
         response = wb.simulate(desk.system, periods=250, start_time=quarter)
         moment = look(later)
-        np.testing.assert_allclose(moment.velocity[-1], response["velocity"][-1], atol=1e-8)
+        np.testing.assert_allclose(
+            moment.figures.history.velocity[-1], response["velocity"][-1], atol=1e-8
+        )
         assert moment.motion.order == 6
 
     def test_a_slow_torque_is_sampled_by_the_natural_period(self, desk):
         moment = look(desk.edited(frequency=1.0))
-        assert moment.time[1] - moment.time[0] <= 0.05 / moment.natural
-        assert moment.frequency[-1] == pytest.approx(6.0 * moment.natural, rel=0.01)
+        assert (
+            moment.figures.history.time[1] - moment.figures.history.time[0]
+            <= 0.05 / moment.figures.spectrum.natural
+        )
+        assert moment.figures.spectrum.frequency[-1] == pytest.approx(
+            6.0 * moment.figures.spectrum.natural, rel=0.01
+        )
 
     def test_a_much_slower_torque_has_no_spectrum(self, desk):
         moment = look(desk.edited(frequency=0.1))
         assert moment.status == "completed"
-        assert moment.frequency.size == 0
+        assert moment.figures.spectrum.frequency.size == 0
 
 
 class TestGhost:
@@ -143,8 +153,12 @@ class TestGhost:
         other = new_desk(desk.system.replace(brake=brake))
         expected = look(other)
         assert ghost is not None
-        np.testing.assert_array_equal(ghost.velocity, expected.velocity)
-        np.testing.assert_array_equal(ghost.amplitude, expected.amplitude)
+        np.testing.assert_array_equal(
+            ghost.figures.history.velocity, expected.figures.history.velocity
+        )
+        np.testing.assert_array_equal(
+            ghost.figures.spectrum.amplitude, expected.figures.spectrum.amplitude
+        )
         assert repr(ghost.motion.as_dict()) == repr(expected.motion.as_dict())
         assert ghost.ghost is None
 
@@ -159,9 +173,9 @@ class TestEarlyEnds:
         moment = look(desk)
         check_sizes(moment)
         assert (moment.status, moment.motion.kind) == ("diverged", "diverged")
-        assert moment.time.size > 500
-        assert np.max(np.abs(moment.velocity)) > 1e6
-        assert moment.frequency.size == 0
+        assert moment.figures.history.time.size > 500
+        assert np.max(np.abs(moment.figures.history.velocity)) > 1e6
+        assert moment.figures.spectrum.frequency.size == 0
         assert math.isnan(moment.braking.mean)
         assert repr(look(desk, settle=True).motion.as_dict()) == repr(moment.motion.as_dict())
 
@@ -178,8 +192,8 @@ class TestEarlyEnds:
         moment = look(desk.edited(amplitude=0.0).edited(friction=friction))
         check_sizes(moment)
         assert moment.motion.kind == "at rest"
-        np.testing.assert_allclose(moment.velocity, 0.0, atol=1e-12)
-        assert moment.amplitude.size > 0
+        np.testing.assert_allclose(moment.figures.history.velocity, 0.0, atol=1e-12)
+        assert moment.figures.spectrum.amplitude.size > 0
 
 
 EXTREMES = [
@@ -207,10 +221,10 @@ def test_extremes_come_back_in_time(desk, friction, changes):
 def test_what_stops_at_a_limit_shows_its_beginning(desk):
     moment = look(desk.edited(stiffness=1e15))
     assert moment.status == "event_limit"
-    assert moment.time[0] == 0.0
-    assert moment.time.size > 500
+    assert moment.figures.history.time[0] == 0.0
+    assert moment.figures.history.time.size > 500
     assert moment.motion.kind == "undecided"
     whole = wb.simulate(
         desk.edited(stiffness=1e15).system, periods=250, times=(), max_events=MOST_EVENTS
     )
-    assert moment.time[-1] == pytest.approx(0.1 * whole.attrs["final_time"])
+    assert moment.figures.history.time[-1] == pytest.approx(0.1 * whole.attrs["final_time"])

@@ -225,6 +225,10 @@ def test_every_command_runs_with_the_lowest_versions(built, tmp_path):
     sweep = ["sweep", "paper.toml", "--over", "eta=-60:12:8", "--store", "run.zarr"]
     works(*sweep, "--plot", "eta.pdf")
     works(*sweep, "--resume", "--out", "eta.nc")
+    opened = (
+        "import xarray; print(xarray.open_dataset('run.zarr', engine='wedgebrake').sizes['eta'])"
+    )
+    assert place.call("python", "-c", opened).stdout == "8\n"
     works("continue", "paper.toml", "--over", "eta=-10:-18", "--points", "20", "--out", "o.nc")
     works("paper", "fig2", "--out", "figures")
     on_a_cluster = """

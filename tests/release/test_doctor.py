@@ -153,13 +153,14 @@ class TestKernels:
 
     def test_every_kernel_of_this_process_is_known(self):
         from wedgebrake.analysis import classify, evaluate_point
-        from wedgebrake.continuation import segment_bvp_kernel
         from wedgebrake.dynamics import linear_flow
+        from wedgebrake.orbits import segment_kernel, segment_margins, segment_orbit
         from wedgebrake.solvers.event_driven import event_search, trajectory
 
         known = kernels().names
         kernel_modules = (
-            segment_bvp_kernel, trajectory, linear_flow, classify, evaluate_point, event_search,
+            segment_kernel, segment_margins, segment_orbit, trajectory, linear_flow, classify,
+            evaluate_point, event_search,
         )  # fmt: skip
         for module in kernel_modules:
             stem = module.__name__.partition(".")[2]

@@ -23,7 +23,7 @@ HOMES = sorted(
     {getattr(getattr(wb, name), "__module__", "wedgebrake.paper") for name in wb.__all__}
 )
 AREAS = (
-    "analysis", "cli", "continuation", "dynamics", "explorer", "figures", "model", "paper",
+    "analysis", "cli", "dynamics", "explorer", "figures", "model", "orbits", "paper",
     "solvers", "sweeps",
 )  # fmt: skip
 
@@ -44,6 +44,18 @@ class TestWarnings:
             "print(len(dir(wb)))\n"
         )
         assert int(python("-W", "error", "-c", code)) == len(wb.__all__)
+
+    def test_no_submodule_hides_a_public_name(self):
+        """Importing a submodule makes it an attribute of the package, in place of what was."""
+        code = (
+            "import importlib, pkgutil, types\n"
+            "import wedgebrake as wb\n"
+            "for one in pkgutil.walk_packages(wb.__path__, 'wedgebrake.'):\n"
+            "    if not one.name.endswith('__main__'): importlib.import_module(one.name)\n"
+            "modules = [n for n in wb.__all__ if isinstance(getattr(wb, n), types.ModuleType)]\n"
+            "print(*modules)\n"
+        )
+        assert python("-c", code).split() == ["paper"]
 
     @pytest.mark.parametrize("area", AREAS)
     def test_none_as_a_part_is_imported_first(self, area):

@@ -50,55 +50,31 @@ def few(monkeypatch):
     monkeypatch.setattr("wedgebrake.paper.statements.STATEMENTS", statements)
 
 
-class TestHelp:
-    def test_is_complete(self, run):
-        status, text, message = run("--help")
-        assert (status, message) == (0, "")
-        assert text.startswith("Usage: wedgebrake paper")
-        for word in (
-            "[TARGET]...", "fig8", "claims", "all", "--out FOLDER", "--method NAME", "smooth",
-            "exact", "ode14x", "--threads N", "--format KIND", "png, svg or pdf", "--json",
-            "report.html", "claims.json", "contradicted", "undecidable", "exit status is 0",
-            "Ctrl-C", "exit status 1", "Examples:",
-        ):  # fmt: skip
-            assert word in unwrapped(text), word
-        options = text.partition("Options:")[2].partition("Examples:")[0]
-        for line in re.findall(r"^  (-.*(?:\n {6,}.*)*)", options, re.MULTILINE):
-            assert len(unwrapped(line).split()) >= 4, line
-        assert max(map(len, text.splitlines())) <= 80
-        assert run("-h") == (0, text, "")
+def test_help_and_listing_name_every_target(run):
+    status, text, message = run("--help")
+    assert (status, message) == (0, "")
+    for word in ("TARGET", "--out", "--method", "--threads", "--format", "--json"):
+        assert word in text
+    status, text, message = run()
+    assert (status, message) == (0, "")
+    for name in (*FIGURES, "claims", "all"):
+        assert re.search(rf"^  {name} ", text, re.MULTILINE)
+    answer = strict_json(run("--json")[1])
+    assert set(answer) == {"wedgebrake", "figures", "others"}
+    assert list(answer["figures"]) == list(FIGURES)
+    assert answer["figures"]["fig8"]["number"] == "8"
+    assert set(answer["others"]) == {"claims", "all"}
+    assert names() == []
 
 
-class TestListing:
-    def test_without_a_target(self, run):
-        status, text, message = run()
-        assert (status, message) == (0, "")
-        for name, figure in FIGURES.items():
-            assert re.search(rf"^  {name} ", text, re.MULTILINE)
-            assert figure.caption in unwrapped(text)
-        for word in ("claims", "all"):
-            assert re.search(rf"^  {word} ", text, re.MULTILINE)
-        assert max(map(len, text.splitlines())) <= 100
-        assert names() == []
-
-    def test_as_json(self, run):
-        status, text, message = run("--json")
-        assert (status, message) == (0, "")
-        answer = strict_json(text)
-        assert set(answer) == {"wedgebrake", "figures", "others"}
-        assert list(answer["figures"]) == list(FIGURES)
-        assert answer["figures"]["fig8"]["number"] == "8"
-        assert set(answer["others"]) == {"claims", "all"}
-
-    def test_computes_nothing(self, tmp_path):
-        """And is there soon: nothing that draws is loaded."""
-        code = (
-            "import sys\nfrom wedgebrake.cli.main import main\n"
-            "sys.argv = ['wedgebrake', 'paper']\n"
-            "try:\n    main()\nexcept SystemExit as stop:\n    assert not stop.code\n"
-            "assert not {'matplotlib', 'jinja2'} & set(sys.modules)\n"
-        )
-        subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=60)
+def test_listing_loads_nothing_that_draws(tmp_path):
+    code = (
+        "import sys\nfrom wedgebrake.cli.main import main\n"
+        "sys.argv = ['wedgebrake', 'paper']\n"
+        "try:\n    main()\nexcept SystemExit as stop:\n    assert not stop.code\n"
+        "assert not {'matplotlib', 'jinja2'} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
 
 
 class TestFigures:
@@ -121,9 +97,7 @@ class TestFigures:
         assert names("f") == [f"fig2.{kind}"]
         assert Path("f", f"fig2.{kind}").read_bytes().startswith(STARTS[kind])
 
-    @pytest.mark.parametrize("method", ["exact", "smooth"])
-    def test_with_each_method(self, method, run, monkeypatch):
-        """The laboratory has the method and the threads that were asked for."""
+    def test_with_the_method_and_threads_asked_for(self, run, monkeypatch):
         seen = {}
         from wedgebrake.paper import laboratory
 
@@ -133,9 +107,8 @@ class TestFigures:
                 super().__init__(method, **more)
 
         monkeypatch.setattr("wedgebrake.cli.paper_command.Laboratory", Spy)
-        assert run("fig5", "--method", method, "--threads", "1", "--out", "f")[0] == 0
-        assert seen == {"method": method, "threads": 1}
-        assert names("f") == ["fig5.png"]
+        assert run("fig2", "--method", "exact", "--threads", "1", "--out", "f")[0] == 0
+        assert seen == {"method": "exact", "threads": 1}
 
     def test_as_json(self, run):
         status, text, _ = run("fig2", "--json", "--out", "f")
@@ -158,22 +131,11 @@ class TestFigures:
 
 @pytest.mark.usefixtures("few")
 class TestClaims:
-    def test_are_told_in_full(self, run, monkeypatch):
-        monkeypatch.setenv("COLUMNS", "110")
+    def test_are_listed_with_their_verdicts(self, run):
         status, text, _ = run("claims")
         assert status == 0
-        first, second, *more, blank, total, hint = text.splitlines()
-        assert re.fullmatch(r"S1 +Fig\. 2 +reproduced +2 of 2 +It holds\.", first)
-        assert re.fullmatch(r"K1 +contradicted +1 of 2 +It does not\. .*", second)
-        assert max(map(len, [first, second, *more])) <= 110
-        assert all(line.startswith("    ") for line in more)
-        assert unwrapped(text).count("It does not.") == 30
-        assert blank == ""
-        assert "--json" in hint
-        assert total == (
-            "2 statements: 1 reproduced, 0 reproduced with a stated correction, 1 contradicted,"
-            " 0 undecidable from the text."
-        )
+        assert re.search(r"^S1 +Fig\. 2 +reproduced +2 of 2 +It holds\.", text, re.MULTILINE)
+        assert re.search(r"^K1 +contradicted +1 of 2 +It does not\.", text, re.MULTILINE)
         assert names() == []
 
     def test_as_json(self, run):
@@ -231,8 +193,6 @@ class TestAll:
         assert status == 0
         assert names("r") == ["claims.json", "fig2.png", "fig3.png", "report.html"]
         assert f"Report: {Path('r/report.html').resolve()}" in text
-        assert "2 statements: 1 reproduced" in text
-        assert "2 figures and claims.json" in text
         assert "Traceback" not in message
         page = Path("r/report.html").read_text()
         words = Words(page).text
@@ -302,41 +262,34 @@ class TestInterrupt:
             assert process.poll() is None, process.communicate()
             assert time.monotonic() < deadline
             time.sleep(0.01)
-        begin = time.monotonic()
         process.send_signal(signal.SIGINT)
         text, message = process.communicate(timeout=60)
-        assert time.monotonic() - begin < 2.0
         assert (process.returncode, text) == (1, "")
         assert "Traceback" not in message
-        assert message.splitlines()[-2] == "interrupted"
-        assert message.splitlines()[-1] in ("f keeps 1 file, complete.", "Nothing was written.")
         assert names(tmp_path / "f") == ["fig2.png"]
 
 
 WRONG = {
-    "figure": (["fig88"], ["fig88: not known. Did you mean 'fig8'"]),
-    "nearly a figure": (["figg8"], ["figg8: not known. Did you mean 'fig8'"]),
-    "number": (["eight"], ["eight: not known. Allowed: all, claims, fig1"]),
-    "one of several": (["fig2", "figure"], ["figure: not known"]),
-    "method": (["fig2", "--method", "exakt"], ["--method exakt: not known", "'exact'"]),
-    "format": (["fig2", "--format", "jpg"], ["--format jpg: not known", "png"]),
-    "no threads": (["fig2", "--threads", "0"], ["--threads 0: must be a whole number, 1 to 1024"]),
-    "threads in words": (["fig2", "--threads", "two"], ["--threads", "integer"]),
-    "no parent": (["fig2", "--out", "no/f"], ["--out no/f", "folder no does not exist. Create it"]),
-    "a file's name": (["fig2", "--out", "fig2.png"], ["--out fig2.png: names a file", "--format"]),
-    "a file": (["fig2", "--out", "taken"], ["--out taken: cannot be written to (File exists)"]),
+    "figure": (["fig88"], "fig88"),
+    "one of several": (["fig2", "figure"], "figure"),
+    "method": (["fig2", "--method", "exakt"], "--method exakt"),
+    "format": (["fig2", "--format", "jpg"], "--format jpg"),
+    "no threads": (["fig2", "--threads", "0"], "--threads 0"),
+    "threads in words": (["fig2", "--threads", "two"], "--threads"),
+    "no parent": (["fig2", "--out", "no/f"], "--out no/f"),
+    "a file's name": (["fig2", "--out", "fig2.png"], "--out fig2.png"),
+    "a file": (["fig2", "--out", "taken"], "--out taken"),
 }
 
 
 class TestWrongInput:
     @pytest.mark.parametrize("case", WRONG)
-    def test_is_told(self, case, run):
+    def test_is_named(self, case, run):
         Path("taken").write_text("mine")
-        arguments, words = WRONG[case]
+        arguments, named = WRONG[case]
         status, text, message = run(*arguments)
         assert (status, text) == (2, "")
-        for word in words:
-            assert word in unwrapped(message), message
+        assert named in unwrapped(message)
         assert "Traceback" not in message
         assert names() == ["taken"]
         assert Path("taken").read_text() == "mine"

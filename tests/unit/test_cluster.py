@@ -121,8 +121,3 @@ def test_a_closed_client_leaves_no_store(client, tmp_path) -> None:
     with pytest.raises(wb.InputError, match=r"^client: "):
         wb.sweep(wb.paper.system(), client=client, store=tmp_path / "run.zarr", eta=[1.0])
     assert list(tmp_path.iterdir()) == []
-
-
-def test_error_in_a_worker_is_told(client, monkeypatch) -> None:
-    with pytest.raises(wb.InputError, match="client = 'no such thing'"):
-        wb.sweep(wb.paper.system(), client="no such thing", eta=[1.0])

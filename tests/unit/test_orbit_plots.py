@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
-from test_sweep_plots import (
+from pictures import (
     SIGHTS,
+    SYSTEM,
     Pixels,
     check_layout,
     close,
@@ -25,18 +25,16 @@ from test_sweep_plots import (
 )
 
 import wedgebrake as wb
-from wedgebrake.figures.matplotlib import class_styles, codim2, orbit_branches, regime, style
-from wedgebrake.figures.matplotlib.draw import plot
+from wedgebrake.figures.data import codim2 as codim2_data
+from wedgebrake.figures.data.class_styles import (
+    BIFURCATIONS,
+    MOTIONS,
+    ORBIT_COLOURS,
+    orbit_colour,
+)
+from wedgebrake.figures.data.orbit_branches import OrbitBranches
+from wedgebrake.figures.matplotlib import codim2, orbit_branches, style
 
-SYSTEM = wb.paper.system()
-UNITS = {
-    "angle": ("rad", "angle at the section"),
-    "velocity": ("rad/s", "velocity at the section"),
-    "velocity_amplitude": ("rad/s", "half the range of the velocity"),
-    "angle_amplitude": ("rad", "half the range of the angle"),
-    "stick_share": ("1", "share of time at rest relative to the brake"),
-    "largest_exponent": ("1/s", "largest Lyapunov exponent"),
-}
 ETA = {"units": "1", "long_name": "slope of the actuation force, delta R mu_k / c"}
 F0 = {"units": "1", "long_name": "initial actuation force"}
 # Period doublings of the branches below, the second of the first.
@@ -45,10 +43,9 @@ DOUBLED, AGAIN = -16.0, -24.0
 
 def branch(eta, velocity, stable, *found, origin=-1):
     """Points of one branch; ``found`` are kinds of bifurcation and places among them."""
-    velocity = np.asarray(velocity, dtype=float)
     return {
         "eta": np.asarray(eta, dtype=float),
-        "velocity": velocity.reshape(len(eta), -1),
+        "velocity": np.asarray(velocity, dtype=float).reshape(len(eta), -1),
         "stable": np.broadcast_to(stable, len(eta)),
         "found": found,
         "origin": origin,
@@ -56,7 +53,7 @@ def branch(eta, velocity, stable, *found, origin=-1):
 
 
 def dataset_of(*branches, parameter="eta", attributes=ETA):
-    """A dataset in the format of orbits; whole results are made up from the points."""
+    """A dataset in the format of orbits; results of whole orbits are made up from the points."""
     sizes = [len(one["eta"]) for one in branches]
     orders = [one["velocity"].shape[1] for one in branches]
     velocity = np.full((sum(sizes), max(orders, default=1)), np.nan)
@@ -68,30 +65,24 @@ def dataset_of(*branches, parameter="eta", attributes=ETA):
     values = {
         "velocity": velocity,
         "angle": 0.01 * velocity,
-        "velocity_amplitude": 2.0 * whole,
-        "angle_amplitude": 0.02 * whole,
         "stick_share": 0.05 * whole,
         "largest_exponent": np.where(stable, -1.0, 1.0) * np.abs(whole - 5.0),
     }
     data = {
-        name: (("point", "return")[: value.ndim], value,
-               dict(zip(("units", "long_name"), UNITS[name], strict=True)))
+        name: (("point", "return")[: value.ndim], value, {"units": "u", "long_name": name})
         for name, value in values.items()
-    }  # fmt: skip
+    }
     found = [
-        (kind, start + place, number)
-        for number, (start, one) in enumerate(zip(starts, branches, strict=False))
+        (kind, start + place)
+        for start, one in zip(starts, branches, strict=False)
         for kind, place in one["found"]
     ]
     eta = np.concatenate([np.empty(0), *(one["eta"] for one in branches)])
     data["stable"] = "point", stable
-    data["order"] = "point", np.repeat(np.array(orders, np.int16), sizes)
     data["branch_order"] = "branch_number", np.array(orders, int)
     data["branch_origin"] = "branch_number", np.array([one["origin"] for one in branches], int)
-    data["bifurcation_kind"] = "bifurcation", np.array([kind for kind, _, _ in found], object)
-    data["bifurcation_point"] = "bifurcation", np.array([place for _, place, _ in found], int)
-    data["bifurcation_branch"] = "bifurcation", np.array([number for _, _, number in found], int)
-    data["bifurcation_value"] = "bifurcation", eta[[place for _, place, _ in found]]
+    data["bifurcation_kind"] = "bifurcation", np.array([kind for kind, _ in found], object)
+    data["bifurcation_point"] = "bifurcation", np.array([place for _, place in found], int)
     coordinates = {
         parameter: ("point", eta, attributes),
         "branch": ("point", np.repeat(np.arange(len(sizes)), sizes)),
@@ -147,51 +138,44 @@ def loop(number=41):
 def crowd(count=30):
     """As many bifurcations, of all kinds, along T."""
     eta = np.linspace(12.0, -60.0, 400)
-    kinds = itertools.cycle(class_styles.BIFURCATIONS)
     places = np.linspace(5, 394, count).astype(int)
-    found = zip(kinds, places.tolist(), strict=False)
+    found = zip(itertools.cycle(BIFURCATIONS), places.tolist(), strict=False)
     return dataset_of(branch(eta, middle(eta), True, *found))
 
 
-ETA_SPAN, F0_SPAN = (-70.0, 20.0), (0.0, 0.2)
-
-
-def boundary_of(kind="fold", order=1, *, number=30, turned=False, shift=0.0):
+def boundary_of(kind="fold", order=1, *, turned=False, shift=0.0):
     """A straight line from (-60, 0.02) to (12, 0.08), upwards by a shift."""
-    share = np.linspace(0.0, 1.0, number)
+    share = np.linspace(0.0, 1.0, 30)
     coordinates = {
         "eta": ("point", -60.0 + 72.0 * share, ETA),
         "F0": ("point", 0.02 + 0.06 * share + shift, F0),
     }
+    spans = [(-70.0, 20.0), (0.0, 0.2)]
     attrs = {
         "kind": "boundary",
         "bifurcation": kind,
+        "order": order,
         "parameters": ["F0", "eta"] if turned else ["eta", "F0"],
-        "ranges": json.dumps([F0_SPAN, ETA_SPAN] if turned else [ETA_SPAN, F0_SPAN]),
+        "ranges": json.dumps(spans[::-1] if turned else spans),
         "system": json.dumps(SYSTEM.as_dict()),
         "groups": json.dumps(SYSTEM.groups.as_dict()),
     }
-    return xr.Dataset(coords=coordinates, attrs={**attrs, "order": order})
+    return xr.Dataset(coords=coordinates, attrs=attrs)
 
 
 def every_boundary():
     return [
         boundary_of(kind, 1 + place % 2, shift=0.012 * place - 0.05)
-        for place, kind in enumerate(class_styles.BIFURCATIONS)
+        for place, kind in enumerate(BIFURCATIONS)
     ]
 
 
 PICTURES = {
-    "cascade": lambda: orbit_branches.orbits(cascade(60, loop()), beneath=diagram(300)),
-    "cascade, column": lambda: orbit_branches.orbits(
-        cascade(60, loop()), beneath=diagram(300), width=style.COLUMN
-    ),
-    "exponent": lambda: orbit_branches.orbits(cascade(), "largest_exponent", width=style.COLUMN),
-    "crowd": lambda: orbit_branches.orbits(crowd()),
-    "crowd, column": lambda: orbit_branches.orbits(crowd(), width=style.COLUMN),
+    "cascade": lambda: wb.plot(cascade(60, loop()), beneath=diagram(300), width=style.COLUMN),
+    "exponent": lambda: wb.plot(cascade(), quantity="largest_exponent", width=style.COLUMN),
+    "crowd": lambda: wb.plot(crowd(), width=style.COLUMN),
     "boundaries": lambda: codim2.boundary(boundary_of(), boundaries=every_boundary()),
-    "map": lambda: regime.regime_map(map_of(), boundaries=every_boundary()),
-    "map, page": lambda: regime.regime_map(map_of(), boundaries=every_boundary(), width=style.PAGE),
+    "map": lambda: wb.plot(map_of(), boundaries=every_boundary()),
 }
 
 
@@ -200,25 +184,13 @@ def picture(name):
     return PICTURES[name]()
 
 
-def curves(figure, colour=None):
-    """Lines of orbits: colour, whether solid, and points (n, 2)."""
-    lines = [
-        (line.get_color(), line.get_linestyle() == "-", line.get_xydata())
-        for line in data_axes(figure)[0].lines
-        if line.get_linestyle() != "None" and len(line.get_xdata()) > 2
+def curves(dataset, order=None, quantity="velocity"):
+    """Lines of orbits: whether stable, and points (n, 2)."""
+    return [
+        (one.stable, np.column_stack((one.x, one.y)))
+        for one in OrbitBranches.of(dataset, quantity).curves
+        if order is None or one.order == order
     ]
-    return [one for one in lines if colour is None or one[0] == colour]
-
-
-def symbols(figure):
-    """Places of symbols (n, 2) by their kind."""
-    axes = data_axes(figure)[0]
-    kinds = {look.symbol: kind for kind, look in class_styles.BIFURCATIONS.items()}
-    return {
-        kinds[line.get_marker()]: line.get_xydata()
-        for line in axes.lines
-        if line.get_linestyle() == "None"
-    }
 
 
 def letters(figure):
@@ -226,210 +198,149 @@ def letters(figure):
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_nothing_overlaps_and_nothing_is_cut(name):
-    check_layout(picture(name))
-
-
-@pytest.mark.parametrize("name", PICTURES)
-def test_every_figure_says_what_was_computed_and_every_axis_its_unit(name):
+def test_nothing_overlaps_and_every_axis_has_its_unit(name):
     figure = picture(name)
-    said = figure.get_suptitle().replace("\n", " ")
-    assert "Wedge brake, Coulomb friction: $f = 0.63$" in said
-    assert r"\eta =" not in said
+    check_layout(figure)
+    assert r"\eta =" not in figure.get_suptitle()
     for axes in data_axes(figure):
         assert "[" in axes.get_xlabel()
         assert "[" in axes.get_ylabel()
 
 
 class TestCurves:
-    def test_stable_solid_unstable_dashed_without_gap(self):
+    def test_stable_and_unstable_pieces_meet(self):
         """T, 2T and 4T against the fork that they were made from."""
-        dataset = cascade()
-        figure = orbit_branches.orbits(dataset)
-        (_, solid, right), (_, dashed, left) = curves(figure, class_styles.ORBITS[1].colour)
+        (solid, right), (dashed, left) = curves(cascade(), 1)
         assert (solid, dashed) == (True, False)
         assert right[[0, -1], 0] == pytest.approx([12.0, DOUBLED])
         assert left[[0, -1], 0] == pytest.approx([DOUBLED, -60.0])
         for line in (right, left):
             assert line[:, 1] == pytest.approx(middle(line[:, 0]))
-        twice = curves(figure, class_styles.ORBITS[2].colour)
-        ends = [(solid, line[0, 0], line[-1, 0]) for _, solid, line in twice]
+        twice = curves(cascade(), 2)
+        ends = [(stable, line[0, 0], line[-1, 0]) for stable, line in twice]
         assert ends == [(True, DOUBLED, AGAIN)] * 2 + [(False, AGAIN, -60.0)] * 2
-        for (_, _, line), column in zip(twice, (0, 1, 0, 1), strict=True):
+        for (_, line), column in zip(twice, (0, 1, 0, 1), strict=True):
             assert line[:, 1] == pytest.approx(doubled(line[:, 0])[:, column])
-        four = curves(figure, class_styles.ORBITS[4].colour)
-        assert [solid for _, solid, _ in four] == [True] * 4
-        assert len(curves(figure)) == 2 + 4 + 4
+        assert [stable for stable, _ in curves(cascade(), 4)] == [True] * 4
 
     def test_rounding_at_a_bifurcation_changes_nothing(self):
         dataset = cascade(60, loop())
         other = dataset.copy(deep=True)
-        at = [*dataset["bifurcation_point"].to_numpy(), *np.flatnonzero(
-            (np.diff(dataset["branch"].to_numpy(), prepend=0) > 0)
-            & (dataset["order"].to_numpy() != 3)
-        )]  # fmt: skip
+        begins = np.diff(dataset["branch"].to_numpy(), prepend=0) > 0
+        begins &= np.isin(dataset["branch"].to_numpy(), (1, 2))
         # Not at the grazing, which leaves stability as it is.
-        other["stable"][at[:-1]] = ~dataset["stable"][at[:-1]]
-        for one, two in zip(
-            curves(orbit_branches.orbits(dataset)),
-            curves(orbit_branches.orbits(other)),
-            strict=True,
-        ):
-            assert one[:2] == two[:2]
-            assert one[2] == pytest.approx(two[2])
+        at = [*dataset["bifurcation_point"].to_numpy()[:-1], *np.flatnonzero(begins)]
+        other["stable"][at] = ~dataset["stable"][at]
+        for one, two in zip(curves(dataset), curves(other), strict=True):
+            assert one[0] == two[0]
+            assert one[1] == pytest.approx(two[1])
 
     def test_without_a_located_bifurcation_an_unstable_end_makes_it_unstable(self):
         eta = np.linspace(0.0, -10.0, 11)
-        figure = orbit_branches.orbits(dataset_of(branch(eta, middle(eta), eta > -4.5)))
-        (_, solid, first), (_, dashed, last) = curves(figure)
+        (solid, first), (dashed, last) = curves(dataset_of(branch(eta, middle(eta), eta > -4.5)))
         assert (solid, dashed) == (True, False)
         assert first[-1, 0] == last[0, 0] == -4.0
 
-    def test_branches_of_one_period_share_a_colour_and_a_legend_entry(self):
+    def test_each_period_has_one_legend_entry(self):
         eta = np.linspace(0.0, -10.0, 11)
-        shifted = [branch(eta, middle(eta) + shift, True) for shift in (0.0, 1.0)]
+        pair = [branch(eta, middle(eta) + shift, True) for shift in (0.0, 1.0)]
         nine, twelve = (
             branch(eta, np.tile(middle(eta)[:, None], order) + np.arange(order), False)
             for order in (9, 12)
         )
-        figure = orbit_branches.orbits(dataset_of(*shifted, nine, twelve))
-        assert len(curves(figure, class_styles.ORBITS[1].colour)) == 2
-        assert len(curves(figure, class_styles.OTHER_ORBITS.colour)) == 9 + 12
+        figure = wb.plot(dataset_of(*pair, nine, twelve))
         assert words(figure) == ["$T$", "$9T$, $12T$", "stable", "unstable"]
+        lines = data_axes(figure)[0].lines
+        colours = [(line.get_color(), line.get_linestyle() == "-") for line in lines]
+        assert colours == [(orbit_colour(1), True)] * 2 + [(orbit_colour(9), False)] * 21
 
-    def test_a_branch_of_one_point_is_seen(self):
-        figure = orbit_branches.orbits(dataset_of(branch([-5.0], [3.0], True)))
+    def test_a_branch_of_one_point_is_seen_and_none_is_said(self):
+        figure = wb.plot(dataset_of(branch([-5.0], [3.0], True)))
         (axes,) = data_axes(figure)
-        assert close(Pixels(figure).at(axes, -5.0, 3.0), class_styles.ORBITS[1].colour)
+        assert close(Pixels(figure).at(axes, -5.0, 3.0), orbit_colour(1))
+        empty = wb.plot(dataset_of())
+        empty.draw_without_rendering()
+        assert len(letters(empty)) == 1
 
-    def test_no_orbits(self):
-        figure = orbit_branches.orbits(dataset_of())
-        figure.draw_without_rendering()
-        assert letters(figure) == ["no orbits"]
-
-    @pytest.mark.parametrize(
-        ("quantity", "label", "scale"),
-        [("angle", r"angle $\theta_n$  [rad]", 0.01),
-         ("velocity_amplitude", "half the range of the velocity  [rad/s]", 2.0),
-         ("angle_amplitude", "half the range of the angle  [rad]", 0.02),
-         ("stick_share", "share of time at rest relative to the brake  [1]", 0.05)],
-    )  # fmt: skip
-    def test_other_quantities(self, quantity, label, scale):
-        figure = plot(cascade(), quantity=quantity)
-        assert data_axes(figure)[0].get_ylabel() == label
-        (_, _, right), (_, _, left) = curves(figure, class_styles.ORBITS[1].colour)
-        for line in (right, left):
+    @pytest.mark.parametrize(("quantity", "scale"), [("angle", 0.01), ("stick_share", 0.05)])
+    def test_other_quantities(self, quantity, scale):
+        for _, line in curves(cascade(), 1, quantity):
             assert line[:, 1] == pytest.approx(scale * middle(line[:, 0]))
-        count = 2 if quantity == "angle" else 1
-        assert len(curves(figure, class_styles.ORBITS[2].colour)) == 2 * count
+        count = 4 if quantity == "angle" else 2  # one curve for each return, or for the orbit
+        assert len(curves(cascade(), 2, quantity)) == count
 
     def test_infinite_exponents_are_left_out(self):
-        """Orbits with a stick forget their start: a multiplier is zero."""
+        """Orbits with a stick forget their initial state: a multiplier is zero."""
         dataset = cascade()
         dataset["largest_exponent"][5:10] = -np.inf
-        figure = plot(dataset, quantity="largest_exponent")
-        low, high = data_axes(figure)[0].get_ylim()
-        known = dataset["largest_exponent"].where(np.isfinite(dataset["largest_exponent"]))
-        assert low < float(known.min()) < float(known.max()) < high
-        assert low > -10.0
-        (_, _, right), _ = curves(figure, class_styles.ORBITS[1].colour)
-        assert list(np.flatnonzero(np.isnan(right[:, 1]))) == [5, 6, 7, 8, 9]
+        data = OrbitBranches.of(dataset, "largest_exponent")
+        known = data.heights[np.isfinite(data.heights)]
+        assert -10.0 < data.ylim[0] < known.min() < known.max() < data.ylim[1]
+        assert list(np.flatnonzero(np.isnan(data.curves[0].y))) == [5, 6, 7, 8, 9]
 
 
 class TestHeights:
-    def test_all_is_shown(self):
-        dataset = cascade(60, loop())
-        low, high = data_axes(orbit_branches.orbits(dataset))[0].get_ylim()
-        assert low < float(dataset["velocity"].min()) < float(dataset["velocity"].max()) < high
-
     def test_a_branch_that_runs_off_does_not_flatten_the_others(self):
         """An end that climbs to a million within a fiftieth of the parameter's range."""
         eta = np.concatenate((np.linspace(12.0, -20.0, 50), -20.0 - np.geomspace(1e-6, 0.7, 50)))
         velocity = middle(eta) + 1.0 / np.clip(-19.3 - eta, 1e-6, None) * (eta < -20.0)
         velocity[-1] = 1e6
-        assert np.max(velocity) == 1e6
-        low, high = data_axes(orbit_branches.orbits(cascade(60, branch(eta, velocity, True))))[
-            0
-        ].get_ylim()
-        spread = np.ptp(doubled([-60.0]))
+        low, high = OrbitBranches.of(cascade(60, branch(eta, velocity, True)), "velocity").ylim
         assert low < 2.6
-        assert 9.0 < high < 9.0 + 2.0 * spread
+        assert 9.0 < high < 9.0 + 2.0 * np.ptp(doubled([-60.0]))
 
     def test_points_beneath_are_within(self):
         beneath = diagram(300)
         beneath["velocity"][{"eta": 100, "period": 3}] = 40.0
-        low, high = data_axes(orbit_branches.orbits(cascade(), beneath=beneath))[0].get_ylim()
+        low, high = OrbitBranches.of(cascade(), "velocity", beneath).ylim
         assert low < 1.0
         assert high > 40.0
 
     def test_orbits_that_do_not_change_are_not_blown_up(self):
         eta = np.linspace(0.0, -10.0, 11)
         rounding = 3.0 + 1e-13 * np.sin(7.0 * eta)
-        low, high = data_axes(orbit_branches.orbits(dataset_of(branch(eta, rounding, True))))[
-            0
-        ].get_ylim()
+        low, high = OrbitBranches.of(dataset_of(branch(eta, rounding, True)), "velocity").ylim
         assert high - low >= 0.02 * 3.0
 
 
 class TestBeneath:
     def test_points_are_grey_and_behind_the_curves(self):
-        beneath = diagram(300)
-        figure = orbit_branches.orbits(cascade(), beneath=beneath)
+        beneath = diagram(300, follow="eta")
+        beneath["velocity"][{"branch": 1}] = 9.5
+        figure = wb.plot(cascade(), beneath=beneath)
         (axes,) = data_axes(figure)
         image = Pixels(figure)
-        points = image.around(axes, -50.0, 3.0, 2)
-        assert np.max(np.ptp(points, axis=1)) < 0.01  # no colour
-        assert 0.1 < min(map(luminance, points)) < 0.5
+        for velocity in (3.0, 9.5):  # of both branches
+            points = image.around(axes, -50.0, velocity, 2)
+            assert np.max(np.ptp(points, axis=1)) < 0.01  # no colour
+            assert 0.1 < min(map(luminance, points)) < 0.5
         # Chaos lies about the curve of T at eta = 0, which covers it.
-        assert close(image.at(axes, 0.0, float(middle(0.0))), class_styles.ORBITS[1].colour)
+        assert close(image.at(axes, 0.0, float(middle(0.0))), orbit_colour(1))
         assert "simulated points" in words(figure)
-        said = figure.get_suptitle().split("\n")
-        assert said[1:] == [
-            r"Exact solution; periodic orbits followed over $\eta$",
-            "Grey: exact solution; 250 periods, the first 200 left out; from (0, 0)",
-        ]
-
-    def test_both_branches_of_a_sweep_that_follows(self):
-        beneath = diagram(300, follow="eta")
-        beneath["velocity"][{"branch": 1}] = 8.0
-        (axes,) = data_axes(figure := orbit_branches.orbits(cascade(), beneath=beneath))
-        image = Pixels(figure)
-        for velocity in (3.0, 8.0):
-            assert min(map(luminance, image.around(axes, -45.0, velocity, 2))) < 0.5
 
     def test_the_axis_is_logarithmic_with_the_sweep(self):
         values = np.geomspace(0.01, 0.1, 40)
         dataset = dataset_of(branch(values, 3.0 + values, True), parameter="F0", attributes=F0)
         beneath = diagram(40).rename(eta="F0").assign_coords(F0=("F0", values, F0))
-        (axes,) = data_axes(figure := plot(dataset, beneath=beneath))
-        figure.draw_without_rendering()
+        (axes,) = data_axes(wb.plot(dataset, beneath=beneath))
         assert axes.get_xscale() == "log"
-        assert "$0.02$" in [tick.get_text() for tick in axes.get_xticklabels()]
-        assert data_axes(plot(dataset))[0].get_xscale() == "linear"
-
-    def test_wrong_datasets(self):
-        for beneath, why in ((map_of(), "is swept over eta, F0"), (cascade(), "is no sweep")):
-            with pytest.raises(wb.InputError, match=rf"beneath = Dataset: {why}.*eta=\.\.\."):
-                plot(cascade(), beneath=beneath)
-        with pytest.raises(wb.InputError, match=r"beneath: .*stick_share.*'angle' or 'velocity'"):
-            plot(cascade(), quantity="stick_share", beneath=diagram())
-        with pytest.raises(wb.InputError, match="no velocity over period"):
-            plot(cascade(), beneath=diagram().drop_vars("velocity"))
+        assert data_axes(wb.plot(dataset))[0].get_xscale() == "linear"
 
 
 class TestBifurcations:
     def test_every_point_of_an_orbit_is_marked(self):
-        figure = orbit_branches.orbits(cascade(60, loop()))
-        found = symbols(figure)
-        assert set(found) == {"fold", "grazing", "period doubling"}
-        assert found["fold"] == pytest.approx(np.array([[-28.0, v] for v in (1.2, 2.6, 8.5)]))
+        data = OrbitBranches.of(cascade(60, loop()), "velocity")
+        assert set(data.kinds) == {"fold", "grazing", "period doubling"}
+        assert data.points("fold") == pytest.approx(np.array([[-28.0, v] for v in (1.2, 2.6, 8.5)]))
         upper, lower = doubled([AGAIN])[0]
-        assert found["period doubling"] == pytest.approx(
+        assert data.points("period doubling") == pytest.approx(
             np.array([[DOUBLED, middle(DOUBLED)], [AGAIN, upper], [AGAIN, lower]])
         )
+        figure = wb.plot(cascade(60, loop()))
         # Each parameter has its letters once.
         assert sorted(letters(figure)) == ["G", "LP", "PD", "PD"]
         assert words(figure)[-3:] == ["LP: fold", "PD: period doubling", "G: grazing"]
+        assert "D" in [line.get_marker() for line in data_axes(figure)[0].lines]
 
     def test_one_label_for_branches_that_bifurcate_together(self):
         """A pair of orbits, each the other's image, doubles its period at one parameter."""
@@ -438,29 +349,19 @@ class TestBifurcations:
             branch(eta, middle(eta) + shift, True, ("period doubling", 5), ("fold", 5))
             for shift in (0.0, 2.0)
         ]
-        figure = orbit_branches.orbits(dataset_of(*pair))
-        assert sorted(letters(figure)) == ["LP", "PD"]
-        assert len(symbols(figure)["fold"]) == 2
+        data = OrbitBranches.of(dataset_of(*pair), "velocity")
+        assert sorted((word, len(points)) for word, points in data.letters()) == [
+            ("LP", 2), ("PD", 2),
+        ]  # fmt: skip
 
-    @pytest.mark.parametrize("width", [style.COLUMN, style.PAGE])
-    def test_thirty_have_room(self, width):
-        figure = orbit_branches.orbits(crowd(30), width=width)
-        assert sum(map(len, symbols(figure).values())) == 30
-        expected = [look.letters for look in class_styles.BIFURCATIONS.values() for _ in range(3)]
-        assert letters(figure) == expected
-
-    def test_where_room_is_short_smooth_ones_are_labelled(self):
-        figure = orbit_branches.orbits(crowd(200), width=style.COLUMN)
-        assert sum(map(len, symbols(figure).values())) == 200
-        said = letters(figure)
+    def test_thirty_have_room_and_of_more_smooth_ones_come_first(self):
+        every = [one.letters for one in BIFURCATIONS.values()]
+        assert letters(picture("crowd")) == [one for one in every for _ in range(3)]
+        said = letters(wb.plot(crowd(200), width=style.COLUMN))
         assert 20 < len(said) < 200
-        counts = [said.count(look.letters) for look in class_styles.BIFURCATIONS.values()]
-        assert counts[0] == max(counts)
-        assert counts[0] > counts[-1]
+        assert said.count(every[0]) == max(map(said.count, every)) > said.count(every[-1])
 
-    @pytest.mark.parametrize(
-        "name", ["cascade", "cascade, column", "exponent", "crowd", "crowd, column"]
-    )
+    @pytest.mark.parametrize("name", ["cascade", "exponent", "crowd"])
     def test_letters_touch_nothing(self, name):
         """Neither curves nor symbols nor each other, and they are inside the axes."""
         figure = picture(name)
@@ -473,165 +374,114 @@ class TestBifurcations:
         for one, other in itertools.combinations(boxes, 2):
             assert not one.overlaps(other)
         inside = axes.get_window_extent(renderer)
-        dense = [
-            np.concatenate([np.linspace(a, b, 50) for a, b in itertools.pairwise(
-                axes.transData.transform(line))])
-            for _, _, line in curves(figure)
-        ]  # fmt: skip
-        marks = [axes.transData.transform(points) for points in symbols(figure).values()]
+        drawn = []
+        for line in axes.lines:
+            points = axes.transData.transform(line.get_xydata())
+            drawn += [points] if line.get_linestyle() == "None" else [
+                np.linspace(a, b, 50) for a, b in itertools.pairwise(points)
+            ]  # fmt: skip
+        points = np.concatenate(drawn[1:] if name == "exponent" else drawn)  # without the zero line
         for box in boxes:
             assert inside.x0 < box.x0 < box.x1 < inside.x1
             assert inside.y0 < box.y0 < box.y1 < inside.y1
-            for points in (*dense, *marks):
-                # The extent of letters has room for others' ascents and descents.
-                touched = (np.abs(points[:, 0] - (box.x0 + box.x1) / 2) < box.width / 2) & (
-                    np.abs(points[:, 1] - (box.y0 + box.y1) / 2) < 0.33 * box.height
-                )
-                assert not np.any(touched)
+            # The extent of letters has room for others' ascents and descents.
+            across = np.abs(points[:, 0] - (box.x0 + box.x1) / 2) < box.width / 2
+            assert not np.any(
+                across & (np.abs(points[:, 1] - (box.y0 + box.y1) / 2) < 0.33 * box.height)
+            )
 
     @pytest.mark.parametrize("count", [30, 80])
     def test_letters_stand_at_their_own_symbol(self, count):
         """The nearest symbol of all is of the kind that they name, or a line leads to it."""
-        figure = orbit_branches.orbits(crowd(count), width=style.COLUMN)
+        figure = wb.plot(crowd(count), width=style.COLUMN)
         figure.draw_without_rendering()
         (axes,) = data_axes(figure)
+        data = OrbitBranches.of(crowd(count), "velocity")
         near = [text for text in axes.texts if text.arrow_patch is None]
         assert len(near) > 5
         for text in near:
-            (kind,) = [
-                k for k, one in class_styles.BIFURCATIONS.items() if one.letters == text.get_text()
-            ]
             offset = np.array(text.get_position()) * figure.dpi / 72.0
             place = axes.transData.transform(text.xy) + offset
             distances = {
-                other: np.min(np.hypot(*(axes.transData.transform(points) - place).T))
-                for other, points in symbols(figure).items()
+                one.letters: np.hypot(*(axes.transData.transform(data.points(kind)) - place).T)
+                for kind, one in BIFURCATIONS.items()
             }
-            assert distances[kind] < min(distances.values()) + 0.5 * figure.dpi / 72.0
-
-    def test_points_outside_the_picture_get_no_letters(self):
-        """At eta = -24 the branch that runs off is a thousand times as high."""
-        eta = np.linspace(-23.9, -24.0, 20)
-        off = branch(eta, np.geomspace(5.0, 5e3, 20), False, ("branch point", 19))
-        assert sorted(letters(orbit_branches.orbits(cascade(60, off)))) == ["PD", "PD"]
-
-
-class TestWrongDatasets:
-    def test_no_orbits(self):
-        for dataset in (diagram(), boundary_of(), None, 3):
-            with pytest.raises(wb.InputError, match=r"dataset = \w+: .*wb\.branches"):
-                orbit_branches.orbits(dataset)
-
-    def test_quantities(self):
-        with pytest.raises(wb.InputError, match=r"quantity = 'stick_shar'.*'stick_share'"):
-            plot(cascade(), quantity="stick_shar")
-        with pytest.raises(wb.InputError, match=r"quantity = 'order'"):
-            plot(cascade(), quantity="order")
-
-    def test_options_and_missing_parts(self):
-        with pytest.raises(wb.InputError, match=r"benaeth: no option.*'orbits'.*'beneath'"):
-            plot(cascade(), benaeth=None)
-        with pytest.raises(wb.InputError, match=r"lacks .*branch_order.*wb\.branches"):
-            plot(cascade().drop_vars("branch_order"))
+            nearest = min(np.min(one) for one in distances.values())
+            assert np.min(distances[text.get_text()]) < nearest + 0.5 * figure.dpi / 72.0
 
 
 class TestBoundaries:
-    def test_front_door(self):
-        figure = plot(boundary_of("period doubling", 2))
-        (axes,) = data_axes(figure)
-        assert axes.get_xlabel() == r"slope of the actuation force $\eta$  [1]"
-        assert axes.get_ylabel() == "initial actuation force $F_0$  [1]"
+    @pytest.mark.parametrize("turned", [False, True])
+    def test_alone(self, turned):
+        (axes,) = data_axes(wb.plot(boundary_of(turned=turned)))
         (line,) = axes.lines
-        assert line.get_xydata()[[0, -1]] == pytest.approx(np.array([[-60.0, 0.02], [12.0, 0.08]]))
-        assert words(figure) == ["period doubling of $2T$"]
-        assert r"A bifurcation followed over $\eta$ and $F_0$" in figure.get_suptitle()
-        (axes,) = data_axes(plot(boundary_of(turned=True)))
-        assert axes.get_xlabel().startswith("initial")
-        assert axes.lines[0].get_xdata()[-1] == pytest.approx(0.08)
+        ends = np.array([[-60.0, 0.02], [12.0, 0.08]])
+        assert line.get_xydata()[[0, -1]] == pytest.approx(ends[:, ::-1] if turned else ends)
+        assert axes.get_xlim() == ((0.0, 0.2) if turned else (-70.0, 20.0))
 
     @pytest.mark.parametrize("turned", [False, True])
     def test_over_a_map_in_any_order(self, turned):
-        dataset = map_of()
-        for one in (dataset, dataset.transpose("F0", "eta")):
-            (axes,) = data_axes(plot(one, boundaries=[boundary_of(turned=turned)]))
-            (line,) = axes.lines
-            x, y = one["motion"].dims
+        for dataset in (map_of(), map_of().transpose("F0", "eta")):
+            (axes,) = data_axes(wb.plot(dataset, boundaries=[boundary_of(turned=turned)]))
+            x, y = dataset["motion"].dims
             ends = {"eta": [-60.0, 12.0], "F0": [0.02, 0.08]}
-            assert line.get_xdata()[[0, -1]] == pytest.approx(ends[x])
-            assert line.get_ydata()[[0, -1]] == pytest.approx(ends[y])
-            assert axes.get_xlim()[0] == pytest.approx(data_axes(plot(one))[0].get_xlim()[0])
-
-    def test_on_every_branch_and_on_axes_of_ones_own(self):
-        maps = xr.concat([map_of(), map_of()], dim="branch", combine_attrs="override")
-        maps = maps.assign_coords(branch=["up", "down"])
-        figure = plot(maps, boundaries=[boundary_of()])
-        assert [len(axes.lines) for axes in data_axes(figure)] == [1, 1]
-        axes = style.new_figure().add_subplot()
-        regime.draw(axes, map_of(), boundaries=[boundary_of(), boundary_of("grazing")])
-        assert len(axes.lines) == 2
+            assert axes.lines[-1].get_xdata()[[0, -1]] == pytest.approx(ends[x])
+            assert axes.lines[-1].get_ydata()[[0, -1]] == pytest.approx(ends[y])
 
     def test_legend(self):
         lines = [boundary_of("grazing-sliding"), boundary_of("fold", 2), boundary_of("fold", 1)]
-        said = words(plot(map_of(), boundaries=lines))
-        assert said[-3:] == [
-            "linear stability limit",
-            "fold of $T$, $2T$",
-            "grazing-sliding of $T$",
-        ]
-        assert said[:-2] == words(plot(map_of()))
+        entries = codim2_data.entries(codim2_data.curves_over(lines, ["eta", "F0"]))
+        assert [one.label for one in entries] == ["fold of $T$, $2T$", "grazing-sliding of $T$"]
 
-    @pytest.mark.parametrize("kind", class_styles.BIFURCATIONS)
-    @pytest.mark.parametrize(
-        "behind", [look for look in class_styles.MOTIONS.values() if look.opacity]
-    )
-    def test_seen_on_every_class(self, kind, behind):
+    @pytest.mark.parametrize("kind", ["branch point", "grazing"])
+    def test_seen_on_every_class(self, kind):
         """Contrast of 3 with what lies behind (WCAG 2, for graphics)."""
-        figure = style.new_figure(2.0, 2.0)
-        axes = figure.add_subplot()
-        axes.set_facecolor(class_styles.blended(behind))
-        codim2.draw(axes, ["eta", "F0"], [boundary_of(kind)])
-        around = Pixels(figure, 300).around(axes, -24.0, 0.05, 12)
-        paper = luminance(class_styles.blended(behind))
-        seen = [luminance(one) for one in around]
-        contrast = [(max(paper, one) + 0.05) / (min(paper, one) + 0.05) for one in seen]
-        assert max(contrast) > 3.0
-
-    def test_kinds_are_told_apart(self):
-        lines = {}
-        for kind in class_styles.BIFURCATIONS:
-            axes = style.new_figure().add_subplot()
-            regime.draw(axes, map_of(), boundaries=[boundary_of(kind)])
-            (line,) = axes.lines
-            lines[kind] = str((line.get_color(), line._dash_pattern))
-        assert len(set(lines.values())) == len(class_styles.BIFURCATIONS)
-
-    def test_wrong_boundaries(self):
-        other = boundary_of().rename(eta="alpha")
-        other.attrs["parameters"] = ["alpha", "F0"]
-        for given in (plot, regime.regime_map):
-            with pytest.raises(wb.InputError, match=r"boundaries\[1\].*alpha and F0.*eta and F0"):
-                given(map_of(), boundaries=[boundary_of(), other])
-        with pytest.raises(wb.InputError, match=r"boundaries\[0\].*alpha and F0.*eta and F0"):
-            plot(boundary_of(), boundaries=[other])
-        with pytest.raises(wb.InputError, match=r"boundaries = Dataset: must be a list"):
-            plot(map_of(), boundaries=boundary_of())
-        with pytest.raises(wb.InputError, match=r"boundaries\[0\] = Dataset: .*wb\.boundary"):
-            plot(map_of(), boundaries=[map_of()])
-        with pytest.raises(wb.InputError, match=r"dataset = Dataset: .*wb\.boundary"):
-            codim2.boundary(map_of())
+        for behind in [one for one in MOTIONS if one.opacity]:
+            figure = style.new_figure(2.0, 2.0)
+            axes = figure.add_subplot()
+            axes.set_facecolor(behind.over())
+            codim2.draw(axes, ["eta", "F0"], [boundary_of(kind)])
+            paper = luminance(behind.over())
+            seen = map(luminance, Pixels(figure, 200).around(axes, -24.0, 0.05, 12))
+            contrast = [(max(paper, one) + 0.05) / (min(paper, one) + 0.05) for one in seen]
+            assert max(contrast) > 3.0
 
 
-class TestColours:
-    @pytest.mark.parametrize("sight", SIGHTS)
-    def test_periods_differ_for_every_sight(self, sight):
-        """Among each other and from the points beneath (CIE 1976; about 2.3 can be noticed)."""
-        drawn = [look.colour for look in (*class_styles.ORBITS.values(), class_styles.OTHER_ORBITS)]
-        seen = [lab(colour, sight) for colour in drawn]
-        greys = [lab(colour, sight) for colour in style.DENSITY_BENEATH]
-        least = min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2))
-        assert least > 14.0
-        assert min(np.linalg.norm(a - b) for a in seen for b in greys) > 14.0
+def other_boundary():
+    other = boundary_of().rename(eta="alpha")
+    other.attrs["parameters"] = ["alpha", "F0"]
+    return other
 
-    def test_lines_can_be_seen_on_white(self):
-        for look in (*class_styles.ORBITS.values(), class_styles.OTHER_ORBITS):
-            assert 1.05 / (luminance(to_rgb(look.colour)) + 0.05) > 3.0  # WCAG 2
+
+@pytest.mark.parametrize(
+    ("call", "argument"),
+    [
+        (lambda: orbit_branches.orbits(diagram()), "dataset.*wb.branches"),
+        (lambda: orbit_branches.orbits(None), "dataset"),
+        (lambda: wb.plot(cascade(), quantity="stick_shar"), "quantity.*'stick_share'"),
+        (lambda: wb.plot(cascade(), benaeth=None), "benaeth.*'beneath'"),
+        (lambda: wb.plot(cascade().drop_vars("branch_order")), "branch_order"),
+        (lambda: wb.plot(cascade(), beneath=map_of()), "beneath.*eta, F0"),
+        (lambda: wb.plot(cascade(), beneath=cascade()), "beneath"),
+        (lambda: wb.plot(cascade(), quantity="stick_share", beneath=diagram()), "beneath"),
+        (lambda: wb.plot(cascade(), beneath=diagram().drop_vars("velocity")), "velocity"),
+        (lambda: wb.plot(map_of(), boundaries=[boundary_of(), other_boundary()]), r"\[1\].*alpha"),
+        (lambda: wb.plot(boundary_of(), boundaries=[other_boundary()]), r"boundaries\[0\].*alpha"),
+        (lambda: wb.plot(map_of(), boundaries=boundary_of()), "boundaries = Dataset"),
+        (lambda: wb.plot(map_of(), boundaries=[map_of()]), r"boundaries\[0\].*wb.boundary"),
+        (lambda: codim2.boundary(map_of()), "dataset.*wb.boundary"),
+    ],
+)
+def test_wrong_datasets_are_refused(call, argument):
+    with pytest.raises(wb.InputError, match=argument):
+        call()
+
+
+@pytest.mark.parametrize("sight", SIGHTS)
+def test_periods_differ_for_every_sight(sight):
+    """Among each other and from the points beneath (CIE 1976; about 2.3 can be noticed)."""
+    seen = [lab(colour, sight) for colour in ORBIT_COLOURS]
+    greys = [lab(colour, sight) for colour in style.DENSITY_BENEATH]
+    assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 14.0
+    assert min(np.linalg.norm(a - b) for a in seen for b in greys) > 14.0
+    assert all(1.05 / (luminance(colour) + 0.05) > 3.0 for colour in ORBIT_COLOURS)  # WCAG 2

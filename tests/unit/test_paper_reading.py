@@ -1,4 +1,4 @@
-"""What is read from the paper's pictures, on data whose answer is known."""
+"""Features read off the paper's pictures, on data whose answer is known."""
 
 import json
 
@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
-from wedgebrake.paper.diagrams import HERTZ, PLANS, Diagram, Segment, diagram, fit
+from wedgebrake.model.paper_machines import CORRECTED, HERTZ, Assumptions, Case
+from wedgebrake.paper.diagrams import PLANS, Diagram, diagram, fit
 from wedgebrake.paper.laboratory import Laboratory, Steady, section_times
 from wedgebrake.paper.signal_features import (
     STICK_SPEED,
@@ -16,17 +16,17 @@ from wedgebrake.paper.signal_features import (
     distortion,
     edges,
     ellipse_error,
-    lines,
-    rests,
+    side_bands,
+    visible_sticks,
 )
 from wedgebrake.paper.visual_criteria import (
     DOUBLE,
-    EYE,
     FILLED,
     MULTIPLE,
     NOTHING,
     SYNCHRONOUS,
-    look,
+    THRESHOLDS,
+    appearance,
 )
 
 AXIS = 10.0
@@ -52,22 +52,22 @@ def torus(count=51, low=1.0, high=9.0):
     ],
 )
 def test_what_a_column_looks_like(velocity, word, groups):
-    seen = look(velocity, AXIS)
-    assert seen.word == word
+    seen = appearance(velocity, AXIS)
+    assert seen.kind == word
     if groups is not None:
         assert seen.groups == groups
 
 
 def test_a_larger_dot_hides_more():
     near = np.tile([4.0, 4.15], 26)
-    assert look(near, AXIS, 0.01).word == DOUBLE
-    assert look(near, AXIS, 0.02).word == SYNCHRONOUS
+    assert appearance(near, AXIS, 0.01).kind == DOUBLE
+    assert appearance(near, AXIS, 0.02).kind == SYNCHRONOUS
 
 
 class Painted:
     """A laboratory that shows what a rule says, without physics."""
 
-    coarse, eye = False, EYE
+    coarse, thresholds = False, THRESHOLDS
 
     def __init__(self, rule):
         self.rule, self.asked = rule, []
@@ -87,7 +87,7 @@ def three(eta):
     return torus(low=2.0, high=8.0) if eta < -17.3 else np.full(51, 5.0)
 
 
-SEGMENTS = [Segment((DOUBLE,)), Segment((FILLED, MULTIPLE)), Segment((SYNCHRONOUS,))]
+SEGMENTS = [(DOUBLE,), (FILLED, MULTIPLE), (SYNCHRONOUS,)]
 
 
 def test_limits_are_found_and_refined():
@@ -113,18 +113,11 @@ def test_some_columns_of_another_word_do_not_move_a_limit():
     assert found.agreement[2] == 1.0
 
 
-def test_a_diagram_of_something_else_agrees_with_nothing():
-    laboratory = Painted(lambda _: np.full(51, 5.0))
-    shown = diagram(laboratory, Case(), "eta", np.linspace(-120.0, 12.0, 45))
-    found = fit(laboratory, shown, SEGMENTS, 0.01)
-    assert found.agreement[0] == found.agreement[1] == 0.0
-
-
 def test_a_diagram_without_any_run_that_lasts():
     empty = Steady("diverged", 0.1, np.empty(0), np.empty(0))
     shown = Diagram(Case(), "eta", np.array([0.0, 1.0]), (empty, empty))
     assert shown.axis == 0.0
-    assert [sight.word for sight in shown.sights()] == [NOTHING, NOTHING]
+    assert [column.kind for column in shown.appearances()] == [NOTHING, NOTHING]
 
 
 def test_frequencies_of_the_paper_are_whole_periods_in_20_s():
@@ -158,7 +151,7 @@ def response(velocity, frequency=10.0, natural=16.0):
 
 def test_a_sine_is_smooth_symmetric_and_does_not_stick():
     sine = response(lambda t: 3.0 * np.sin(20.0 * np.pi * t))
-    assert rests(sine).word == "non-stick-slip"
+    assert visible_sticks(sine).kind == "non-stick-slip"
     assert distortion(sine) < 0.01
     assert asymmetry(sine) < 1e-6
     up = edges(sine, 1)
@@ -189,8 +182,8 @@ def clipped(times, forward, backward):
     ],
 )
 def test_rests_are_measured_with_the_side_they_follow(forward, backward, word):
-    found = rests(response(lambda t: clipped(t, forward, backward)))
-    assert found.word == word
+    found = visible_sticks(response(lambda t: clipped(t, forward, backward)))
+    assert found.kind == word
     # Either side of a rest the sine is within the threshold for a moment.
     slack = 2.5 * STICK_SPEED / (5.0 * 2.0 * np.pi)
     assert found.shares[0] == pytest.approx(forward, abs=slack)
@@ -198,8 +191,8 @@ def test_rests_are_measured_with_the_side_they_follow(forward, backward, word):
 
 
 def test_a_creep_below_the_threshold_is_rest():
-    found = rests(response(lambda t: 0.9 * STICK_SPEED * np.sin(20.0 * np.pi * t)))
-    assert found.word == "at rest"
+    found = visible_sticks(response(lambda t: 0.9 * STICK_SPEED * np.sin(20.0 * np.pi * t)))
+    assert found.kind == "at rest"
     assert found.shares[2] == 1.0
 
 
@@ -218,12 +211,12 @@ def test_lines_of_a_spectrum():
         return np.sin(10.0 * w) + 0.5 * np.sin(16.0 * w) + 0.1 * np.sin(30.0 * w)
 
     data = response(three_lines)
-    beside = lines(data)
+    beside = side_bands(data)
     assert beside.beside == pytest.approx(0.5, rel=0.02)
     assert beside.where == pytest.approx(16.0, abs=0.05)
     assert beside.share == pytest.approx(0.26 / 1.26, rel=0.02)
     assert beside.seen == 2
-    natural = lines(data, natural=True)
+    natural = side_bands(data, natural=True)
     assert natural.where == pytest.approx(30.0, abs=0.05)
     assert natural.seen == 1
 
@@ -233,7 +226,7 @@ def test_ripples_of_a_hump_are_one_line():
         w = 2.0 * np.pi * times
         return np.sin(10.0 * w) + 0.2 * sum(np.sin((15.0 + 0.2 * k) * w + k * k) for k in range(8))
 
-    assert lines(response(beating)).seen == 1
+    assert side_bands(response(beating)).seen == 1
 
 
 def test_the_distance_from_an_ellipse():
@@ -250,17 +243,17 @@ def test_rest_by_the_picture_is_rest_by_the_exact_solution():
     """(-24, 0.067) sticks on the way up; shares from the events of the exact solver."""
     with Laboratory("exact") as laboratory:
         data = laboratory.response(Case(F0=0.067))
-    found, truth = rests(data), wb.sticks(data, 20.0).attrs
-    assert found.word == truth["class"] == "unidirectional stick-slip"
+    found, truth = visible_sticks(data), wb.sticks(data, 20.0).attrs
+    assert found.kind == truth["class"] == "unidirectional stick-slip"
     assert truth["share"] <= found.shares[2] <= truth["share"] + 0.05
 
 
 def test_limits_seen_are_limits_of_the_motion():
     """The end of 2T over F_0, from dots and from the class with exponents."""
     plan = PLANS["11a"]
-    with Laboratory("exact", eye=EYE._replace(dot=0.005)) as laboratory:
+    with Laboratory("exact", thresholds=THRESHOLDS._replace(dot=0.005)) as laboratory:
         shown = diagram(laboratory, plan.base, "F0", np.linspace(0.06, 0.12, 31))
-        found = fit(laboratory, shown, [Segment((DOUBLE,)), Segment((SYNCHRONOUS,))], 1e-5)
+        found = fit(laboratory, shown, [(DOUBLE,), (SYNCHRONOUS,)], 1e-5)
     limit = float(found.limits[0])
     system = CORRECTED.system(plan.base, "coulomb")
     # Dots merge a little before the orbits do.
@@ -281,7 +274,7 @@ def test_a_laboratory_runs_each_case_once_and_shares_what_it_knows():
 
 
 def test_an_unknown_method_is_refused():
-    with pytest.raises(wb.InputError, match=r"method = 'euler': not known. Allowed: "):
+    with pytest.raises(wb.InputError, match="method = 'euler'"):
         Laboratory("euler")
 
 

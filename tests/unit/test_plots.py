@@ -1,15 +1,15 @@
-"""Pictures: what is drawn, that it is drawn without complaint, and files whole or not at all."""
+"""Pictures of one motion: their data, what is drawn, and files complete or not written."""
 
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import pickle
-import struct
 import subprocess
 import sys
-import zlib
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from pathlib import Path
 
 import matplotlib as mpl
@@ -18,9 +18,13 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
+from PIL import Image
 
 import wedgebrake as wb
 from wedgebrake.analysis.sticking import steady_start
+from wedgebrake.figures.data import limits
+from wedgebrake.figures.data.history import History
+from wedgebrake.figures.data.sticks import Sticks
 from wedgebrake.figures.matplotlib import history, phase, section, spectrum, style
 from wedgebrake.figures.matplotlib.overview import overview
 from wedgebrake.figures.matplotlib.save import save
@@ -49,100 +53,39 @@ SPANS = {
 }
 
 
+@pytest.fixture(scope="module", params=SYSTEMS)
+def motion(request):
+    """A system, and its overview."""
+    system = SYSTEMS[request.param]
+    return system, overview(system, wb.simulate(system, periods=60), "the verdict")
+
+
 @pytest.fixture(scope="module")
 def response():
     return wb.simulate(SYSTEMS["paper"], periods=60)
 
 
 def png(path: Path) -> tuple[int, int]:
-    """Width and height of a PNG, after checking every chunk and the pixels."""
-    data = path.read_bytes()
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    at, pixels, size = 8, b"", (0, 0)
-    while at < len(data):
-        length, kind = struct.unpack(">I4s", data[at : at + 8])
-        body = data[at + 8 : at + 8 + length]
-        (check,) = struct.unpack(">I", data[at + 8 + length : at + 12 + length])
-        assert zlib.crc32(kind + body) == check
-        if kind == b"IHDR":
-            size = struct.unpack(">II", body[:8])
-        pixels += body if kind == b"IDAT" else b""
-        at += 12 + length
-    assert kind == b"IEND"
-    assert len(zlib.decompress(pixels)) == size[1] * (1 + 4 * size[0])
-    return size
+    """Width and height of a PNG, all of whose pixels can be read."""
+    with Image.open(path) as image:
+        assert image.format == "PNG"
+        image.load()
+        return image.size
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_overview_of_every_motion(name, tmp_path):
-    system = SYSTEMS[name]
-    figure = overview(system, wb.simulate(system, periods=40), f"verdict on {name}")
-    assert f"verdict on {name}" in figure.get_suptitle()
-    path = save(figure, tmp_path / "overview.png")
-    assert png(path) == (1600, 1200)
-
-
-@pytest.mark.parametrize("name", SPANS)
-def test_overview_of_every_time_span(name, tmp_path):
-    system = SYSTEMS["paper"]
-    figure = overview(system, wb.simulate(system, **SPANS[name]))
-    save(figure, tmp_path / "overview.png", width=400)
-    assert png(tmp_path / "overview.png") == (400, 300)
-
-
-def test_title_says_what_was_computed(response):
-    words = overview(SYSTEMS["paper"], response, "linearly unstable").get_suptitle()
-    for part in (
-        "Wedge brake, Coulomb friction", r"$\eta = -24$", "$F_0 = 0.036$", r"$\alpha = 1.18$",
-        "exact solution, 0 to 5.984 s from (0, 0)", "b, c, d: from 4.787 s", "linearly unstable",
-    ):  # fmt: skip
-        assert part in words
-    diverged = SYSTEMS["diverged"]
-    words = overview(diverged, wb.simulate(diverged, periods=40)).get_suptitle()
-    assert "grows without bound" in words.replace("\n", " ")
-
-
-def test_overview_takes_the_spectrum_of_the_steady_motion():
-    """Free vibration that dies away stands in the whole response, not in its last fifth."""
-    system = SYSTEMS["synchronous"]
-    response = wb.simulate(system, periods=250, initial=(0.2, 0.0))
-    for start in (None, 22.0):
-        axes = overview(system, response, start=start).axes[3]
-        (drawn,) = (line for line in axes.lines if len(line.get_xdata()) > 2)
-        steady = wb.spectrum(response, start=steady_start(response) if start is None else start)
-        shown = len(drawn.get_ydata())
-        assert shown < steady.sizes["frequency"]
-        # Below what is shown, amplitudes are cut.
-        assert drawn.get_ydata() == pytest.approx(steady.amplitude.to_numpy()[:shown], abs=1e-9)
-
-
-@pytest.mark.parametrize("times", [np.linspace(0.0, 3.0, 4), np.linspace(0.0, 3.0, 500) ** 1.1])
-def test_overview_says_why_there_is_no_spectrum(times):
-    system = SYSTEMS["paper"]
-    axes = overview(system, wb.simulate(system, duration=4.0, times=times)).axes[3]
-    (words,) = (text.get_text() for text in axes.texts if text.get_text() != "d")
-    assert words.startswith("no spectrum: fewer than two samples in\nthis time span")
-    assert not axes.lines
-
-
-def test_units_on_every_axis(response):
-    figure = overview(SYSTEMS["paper"], response)
-    figure.draw_without_rendering()
-    for axes in figure.axes:
-        for label in (axes.get_xlabel(), axes.get_ylabel()):
-            assert not label or ("[" in label and "]" in label)
-        assert axes.get_ylabel()
-
-
-def test_labels_of_ticks_do_not_touch():
-    """On every overview: neighbouring tick labels are apart, and all is on the page."""
-    for system in SYSTEMS.values():
-        figure = overview(system, wb.simulate(system, periods=250))
+class TestOverview:
+    def test_of_every_motion(self, motion, tmp_path):
+        """Says what was computed, has units on every axis, and no labels that touch."""
+        _, figure = motion
+        assert "the verdict" in figure.get_suptitle()
+        assert png(save(figure, tmp_path / "overview.png")) == (1600, 1200)
         figure.set_dpi(1600 / style.PAGE)  # as it is saved
         renderer = FigureCanvasAgg(figure).get_renderer()
         figure.draw(renderer)
-        page = figure.bbox
         for axes in figure.axes:
+            assert axes.get_ylabel()
+            for label in (axes.get_xlabel(), axes.get_ylabel()):
+                assert not label or ("[" in label and "]" in label)
             low, high = axes.get_xlim()
             boxes = [
                 label.get_window_extent(renderer)
@@ -155,125 +98,184 @@ def test_labels_of_ticks_do_not_touch():
             if legend is not None:
                 box = legend.get_window_extent(renderer)
                 assert box.y0 >= axes.get_window_extent(renderer).y1  # hides no data
-                assert page.x0 <= box.x0
-                assert box.x1 <= page.x1
+                assert figure.bbox.x0 <= box.x0 <= box.x1 <= figure.bbox.x1
 
+    @pytest.mark.parametrize("name", SPANS)
+    def test_of_every_time_span(self, name, tmp_path):
+        system = SYSTEMS["paper"]
+        figure = overview(system, wb.simulate(system, **SPANS[name]))
+        assert png(save(figure, tmp_path / "overview.png", width=400)) == (400, 300)
 
-def test_history_shades_the_sticks(response):
-    figure = history.history(response, periods=None)
-    axes = figure.axes[0]
-    shaded = [c for c in axes.collections if "stick" in str(c.get_label())]
-    drawn = sum(len(c.get_paths()) for c in shaded)
-    assert drawn == int(np.count_nonzero(response.stick_entry))
-    assert axes.get_xlim() == pytest.approx((0.0, float(response.time[-1])))
-    assert len(figure.axes) == 2
-    assert len(history.history(response, torque=False).axes) == 1
-    low, high = history.history(response, periods=5).axes[0].get_xlim()
-    assert high - low == pytest.approx(5 * SYSTEMS["paper"].excitation.period)
+    def test_title_names_the_machine_the_method_and_the_spans(self, response):
+        words = overview(SYSTEMS["paper"], response).get_suptitle()
+        for part in (
+            "Wedge brake, Coulomb friction", r"$\eta = -24$", "$F_0 = 0.036$", r"$\alpha = 1.18$",
+            "0 to 5.984 s from (0, 0)", "4.787 s",
+        ):  # fmt: skip
+            assert part in words
 
+    def test_takes_the_spectrum_of_the_steady_motion(self):
+        """Free vibration that dies away is in the whole response, not in its last fifth."""
+        system = SYSTEMS["synchronous"]
+        response = wb.simulate(system, periods=250, initial=(0.2, 0.0))
+        for start in (None, 22.0):
+            axes = overview(system, response, start=start).axes[3]
+            (drawn,) = (line for line in axes.lines if len(line.get_xdata()) > 2)
+            steady = wb.spectrum(response, start=steady_start(response) if start is None else start)
+            shown = len(drawn.get_ydata())
+            assert shown < steady.sizes["frequency"]
+            # Below what is shown, amplitudes are cut.
+            assert drawn.get_ydata() == pytest.approx(steady.amplitude.to_numpy()[:shown], abs=1e-9)
 
-@pytest.mark.parametrize("periods", [0, -3.0, "all", float("nan")])
-def test_history_of_no_time(response, periods):
-    with pytest.raises(wb.InputError, match=r"periods = .*above 0, or None"):
-        history.history(response, periods)
+    @pytest.mark.parametrize("times", [np.linspace(0.0, 3.0, 4), np.linspace(0.0, 3.0, 500) ** 1.1])
+    def test_has_no_spectrum_of_few_or_uneven_samples(self, times):
+        system = SYSTEMS["paper"]
+        axes = overview(system, wb.simulate(system, duration=4.0, times=times)).axes[3]
+        assert len([text for text in axes.texts if text.get_text() != "d"]) == 1
+        assert not axes.lines
 
-
-def test_phase_portrait_marks_switching_and_release():
-    system = SYSTEMS["turning shaft"]
-    figure = phase.phase(system, wb.simulate(system, periods=60))
-    levels = [
-        line.get_ydata()[0]
-        for line in figure.axes[0].lines
-        if len(line.get_ydata()) == 2 and len(set(line.get_ydata())) == 1
-    ]
-    release = system.actuation.release_speed
-    assert {-2.0, release - 2.0, -release - 2.0} <= set(levels)
-    words = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert r"$\dot\theta=-\Omega$" in words
-    assert "release" in words
-
-
-def test_phase_portrait_names_the_release_once_whichever_way_it_is_met():
-    system = wb.paper.system(F0=0.05)
-    response = wb.simulate(system, periods=60)
-    for sign in (1.0, -1.0):
-        figure = phase.phase(system, response)
-        axes = figure.axes[0]
-        axes.set_ylim(*sorted((0.0, sign * 8.0)))
-        handles = phase._draw_lines(axes, system)
-        assert [handle.get_label() for handle in handles].count("release") == 1
-
-
-def test_section_of_one_point_is_not_blown_up():
-    """Rounding must not fill the picture: the limits stay in scale with the motion."""
-    system = SYSTEMS["synchronous"]
-    response = wb.simulate(system, periods=100)
-    axes = section.section(response).axes[0]
-    assert np.ptp(axes.get_xlim()) > 0.04 * float(np.ptp(response.angle.to_numpy()))
-    assert np.ptp(axes.get_ylim()) > 0.04 * float(np.ptp(response.velocity.to_numpy()))
-
-
-def test_section_takes_a_response_or_points(response):
-    for points, count in ((response, 13), (wb.poincare(SYSTEMS["paper"], 60, transient=10), 51)):
-        (drawn,) = section.section(points).axes[0].lines
-        assert len(drawn.get_xdata()) == count
-    with pytest.raises(wb.InputError, match=r"wb\.poincare"):
-        section.section(response.drop_vars(["poincare_angle"]))
-
-
-def test_overview_of_a_free_vibration_shows_it_from_its_start():
-    machine = wb.paper.system(brake="conventional", eta=0.0)
-    for torque, turning, whole in ((0.0, 0.0, True), (500.0, 0.0, False), (0.0, 30.0, True)):
+    @pytest.mark.parametrize(
+        ("torque", "turning", "whole"), [(0.0, 0.0, True), (500.0, 0.0, False), (0.0, 30.0, True)]
+    )
+    def test_of_a_free_vibration_begins_at_its_start(self, torque, turning, whole):
+        machine = wb.paper.system(brake="conventional", eta=0.0)
         system = machine.replace(amplitude=torque, drive_speed=turning, damping=2.0)
-        response = wb.simulate(system, initial=(0.1, 0.0), periods=60)
-        figure = overview(system, response)
+        figure = overview(system, wb.simulate(system, initial=(0.1, 0.0), periods=60))
         first = [figure.axes[0].lines[1].get_xdata()[0], figure.axes[1].lines[0].get_xdata()[0]]
         assert (first == [0.0, 0.1]) == whole
-        assert ("a to d: all of it" in figure.get_suptitle()) == whole
-    # A turning shaft that keeps it vibrating: what lasts, as with a torque.
-    system = wb.paper.system().replace(amplitude=0.0, drive_speed=1.0)
-    figure = overview(system, wb.simulate(system, periods=60))
-    assert "all of it" not in figure.get_suptitle()
+
+    def test_of_a_vibration_that_a_turning_shaft_sustains_shows_its_end(self):
+        system = wb.paper.system().replace(amplitude=0.0, drive_speed=1.0)
+        figure = overview(system, wb.simulate(system, periods=60))
+        assert figure.axes[1].lines[0].get_xdata()[0] != 0.0
+
+    def test_refuses_what_is_no_system(self, response):
+        with pytest.raises(wb.InputError, match="system = "):
+            overview("wedge", response)
 
 
-@pytest.mark.parametrize("torque", [0.0, 500.0])
-def test_section_says_where_no_torque_acts(torque):
-    system = SYSTEMS["turning shaft"].replace(amplitude=torque)
-    for points in (wb.simulate(system, periods=60), wb.poincare(system, 60, transient=10)):
-        (words,) = (text.get_text() for text in section.section(points).axes[0].texts)
-        absent = "no torque acts; points once in the period stated for it, $0.09973$ s"
-        assert (absent in words) == (torque == 0.0)
-        assert " points, $n$ = " in words
+class TestHistory:
+    def test_shades_the_sticks(self, response):
+        figure = history.history(response, periods=None)
+        axes = figure.axes[0]
+        drawn = sum(len(c.get_paths()) for c in axes.collections)
+        assert drawn == response.sizes["stick"]
+        assert axes.get_xlim() == pytest.approx((0.0, float(response.time[-1])))
+        assert len(figure.axes) == 2
+        assert len(history.history(response, torque=False).axes) == 1
+        low, high = history.history(response, periods=5).axes[0].get_xlim()
+        assert high - low == pytest.approx(5 * SYSTEMS["paper"].excitation.period)
+
+    @pytest.mark.parametrize("periods", [0, -3.0, "all", float("nan")])
+    def test_of_no_time(self, response, periods):
+        with pytest.raises(wb.InputError, match="periods = "):
+            history.history(response, periods)
+
+    def test_divergence_has_a_logarithmic_scale_and_a_bounded_part(self):
+        response = wb.simulate(SYSTEMS["diverged"], periods=40)
+        data = History.last(response, None)
+        assert data.linear_up_to == 10.0
+        assert history.history(response).axes[0].get_yscale() == "symlog"
+        bounded, rest = data.velocity[data.bounded], data.velocity[data.bounded.stop :]
+        assert np.max(np.abs(bounded)) < 1e-2 * np.max(np.abs(rest))
+        calm = History.last(wb.simulate(SYSTEMS["paper"], periods=5), None)
+        assert calm.linear_up_to is None
+        assert calm.velocity[calm.bounded].size == calm.velocity.size
 
 
-@pytest.mark.parametrize("stiffness", [1e4, 0.0])
-def test_spectrum_marks_no_torque_that_does_not_act(stiffness):
-    system = SYSTEMS["turning shaft"].replace(amplitude=0.0, stiffness=stiffness)
-    lines = wb.spectrum(wb.simulate(system, periods=60))
-    legend = spectrum.spectrum(lines).axes[0].get_legend()
-    words = [text.get_text() for text in legend.get_texts()] if legend else []
-    assert words == (["$f_n = 15.92$ Hz"] if stiffness else [])
+class TestPhase:
+    def test_marks_switching_line_and_release_speeds(self):
+        system = SYSTEMS["turning shaft"]
+        axes = phase.phase(system, wb.simulate(system, periods=60)).axes[0]
+        levels = [
+            line.get_ydata()[0]
+            for line in axes.lines
+            if len(line.get_ydata()) == 2 and len(set(line.get_ydata())) == 1
+        ]
+        release = system.actuation.release_speed
+        assert {-2.0, release - 2.0, -release - 2.0} <= set(levels)
+        # Each kind is named once.
+        words = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert words.count("release") == 1
+        assert len(words) == len(set(words))
+
+    def test_reaches_the_switching_line_unless_the_motion_gets_too_small(self):
+        system = SYSTEMS["paper"].replace(drive_speed=3.0)
+        data = phase.Phase.of(system, wb.simulate(system, periods=20), None)
+        assert data.reaching(-2.0, 2.0) == (-3.0, 2.0)
+        assert data.reaching(1.0, 2.0) == (1.0, 2.0)
 
 
-def test_more_points_are_smaller():
-    assert section._size(10) > section._size(1000) > section._size(10**6) > 0.0
+class TestSection:
+    def test_of_one_point_is_not_enlarged(self):
+        """Rounding must not fill the picture: the limits stay in scale with the motion."""
+        response = wb.simulate(SYSTEMS["synchronous"], periods=100)
+        axes = section.section(response).axes[0]
+        assert np.ptp(axes.get_xlim()) > 0.04 * float(np.ptp(response.angle.to_numpy()))
+        assert np.ptp(axes.get_ylim()) > 0.04 * float(np.ptp(response.velocity.to_numpy()))
+
+    def test_takes_a_response_or_points(self, response):
+        sizes = []
+        for points, count in (
+            (response, 13),
+            (wb.poincare(SYSTEMS["paper"], 60, transient=10), 51),
+        ):
+            (drawn,) = section.section(points).axes[0].lines
+            assert len(drawn.get_xdata()) == count
+            sizes.append(drawn.get_markersize())
+        assert sizes[0] == 4.0 > sizes[1]
+        with pytest.raises(wb.InputError, match=r"wb\.poincare"):
+            section.section(response.drop_vars(["poincare_angle"]))
+
+    @pytest.mark.parametrize("torque", [0.0, 500.0])
+    def test_states_the_period_of_a_torque_that_does_not_act(self, torque):
+        system = SYSTEMS["turning shaft"].replace(amplitude=torque)
+        for points in (wb.simulate(system, periods=60), wb.poincare(system, 60, transient=10)):
+            (words,) = (text.get_text() for text in section.section(points).axes[0].texts)
+            assert ("$0.09973$ s" in words) == (torque == 0.0)
 
 
-def test_spectrum_marks_frequencies(response):
-    lines = wb.spectrum(response)
-    for hertz, unit in ((True, 1.0), (False, lines.attrs["natural_frequency"])):
-        axes = spectrum.spectrum(lines, hertz=hertz).axes[0]
-        marks = {float(line.get_xdata()[0]) for line in axes.lines if len(line.get_xdata()) == 2}
-        expected = [lines.attrs[n] / unit for n in ("forcing_frequency", "natural_frequency")]
-        assert sorted(marks) == pytest.approx(sorted(expected))
-        assert ("Hz" in axes.get_xlabel()) == hertz
-        assert axes.get_yscale() == "log"
-    with pytest.raises(wb.InputError, match=r"wb\.spectrum"):
-        spectrum.spectrum(response)
+class TestSpectrum:
+    @pytest.mark.parametrize(
+        ("changes", "marks"),
+        [
+            ({}, ["$f_e = 10.03$ Hz", "$f_n = 15.92$ Hz"]),
+            ({"amplitude": 0.0}, ["$f_n = 15.92$ Hz"]),
+            ({"amplitude": 0.0, "stiffness": 0.0}, []),
+        ],
+    )
+    def test_marks_what_acts(self, changes, marks):
+        system = SYSTEMS["turning shaft"].replace(**changes)
+        axes = spectrum.spectrum(wb.spectrum(wb.simulate(system, periods=60))).axes[0]
+        legend = axes.get_legend()
+        assert (
+            [text.get_text() for text in legend.get_texts() if legend] == marks
+            if legend
+            else not marks
+        )
+
+    def test_frequencies_in_hertz_or_natural_frequencies(self, response):
+        lines = wb.spectrum(response)
+        for hertz, unit in ((True, 1.0), (False, lines.attrs["natural_frequency"])):
+            axes = spectrum.spectrum(lines, hertz=hertz).axes[0]
+            marks = {
+                float(line.get_xdata()[0]) for line in axes.lines if len(line.get_xdata()) == 2
+            }
+            expected = [lines.attrs[n] / unit for n in ("forcing_frequency", "natural_frequency")]
+            assert sorted(marks) == pytest.approx(sorted(expected))
+            assert ("Hz" in axes.get_xlabel()) == hertz
+            assert axes.get_yscale() == "log"
+        with pytest.raises(wb.InputError, match=r"wb\.spectrum"):
+            spectrum.spectrum(response)
+
+    def test_of_no_known_machine_has_no_caption(self, response):
+        lines = wb.spectrum(response)
+        lines.attrs = {"quantity": "velocity"}
+        assert spectrum.spectrum(lines).get_suptitle() == ""
 
 
 @pytest.mark.parametrize("name", ["history", "phase", "section", "points", "spectrum"])
-def test_every_single_picture_says_of_what_machine_it_is(response, name):
+def test_every_single_picture_names_its_machine(response, name):
     system = SYSTEMS["paper"]
     figure = {
         "history": lambda: history.history(response),
@@ -282,27 +284,51 @@ def test_every_single_picture_says_of_what_machine_it_is(response, name):
         "points": lambda: wb.plot(wb.poincare(system, 60, transient=10)),
         "spectrum": lambda: wb.plot(wb.spectrum(response)),
     }[name]()
-    said = figure.get_suptitle().replace("\n", " ")
-    for part in ("Wedge brake, Coulomb friction: ", r"$\eta = -24$", "$F_0 = 0.036$"):
-        assert part in said
-    assert said.endswith(" Exact solution, from (0, 0)")
+    caption = figure.get_suptitle().replace("\n", " ")
+    for part in ("Wedge brake, Coulomb friction: ", r"$\eta = -24$", "$F_0 = 0.036$", "(0, 0)"):
+        assert part in caption
     renderer = FigureCanvasAgg(figure).get_renderer()
     figure.draw(renderer)
     box = figure._suptitle.get_window_extent(renderer)
-    assert figure.bbox.x0 <= box.x0
-    assert box.x1 <= figure.bbox.x1
+    assert figure.bbox.x0 <= box.x0 <= box.x1 <= figure.bbox.x1
     assert box.y0 >= max(axes.get_tightbbox(renderer).y1 for axes in figure.axes)
 
 
-def test_a_spectrum_of_no_known_machine_has_no_caption(response):
-    lines = wb.spectrum(response)
-    lines.attrs = {"quantity": "velocity"}
-    assert spectrum.spectrum(lines).get_suptitle() == ""
+class TestLimits:
+    def test_thinning_keeps_the_extremes_of_every_block(self):
+        values = np.sin(np.linspace(0.0, 300.0, 31_415))
+        places = limits.thinned(values, 1000)
+        assert places.size <= 1000
+        assert np.all(np.diff(places) > 0)
+        assert (places[0], places[-1]) == (0, values.size - 1)
+        assert np.min(values[places]) == np.min(values)
+        np.testing.assert_array_equal(limits.thinned(values[:1000], 1000), np.arange(1000))
 
+    @pytest.mark.parametrize(
+        ("low", "high"),
+        [(0.0, 1.0), (-10.7, 10.0), (5.0, 5.0), (0.0, 0.0), (1e-300, 2e-300), (-1e12, 3.0)],
+    )
+    def test_round_limits_hold_their_values(self, low, high):
+        first, last = limits.round_limits(low, high)
+        assert first < low <= high < last
+        if high > low:
+            assert last - first < 1.5 * (high - low)
+        assert limits.round_limits(math.nan, high) == (-1.0, 1.0)
 
-def test_wrong_system(response):
-    with pytest.raises(wb.InputError, match="must be a BrakedDriveline"):
-        overview("wedge", response)
+    def test_margins(self):
+        assert style.margins(0.0, 1.0, 0.0, share=0.1) == pytest.approx((-0.1, 1.1))
+        assert style.margins(2.0, 2.0, 0.5) == pytest.approx((1.75, 2.25))
+        assert style.margins(0.0, 0.0, 0.0) == (-1.0, 1.0)
+
+    def test_sticks_too_near_for_the_eye_are_one(self):
+        start = np.linspace(0.0, 1.0, 50_001)[:-1]
+        many = Sticks(start, start + 1e-9, np.where(np.arange(50_000) % 2, 1, -1))
+        assert many.merged(1e-3, 1000).start.size < 1100
+        one = many.where(np.arange(50_000) == 0)
+        assert one.merged(1e-3, 1000).start.size == 1
+        apart = Sticks(np.array([0.0, 0.2, 0.5]), np.array([0.1, 0.3, 0.6]), np.array([1, 1, -1]))
+        for merged, kept in ((apart.merged(0.05, 10), [0, 1, 2]), (apart.merged(0.15, 10), [0, 2])):
+            np.testing.assert_array_equal(merged.start, apart.start[kept])
 
 
 class TestStyle:
@@ -314,13 +340,8 @@ class TestStyle:
 
     def test_colours_do_not_follow_the_users_settings(self, response):
         with mpl.rc_context({"axes.facecolor": "black"}):
-            axes = overview(SYSTEMS["paper"], response).axes[1]
+            axes = section.section(response).axes[0]
         assert axes.get_facecolor() == (1.0, 1.0, 1.0, 1.0)
-
-    def test_margins(self):
-        assert style.margins(0.0, 1.0, 0.0, share=0.1) == pytest.approx((-0.1, 1.1))
-        assert style.margins(2.0, 2.0, 0.5) == pytest.approx((1.75, 2.25))
-        assert style.margins(0.0, 0.0, 0.0) == (-1.0, 1.0)
 
     @pytest.mark.parametrize(
         ("value", "text"),
@@ -336,59 +357,80 @@ class TestStyle:
         assert style.moment(0.0, 0.0) == "0"
 
 
-class TestSave:
-    @pytest.fixture
-    def figure(self):
-        figure = style.new_figure()
-        figure.add_subplot().plot([0.0, 1.0], [0.0, 1.0])
-        return figure
+@pytest.fixture(scope="module", params=["response", "stability", "paper"])
+def picture(request, response):
+    """A picture as its user gets it: with many artists, with hatches, with fixed places."""
+    if request.param == "response":
+        return wb.plot(response)
+    if request.param == "stability":
+        axes = {"eta": np.linspace(-2.0, 1.0, 4), "alpha": np.linspace(0.9, 2.0, 3)}
+        return wb.plot(wb.stability_map(SYSTEMS["paper"], **axes))
+    with Laboratory("exact") as laboratory:
+        return draw("fig1", laboratory)
 
+
+def test_every_picture_shows_itself_in_a_notebook_and_keeps_its_text(picture, tmp_path):
+    content, about = picture._repr_png_()
+    (tmp_path / "shown.png").write_bytes(content)
+    across, up = png(tmp_path / "shown.png")
+    assert across / about["width"] == pytest.approx(up / about["height"], rel=0.01)
+    assert about["width"] == pytest.approx(100.0 * picture.get_figwidth(), abs=1.0)
+    with mpl.rc_context({"pdf.fonttype": 3}):
+        picture.savefig(tmp_path / "a.pdf")
+    content = (tmp_path / "a.pdf").read_bytes()
+    assert b"/FontFile2" in content
+    assert b"/Type3" not in content
+    picture.savefig(tmp_path / "a.svg")
+    assert "<text" in (tmp_path / "a.svg").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def figure(response):
+    return section.section(response)
+
+
+class TestSave:
     @pytest.mark.parametrize(
         ("name", "head"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.PDF", b"%PDF-")]
     )
-    def test_formats(self, figure, tmp_path, name, head):
-        path = save(figure, str(tmp_path / name))
-        assert path == tmp_path / name
-        assert path.read_bytes().startswith(head)
-        assert [p.name for p in tmp_path.iterdir()] == [name]
-
-    @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
-    def test_same_figure_same_bytes(self, tmp_path, suffix):
-        system = SYSTEMS["paper"]
+    def test_same_figure_same_bytes(self, response, tmp_path, name, head):
         files = []
-        for number in range(2):
-            figure = overview(system, wb.simulate(system, periods=20))
-            files.append(save(figure, tmp_path / f"{number}.{suffix}").read_bytes())
+        for folder in (tmp_path / "one", tmp_path / "two"):
+            folder.mkdir()
+            path = save(section.section(response), str(folder / name))
+            assert [*folder.iterdir()] == [path]
+            files.append(path.read_bytes())
         assert files[0] == files[1]
+        assert files[0].startswith(head)
 
-    @pytest.mark.parametrize("width", [16, 777, 1600, 3001])
+    @pytest.mark.parametrize("width", [160, 777, 3001])
     def test_width_in_pixels(self, figure, tmp_path, width):
         assert png(save(figure, tmp_path / "a.png", width=width))[0] == width
 
-    @pytest.mark.parametrize("name", ["a.jpg", "a", "a.png.txt", ""])
-    def test_other_suffixes(self, figure, tmp_path, name):
-        with pytest.raises(wb.InputError, match=r"must .*\.png, \.svg or \.pdf"):
-            save(figure, tmp_path / name if name else "")
+    @pytest.mark.parametrize(
+        ("name", "options", "argument"),
+        [("a.jpg", {}, "path"), ("a", {}, "path"), ("", {}, "path")]
+        + [("a.png", {"width": width}, "width") for width in (15, 20_001, 1600.0, True)],
+    )
+    def test_wrong_suffixes_and_widths_write_nothing(
+        self, figure, tmp_path, name, options, argument
+    ):
+        with pytest.raises(wb.InputError, match=f"{argument} = "):
+            save(figure, tmp_path / name if name else "", **options)
         assert not list(tmp_path.iterdir())
-
-    @pytest.mark.parametrize("width", [0, 15, 20_001, 1600.0, True])
-    def test_wrong_width(self, figure, tmp_path, width):
-        with pytest.raises(wb.InputError, match="width = "):
-            save(figure, tmp_path / "a.png", width=width)
 
     def test_not_writable(self, figure, tmp_path):
         (tmp_path / "file").write_text("")
         (tmp_path / "folder.png").mkdir()
-        for path in (tmp_path / "no" / "a.png", tmp_path / "file" / "a.png"):
-            with pytest.raises(wb.OutputError, match=r"path = .*cannot be written.*folder"):
-                save(figure, path)
-        with pytest.raises(wb.OutputError, match="cannot be written"):
-            save(figure, tmp_path / "folder.png")
+        for path in ("no/a.png", "file/a.png", "folder.png"):
+            with pytest.raises(wb.OutputError, match="path = "):
+                save(figure, tmp_path / path)
         assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.png"]
 
+    @pytest.mark.parametrize("write", [save, lambda figure, path: figure.savefig(path)])
     @pytest.mark.parametrize("broken", ["draw", "replace", "interrupt"])
     def test_failure_leaves_the_old_file_and_nothing_else(
-        self, figure, tmp_path, monkeypatch, broken
+        self, figure, tmp_path, monkeypatch, broken, write
     ):
         path = tmp_path / "a.png"
         path.write_bytes(b"old")
@@ -397,65 +439,12 @@ class TestSave:
         def fail(*_args, **_named):
             raise error
 
-        if broken == "draw":
-            monkeypatch.setattr(Figure, "draw", fail)
-        else:
-            monkeypatch.setattr(Path, "replace", fail)
-        expected = wb.OutputError if broken == "replace" else error
-        with pytest.raises(expected):
-            save(figure, path)
+        where = (Figure, "draw") if broken == "draw" else (Path, "replace")
+        monkeypatch.setattr(*where, fail)
+        with pytest.raises(wb.OutputError if broken == "replace" else error):
+            write(figure, path)
         assert path.read_bytes() == b"old"
         assert list(tmp_path.iterdir()) == [path]
-
-
-MAP_AXES = {"eta": np.linspace(-2.0, 1.0, 4), "alpha": np.linspace(1.1, 2.0, 3)}
-STARTS = {
-    "initial_angle": np.linspace(-0.1, 0.1, 3),
-    "initial_velocity": np.linspace(-3.0, 3.0, 3),
-}
-SHORT = {"periods": 30, "transient": 20, "progress": False}
-RESULTS = {
-    "response": lambda system: wb.simulate(system, periods=20),
-    "section": lambda system: wb.poincare(system, 20, transient=5),
-    "spectrum": lambda system: wb.spectrum(wb.simulate(system, periods=20)),
-    "diagram": lambda system: wb.bifurcation(system, eta=[-24.0, -6.0, 2.0], **SHORT),
-    "map": lambda system: wb.regime_map(system, **MAP_AXES, **SHORT),
-    "basins": lambda system: wb.basins(system, **STARTS, **SHORT),
-    "orbits": lambda system: wb.branches(system, eta=(-10.0, -12.0)),
-    "stability": lambda system: wb.stability_map(system, **MAP_AXES),
-}
-
-
-@pytest.fixture(scope="module", params=[*RESULTS, "paper: schematic", "paper: criteria"])
-def picture(request):
-    """A picture as its user gets it."""
-    if request.param in RESULTS:
-        return wb.plot(RESULTS[request.param](SYSTEMS["paper"]))
-    with Laboratory("exact") as laboratory:
-        return draw(
-            {"paper: schematic": "fig1", "paper: criteria": "fig2"}[request.param], laboratory
-        )
-
-
-class TestEveryPicture:
-    def test_shows_itself_in_a_notebook(self, picture, tmp_path):
-        content, about = picture._repr_png_()
-        (tmp_path / "shown.png").write_bytes(content)
-        across, up = png(tmp_path / "shown.png")
-        assert across / about["width"] == pytest.approx(up / about["height"], rel=0.01)
-        assert about["width"] == pytest.approx(100.0 * picture.get_figwidth(), abs=1.0)
-
-    @pytest.mark.parametrize("fonts", [3, 42])
-    def test_a_pdf_has_truetype_fonts_alone(self, picture, tmp_path, fonts):
-        with mpl.rc_context({"pdf.fonttype": fonts}):
-            picture.savefig(tmp_path / "a.pdf")
-        content = (tmp_path / "a.pdf").read_bytes()
-        assert b"/Type3" not in content
-        assert b"/FontFile2" in content
-
-    def test_the_text_of_an_svg_is_text(self, picture, tmp_path):
-        picture.savefig(tmp_path / "a.svg")
-        assert "<text" in (tmp_path / "a.svg").read_text(encoding="utf-8")
 
 
 class TestSavefig:
@@ -465,48 +454,43 @@ class TestSavefig:
         files = []
         for settings in ({}, other):
             path = tmp_path / f"{len(files)}.{suffix}"
-            figure = wb.plot(response)
+            figure = section.section(response)
             with mpl.rc_context(settings):
                 before = dict(mpl.rcParams)
                 figure.savefig(path)
                 assert dict(mpl.rcParams) == before
             text = path.read_bytes().split(b"\n")
-            # An EPS says in its head of what name and when it is.
+            # The head of an EPS file has its name and date.
             files.append([one for one in text if not one.startswith((b"%%Title", b"%%Creation"))])
         assert files[0] == files[1]
 
-    def test_resolution_and_other_choices_are_the_users(self, response, tmp_path):
-        figure = wb.plot(response)
+    def test_resolution_and_metadata_are_the_users(self, figure, tmp_path):
         with mpl.rc_context({"savefig.dpi": 50}):
             figure.savefig(tmp_path / "a.png")
         figure.savefig(tmp_path / "b.png", dpi=25)
         sizes = [png(tmp_path / name)[0] for name in ("a.png", "b.png")]
-        assert sizes == [round(dots * figure.get_figwidth()) for dots in (50, 25)]
+        assert sizes == pytest.approx([dots * figure.get_figwidth() for dots in (50, 25)], abs=1)
         figure.savefig(tmp_path / "c.svg", metadata={"Title": "A brake"})
         assert "A brake" in (tmp_path / "c.svg").read_text(encoding="utf-8")
 
     @pytest.mark.parametrize(
         ("name", "options", "written"),
         [
-            ("a", {}, "a.png"),
-            ("a", {"format": "pdf"}, "a"),
-            ("a.dat", {"format": "png"}, "a.dat"),
-            ("a.PNG", {}, "a.PNG"),
+            ("a", {}, ["a.png"]),
+            ("a", {"format": "pdf"}, ["a"]),
+            ("a.dat", {"format": "png"}, ["a.dat"]),
+            ("a.PNG", {}, ["a.PNG"]),
+            ("a.xyz", {}, []),
         ],
     )
-    def test_names_are_those_of_matplotlib(self, response, tmp_path, name, options, written):
-        for make, folder in ((wb.plot(response), "ours"), (Figure(), "theirs")):
+    def test_names_are_those_of_matplotlib(self, figure, tmp_path, name, options, written):
+        for make, folder in ((figure, "ours"), (Figure(), "theirs")):
             (tmp_path / folder).mkdir()
-            make.savefig(str(tmp_path / folder / name), **options)
-            assert [one.name for one in (tmp_path / folder).iterdir()] == [written]
+            with nullcontext() if written else pytest.raises(ValueError, match="supported"):
+                make.savefig(str(tmp_path / folder / name), **options)
+            assert [one.name for one in (tmp_path / folder).iterdir()] == written
 
-    def test_an_unknown_format_is_refused_and_nothing_written(self, response, tmp_path):
-        with pytest.raises(ValueError, match="supported"):
-            wb.plot(response).savefig(tmp_path / "a.xyz")
-        assert not list(tmp_path.iterdir())
-
-    def test_open_files_and_books_of_pages(self, response, tmp_path):
-        figure = wb.plot(response)
+    def test_open_files_and_books_of_pages(self, figure, tmp_path):
         with (tmp_path / "a.pdf").open("wb") as file:
             figure.savefig(file, format="pdf")
         assert b"/Type3" not in (tmp_path / "a.pdf").read_bytes()
@@ -517,8 +501,7 @@ class TestSavefig:
             found = (tmp_path / "b.pdf").read_bytes()
             assert [one for one in (b"/Type3", b"/FontFile2") if one in found] == [fonts]
 
-    def test_through_a_link_and_into_a_pipe(self, response, tmp_path):
-        figure = wb.plot(response)
+    def test_through_a_link_and_into_a_pipe(self, figure, tmp_path):
         (tmp_path / "link.svg").symlink_to(tmp_path / "target")
         figure.savefig(tmp_path / "link.svg")
         assert (tmp_path / "link.svg").is_symlink()
@@ -527,29 +510,12 @@ class TestSavefig:
             content = threads.submit((tmp_path / "pipe").read_bytes)
             figure.savefig(tmp_path / "pipe", format="svg")
             for one in (content.result(60), (tmp_path / "target").read_bytes()):
-                assert one.startswith(b"<?xml")
                 assert one.rstrip().endswith(b"</svg>")
         assert (tmp_path / "pipe").is_fifo()
 
-    @pytest.mark.parametrize("broken", ["draw", "replace"])
-    def test_failure_leaves_the_old_file_and_nothing_else(
-        self, response, tmp_path, monkeypatch, broken
-    ):
-        path, figure = tmp_path / "a.png", wb.plot(response)
-        path.write_bytes(b"old")
-
-        def fail(*_args, **_named):
-            raise {"draw": MemoryError, "replace": OSError}[broken]
-
-        monkeypatch.setattr(*{"draw": (Figure, "draw"), "replace": (Path, "replace")}[broken], fail)
-        with pytest.raises({"draw": MemoryError, "replace": wb.OutputError}[broken]):
-            figure.savefig(path)
-        assert path.read_bytes() == b"old"
-        assert list(tmp_path.iterdir()) == [path]
-
-    def test_a_picture_survives_pickling(self, response, tmp_path):
-        figure = pickle.loads(pickle.dumps(wb.plot(response)))  # noqa: S301 - our own
-        figure.savefig(tmp_path / "a.pdf")
+    def test_a_picture_survives_pickling(self, figure, tmp_path):
+        copy = pickle.loads(pickle.dumps(figure))  # noqa: S301 - our own
+        copy.savefig(tmp_path / "a.pdf")
         assert b"/Type3" not in (tmp_path / "a.pdf").read_bytes()
 
 

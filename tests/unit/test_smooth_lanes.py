@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.solvers.smooth import dense_output, simd_batch, taylor
-from wedgebrake.solvers.smooth.batch import WIDTH, advance_together, fits
+from wedgebrake.solvers.smooth.assemble import problem
 from wedgebrake.solvers.smooth.simd_codegen import Plain
-from wedgebrake.solvers.smooth.solve import problem
-from wedgebrake.solvers.smooth.solve_periods import advance
+from wedgebrake.solvers.smooth.solve_periods import WIDTH, advance, advance_together, fits_lanes
 
 MOST = 10**7
 
@@ -45,7 +44,7 @@ CASES = {
 
 def together(names, rtol=1e-9, periods=4, most=MOST):
     given = [problem(CASES[name][0], rtol, *CASES[name][1]) for name in names]
-    assert all(fits(one) for one in given)
+    assert all(fits_lanes(one) for one in given)
     states = np.array([CASES[name][1] for name in names])
     return advance_together(given, states, periods, most)
 
@@ -57,7 +56,7 @@ def test_as_alone(first):
     for name, found in zip(names, together(names, 1e-12), strict=True):
         system, state = CASES[name]
         right = advance(problem(system, 1e-12, *state), state, 4, MOST)
-        assert found.outcome == enums.COMPLETED
+        assert found.outcome == Outcome.COMPLETED
         assert found.state == (found.points[-1, 0], found.points[-1, 1])
         size = np.abs(right.points).max(axis=0) + 1e-12
         assert np.max(np.abs(found.points - right.points) / size) <= 2e-8, name
@@ -98,15 +97,15 @@ def test_ends_of_one_leave_the_others():
     given = [problem(runaway, 1e-8, *state), problem(paper(), 1e-8)]
     found = advance_together(given, np.array([state, (0.0, 0.0)]), 200, MOST)
     right = advance(problem(runaway, 1e-8, *state), state, 200, MOST)
-    assert found[0].outcome == right.outcome == enums.DIVERGED
+    assert found[0].outcome == right.outcome == Outcome.DIVERGED
     assert found[0].points.shape == right.points.shape
-    assert found[1].outcome == enums.COMPLETED
+    assert found[1].outcome == Outcome.COMPLETED
     assert found[1].points.shape == (201, 2)
 
 
 def test_patience():
     found = together(["wedge", "conventional"], most=30)
-    assert [one.outcome for one in found] == [enums.STEP_LIMIT] * 2
+    assert [one.outcome for one in found] == [Outcome.STEP_LIMIT] * 2
     assert all(0 < one.points.shape[0] < 5 for one in found)
 
 
@@ -114,20 +113,24 @@ def test_patience():
 def test_the_formula_is_python(formulas):
     """What was compiled for several lanes is the formula, lane by lane."""
     rng = np.random.default_rng(5)
-    given, state = problem(paper(), 1e-9), (0.01, 0.03)
-    width = WIDTH if formulas is taylor else dense_output.WIDTH
-    inputs = np.zeros((taylor.INPUTS, width))
-    outputs = np.zeros((formulas.OUTPUTS, width))
-    taylor.load(given.plant, given.series, inputs, 0)
-    inputs[:] = inputs[:, :1]
-    rows = [taylor.THETA, taylor.W, taylor.DRIVE, taylor.RATE]
-    inputs[rows] = rng.uniform(-0.2, 0.2, (4, width)) + np.array([*state, 1.0, 1.0])[:, None]
-    inputs[[taylor.LAST, taylor.LONGEST, taylor.REACH]] = [[1e-4], [1e-4], [0.05]]
-    inputs[[taylor.TOL_THETA, taylor.TOL_W]] = [[1e-10], [1e-9]]
+    given = problem(paper(), 1e-9).problem
+    width, rows = WIDTH, taylor.OUTPUT_ROWS
+    if formulas is dense_output:
+        width, rows = dense_output.WIDTH, dense_output.DENSE_ROWS
+    inputs, outputs = np.zeros((taylor.INPUT_ROWS, width)), np.zeros((rows, width))
+    taylor.load(given.driveline, given.torque, given.law, inputs, 0)
+    numbers = taylor.Inputs(*inputs[:, :1])
+    angle, velocity, drive, rate = rng.uniform(-0.2, 0.2, (4, width))
+    numbers = numbers._replace(
+        angle=0.01 + angle, velocity=0.03 + velocity, drive=1.0 + drive, drive_rate=1.0 + rate,
+        last_size=1e-4, longest_size=1e-4, reach=0.05, angle_tolerance=1e-10,
+        velocity_tolerance=1e-9,
+    )  # fmt: skip
+    inputs[:] = [np.broadcast_to(number, width) for number in numbers]
     compiled = simd_batch.step_lanes if formulas is taylor else dense_output.expand_lanes
     compiled(inputs, outputs)
     for lane in range(width):
-        right = formulas.formula(Plain, lambda row, lane=lane: inputs[row, lane])
+        right = formulas.formula(Plain, list(inputs[:, lane]))
         np.testing.assert_allclose(outputs[:, lane], right, rtol=1e-12, atol=1e-300)
 
 

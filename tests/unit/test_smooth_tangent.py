@@ -12,10 +12,11 @@ from scipy.linalg import expm
 
 import wedgebrake as wb
 from equations import angular_frequency, gain
-from wedgebrake.dynamics import enums
-from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.solvers.smooth import simd_codegen, solve, taylor, variational
-from wedgebrake.solvers.smooth.solve import problem
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.solvers.smooth import taylor, variational
+from wedgebrake.solvers.smooth.assemble import laws, problem
+from wedgebrake.solvers.smooth.problem import joined
+from wedgebrake.solvers.smooth.simd_codegen import Plain
 from wedgebrake.solvers.smooth.solve_periods import PeriodMap, period_map
 
 MOST = 10**6
@@ -66,7 +67,7 @@ def differences(system, given, state, step):
         for k in (-2, -1, 1, 2):
             angle, velocity = np.array(state) + k * step * np.array(unit)
             there = period_map(given, angle, velocity, MOST, derivative=False)
-            assert there.outcome == enums.COMPLETED
+            assert there.outcome == Outcome.COMPLETED
             moved.append(np.array([there.angle, there.velocity]))
         difference = moved[0] - 8.0 * moved[1] + 8.0 * moved[2] - moved[3]
         columns.append(difference / (12.0 * step * max(unit)))
@@ -146,14 +147,14 @@ def torque_slope(system, v):
 )
 def test_slope_of_the_torque_never_looks_across_a_kink(system, beyond):
     """Sliding speeds from the layer to the release, which a stage may pass, and the mirror."""
-    given = problem(system, 1e-9)
-    laws, numbers = solve._laws(system), solve._numbers(system)
-    release, reach = system.actuation.release_speed, 0.5 * math.pi * given.band
+    brake = joined.py_func(*laws(system))
+    release = system.actuation.release_speed
+    reach = 0.5 * math.pi * problem(system, 1e-9).problem.band
     inside = math.nextafter(release, 0.0)
     for low, high, sign in ((0.0, release, 1.0), (-release, 0.0, -1.0)):
         for v in (sign * (release + beyond), -sign * beyond):
-            arm = variational._ARM * (abs(v) + reach)
-            got = variational._slope(laws, numbers, v, low, high, arm)
+            arm = variational.ARM * (abs(v) + reach)
+            got = variational.torque_slope(brake, v, low, high, arm)
             nearest = sign * min(max(sign * v, 0.0), inside)
             assert got == pytest.approx(torque_slope(system, nearest), rel=1e-9)
 
@@ -161,16 +162,17 @@ def test_slope_of_the_torque_never_looks_across_a_kink(system, beyond):
 @pytest.mark.parametrize("system", [paper(), CONVENTIONAL], ids=["wedge", "conventional"])
 def test_slope_of_the_torque_of_a_series(system):
     """In closed form, from far below the layer to the release."""
-    given, inputs = problem(system, 1e-9), np.ones((taylor.INPUTS, 1))
-    taylor.load(given.plant, given.series, inputs, 0)
+    given, inputs = problem(system, 1e-9).problem, np.ones((taylor.INPUT_ROWS, 1))
+    driveline, inertia = given.driveline, given.driveline.inertia
+    taylor.load(driveline, given.torque, given.law, inputs, 0)
     for v in np.geomspace(1e-9, 0.999 * system.actuation.release_speed, 40):
         for side in (-1.0, 1.0):
-            taylor.aim(given.plant, given.series, side, 0.0, 0.0, side * v, inputs, 0)
-            get = lambda row: inputs[row, 0]  # noqa: E731
-            *_, gains, rates = taylor.expand(simd_codegen.Plain, get)
-            pressed = get(taylor.FORCE) + get(taylor.SLOPE) * side * v
-            got = get(taylor.SLOPE) * gains[0] + pressed * rates[0]
-            assert got * given.plant[0] == pytest.approx(torque_slope(system, side * v), rel=1e-12)
+            taylor.aim(inputs, 0, side * given.law.actuator.slope / inertia, 0.0, side * v)
+            numbers = taylor.Inputs(*inputs[:, 0])
+            series = taylor.expand(Plain, numbers)
+            pressed = numbers.force + numbers.slope * side * v
+            got = numbers.slope * series.gains[0] + pressed * series.rates[0]
+            assert got * inertia == pytest.approx(torque_slope(system, side * v), rel=1e-12)
 
 
 def variational_solution(system, state):
@@ -215,7 +217,7 @@ def test_against_scipy_with_the_slope_of_tanh(name):
     system, state, _, _ = CASES[name]
     expected, matrix, area = variational_solution(system, state)
     got = period_map(problem(system, 1e-12), *state, MOST)
-    assert got.outcome == enums.COMPLETED
+    assert got.outcome == Outcome.COMPLETED
     assert (got.angle, got.velocity) == pytest.approx(tuple(expected), rel=1e-10)
     largest = np.max(np.abs(scaled(system, matrix)))
     error = np.max(np.abs(scaled(system, got.matrix - matrix)))
@@ -276,22 +278,22 @@ def test_newton_finds_an_orbit_and_its_multiplier():
 def advanced(given, state):
     """The state one period later."""
     there = period_map(given, *state, MOST, derivative=False)
-    assert there.outcome == enums.COMPLETED
+    assert there.outcome == Outcome.COMPLETED
     return np.array([there.angle, there.velocity])
 
 
 class TestNotCompleted:
     def test_step_limit(self):
-        self.check(period_map(problem(paper(), 1e-9), 0.0, 1.0, 10), enums.STEP_LIMIT)
+        self.check(period_map(problem(paper(), 1e-9), 0.0, 1.0, 10), Outcome.STEP_LIMIT)
 
     def test_beyond_the_wall(self):
         system = paper(eta=0.0, alpha=0.9)
-        self.check(period_map(problem(system, 1e-9), 0.0, 2.0, MOST), enums.NO_SLIDING)
+        self.check(period_map(problem(system, 1e-9), 0.0, 2.0, MOST), Outcome.NO_FORWARD_SOLUTION)
 
     def test_divergence(self):
         system = wb.paper.system(friction="smoothed", release=False, damping=1.0)
-        far = problem(system, 1e-9).w_diverged
-        self.check(period_map(problem(system, 1e-9), 0.0, 0.999 * far, MOST), enums.DIVERGED)
+        far = problem(system, 1e-9).problem.divergence_velocity
+        self.check(period_map(problem(system, 1e-9), 0.0, 0.999 * far, MOST), Outcome.DIVERGED)
 
     def check(self, got: PeriodMap, outcome: int) -> None:
         assert got.outcome == outcome

@@ -10,25 +10,10 @@ from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.harmonic import phase_at, phase_of
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import acceleration, enter, forcing_of, jerk, state_at
+from wedgebrake.dynamics.motion_sums import count_stick, empty_sums, widen
 from wedgebrake.dynamics.problem import Problem, torque_at_rest
-from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import return_time
 from wedgebrake.dynamics.segment_log import REST, duration
-
-SUMS = record(
-    fields=[
-        ("rest_time", np.float64),  # [s]
-        ("sticks_forward", np.float64),  # entered from above the rest velocity
-        ("sticks_backward", np.float64),
-        ("heat", np.float64),  # of the brake's torque on the sliding velocity [J]
-        ("peak_torque", np.float64),  # largest |torque| of the brake [N m]
-        ("least_velocity", np.float64),  # extreme values met
-        ("greatest_velocity", np.float64),
-        ("least_angle", np.float64),
-        ("greatest_angle", np.float64),
-        ("last_slip", np.float64),  # when slip was seen last, in returns
-    ]
-)
 
 # The motion is sampled once in so many radians of its fastest rate, for its extremes.
 _CELL = 1.5
@@ -42,21 +27,9 @@ _WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392
 
 
 @compiled
-def clear(sums):
-    """Set a record of sums to those of no motion."""
-    sums.rest_time = sums.sticks_forward = sums.sticks_backward = 0.0
-    sums.heat = sums.peak_torque = 0.0
-    sums.least_velocity = sums.least_angle = math.inf
-    sums.greatest_velocity = sums.greatest_angle = sums.last_slip = -math.inf
-
-
-@compiled
 def _widen(sums, theta, w, torque):
     """Include a state and the brake's torque there in the extremes."""
-    sums.least_velocity = min(sums.least_velocity, w)
-    sums.greatest_velocity = max(sums.greatest_velocity, w)
-    sums.least_angle = min(sums.least_angle, theta)
-    sums.greatest_angle = max(sums.greatest_angle, theta)
+    widen(sums, theta, w)
     sums.peak_torque = max(sums.peak_torque, abs(torque))
 
 
@@ -219,15 +192,11 @@ def add(problem, log, rows, sums):
             sums.heat += _heat(piece, forcing, w_rest, row, after, entry, tau)
             sums.last_slip = after.period + after.time / interval
         if after.kind == EventKind.STICK:
-            if after.side > 0.0:
-                sums.sticks_forward += 1.0
-            else:
-                sums.sticks_backward += 1.0
+            count_stick(sums, after.side)
 
 
 def sums_of(problem: Problem, log: NDArray[np.record]) -> Any:
     """What a whole log adds up to: a record of ``SUMS``."""
-    sums = np.empty(1, dtype=SUMS)[0]
-    clear(sums)
+    sums = empty_sums()
     add(problem, log, log.size, sums)
     return sums

@@ -21,11 +21,12 @@ from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.analysis.sticking import sticks
 from wedgebrake.dynamics.enums import MotionClass, StickClass
+from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.log_reader import SHORTEST_STICK
 from wedgebrake.solvers.simulate import simulate
-from wedgebrake.solvers.smooth import accumulators as smooth_sums
+from wedgebrake.solvers.smooth.accumulators import leave_band
 from wedgebrake.solvers.status import Status
 
 if TYPE_CHECKING:
@@ -218,19 +219,20 @@ class _SmoothRun(_Run):
         protocol: Protocol,
         begun: Passed | None,
     ) -> None:
-        from wedgebrake.solvers.smooth import solve, solve_periods
+        from wedgebrake.solvers.smooth import assemble, solve_periods
+        from wedgebrake.solvers.smooth.solve import winds_up
 
         super().__init__(system, initial, method, protocol)
-        self.given = solve.problem(system, protocol.rtol, *initial)
-        if solve.winds_for_ever(system, initial[1]):
+        self.given = assemble.problem(system, protocol.rtol, *initial)
+        if winds_up(system, initial[1]):
             self.status = Status.NO_FORWARD_SOLUTION
-        self.advance, self.no_sums = solve_periods.advance, solve_periods.no_sums
+        self.advance = solve_periods.advance
         self.begun = begun
         self.length = 1.0 / system.excitation.frequency
         self.matrices = np.empty((0, 2, 2))
-        self.sums = self.no_sums()
+        self.sums = empty_sums()
 
-    def _go(self, periods: int, sums: FloatArray | None, begin: float) -> None:
+    def _go(self, periods: int, sums: Any, begin: float) -> None:
         self._take(
             self.advance(
                 self.given, self.state, periods, self.protocol.max_steps - self.work,
@@ -252,7 +254,7 @@ class _SmoothRun(_Run):
             self._go(periods, None, 0.0)
 
     def _observe(self, periods: int) -> None:
-        self.sums = self.no_sums()
+        self.sums = empty_sums()
         before = 0.0
         if periods > 1:
             self._go(periods - 1, self.sums, 0.0)
@@ -266,18 +268,18 @@ class _SmoothRun(_Run):
             self.matrices = np.concatenate([matrices, self.matrices])
         end = periods * self.length
         self.resting = self._rest(end) - at_rest >= self.length * (1.0 - _RESTING)
-        if not math.isnan(self.sums[smooth_sums.SINCE]):
-            smooth_sums.leave(self.sums, end, SHORTEST_STICK * self.length)
-        low, high = smooth_sums.LOW_THETA, smooth_sums.HIGH_THETA
-        width = self.ruler * (self.sums[high] - self.sums[low])
-        width += self.sums[smooth_sums.HIGH_W] - self.sums[smooth_sums.LOW_W]
+        sums = self.sums
+        if not math.isnan(sums.band_entered):
+            leave_band(sums, end, SHORTEST_STICK * self.length)
+        width = self.ruler * (sums.greatest_angle - sums.least_angle)
+        width += sums.greatest_velocity - sums.least_velocity
         self.size = float(max(0.5 * width, 1e-300))
 
     def _rest(self, now: float) -> float:
         """Time at rest so far [s]."""
-        since = self.sums[smooth_sums.SINCE]
+        since = self.sums.band_entered
         lasting = 0.0 if math.isnan(since) else now - since
-        return float(self.sums[smooth_sums.REST_TIME] + lasting)
+        return float(self.sums.rest_time + lasting)
 
     def _derivatives(self) -> FloatArray:
         """(periods, 2, 2) derivatives over each period, of weighted angle and velocity."""
@@ -303,14 +305,12 @@ class _SmoothRun(_Run):
 
     def _measure(self, result: Result) -> None:
         sums, time = self.sums, self.protocol.recorded * self.length
-        share = min(1.0, sums[smooth_sums.REST_TIME] / time)
-        self._report_sticks(
-            share, sums[smooth_sums.STICKS_FORWARD], sums[smooth_sums.STICKS_BACKWARD]
-        )
+        share = min(1.0, sums.rest_time / time)
+        self._report_sticks(share, sums.sticks_forward, sums.sticks_backward)
         drive_speed = self.system.driveline.drive_speed
-        low, high = sums[smooth_sums.LOW_W] + drive_speed, sums[smooth_sums.HIGH_W] + drive_speed
+        low, high = sums.least_velocity + drive_speed, sums.greatest_velocity + drive_speed
         result.peak_torque = _largest_torque(self.system, low, high)
-        result.friction_power = sums[smooth_sums.HEAT] / time
+        result.friction_power = sums.heat / time
 
 
 class _SchemeRun(_Run):

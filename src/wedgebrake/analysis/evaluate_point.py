@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis import accumulators
-from wedgebrake.analysis.accumulators import SUMS
 from wedgebrake.analysis.classify import (
     LONGEST,
     Verdict,
@@ -20,9 +19,12 @@ from wedgebrake.analysis.classify import (
     next_window,
     settling_of,
 )
-from wedgebrake.analysis.saltation import Deviations, propagate
+from wedgebrake.analysis.saltation import propagate
+from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import FlowForm, MotionClass, Outcome, StickClass
 from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.motion_sums import SUMS
+from wedgebrake.dynamics.motion_sums import clear as clear_sums
 from wedgebrake.dynamics.piecewise_linear import CORNER, pieces_about
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY, Instant, State, angle_weight
 from wedgebrake.dynamics.records import record
@@ -151,7 +153,7 @@ def _advance(problem, state, last, max_events, arrays, sums, deviations, growth)
 def _record(problem, state, last, max_events, arrays):
     """``_advance`` from fresh sums, with the growth of a deviation in no special direction."""
     weight = angle_weight(problem.driveline, problem.torque)
-    accumulators.clear(arrays.sums[0])
+    clear_sums(arrays.sums[0])
     deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
     return _advance(
         problem, state, last, max_events, arrays, arrays.sums[0], deviation, arrays.growth
@@ -165,7 +167,7 @@ def _orbit(problem, state, order, max_events, arrays):
     The second sums receive what one orbit adds up to.
     """
     weight = angle_weight(problem.driveline, problem.torque)
-    accumulators.clear(arrays.sums[1])
+    clear_sums(arrays.sums[1])
     there = _advance(
         problem, state, state.period + order, max_events, arrays, arrays.sums[1],
         Deviations(1.0, 0.0, 0.0, weight), arrays.growth[:0],

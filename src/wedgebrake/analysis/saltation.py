@@ -14,25 +14,14 @@ breakpoint    none: the torque is continuous there
 import math
 from typing import NamedTuple
 
+from wedgebrake.dynamics.deviations import Deviations, larger_norm, scaled, through_piece
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.harmonic import phase_at
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import acceleration, forcing_of, impulse
+from wedgebrake.dynamics.linear_flow import acceleration, forcing_of
 from wedgebrake.dynamics.problem import angle_weight, slip_acceleration, torque_rate_at_rest
 from wedgebrake.dynamics.section import return_time
 from wedgebrake.dynamics.segment_log import REST, duration
-
-# Logarithm of a growth or decay that doubles hold with room to spare.
-_REACH = 300.0
-
-
-class Deviations(NamedTuple):
-    """Two small deviations, each of angle and velocity."""
-
-    angle1: float
-    velocity1: float
-    angle2: float
-    velocity2: float
 
 
 class Variation(NamedTuple):
@@ -47,41 +36,6 @@ class Variation(NamedTuple):
     log_determinant: float
     full_rank: bool
     log_scale: float
-
-
-@compiled
-def _larger_norm(deviations, weight):
-    """The larger norm of two deviations, with the angle weighted."""
-    x1, y1, x2, y2 = deviations
-    return max(math.hypot(weight * x1, y1), math.hypot(weight * x2, y2))
-
-
-@compiled
-def _scaled(deviations, norm):
-    """(deviations over a norm, logarithm of the norm); unchanged if the norm is zero."""
-    if not norm > 0.0:
-        return deviations, 0.0
-    x1, y1, x2, y2 = deviations
-    return Deviations(x1 / norm, y1 / norm, x2 / norm, y2 / norm), math.log(norm)
-
-
-@compiled
-def _through_slip(piece, tau, weight, deviations):
-    """(deviations, logarithm of their scale) after a time ``tau`` in a piece."""
-    g2, w2, scale = piece.damping, piece.stiffness, 0.0
-    # In parts where it shrinks or grows so much that a double would not hold it.
-    parts = 1 + int(abs(g2) * tau / _REACH)
-    h, rate = impulse(piece, tau / parts)
-    top = rate + g2 * h
-    for _ in range(parts):
-        x1, y1, x2, y2 = deviations
-        deviations = Deviations(
-            top * x1 + h * y1, rate * y1 - w2 * h * x1, top * x2 + h * y2, rate * y2 - w2 * h * x2
-        )
-        if parts > 1:
-            deviations, grown = _scaled(deviations, _larger_norm(deviations, weight))
-            scale += grown
-    return deviations, scale
 
 
 @compiled
@@ -134,7 +88,7 @@ def propagate(problem, log, rows, deviations, growth, first):
                 full_rank = False
         else:
             piece, tau = problem.brake.pieces[before.mode], duration(before, after, interval)
-            deviations, grown = _through_slip(piece, tau, weight, deviations)
+            deviations, grown = through_piece(piece, tau, weight, deviations)
             scale += grown
             determinant -= piece.damping * tau
         kind = after.kind
@@ -149,7 +103,7 @@ def propagate(problem, log, rows, deviations, growth, first):
         if after.period == before.period:
             continue
         if growth.size == 0:
-            deviations, grown = _scaled(deviations, _larger_norm(deviations, weight))
+            deviations, grown = scaled(deviations, larger_norm(deviations, weight))
             scale += grown
         index = after.period - first - 1
         if 0 <= index < growth.size:

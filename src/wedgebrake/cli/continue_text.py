@@ -7,8 +7,8 @@ from typing import Any
 
 from wedgebrake.cli.continue_report import without_value
 from wedgebrake.cli.report import describe
-from wedgebrake.continuation.bifurcation_types import Kind, Scenario
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 
 # Lines of a table that a reader takes in.
 _MOST_LINES = 40

@@ -20,9 +20,9 @@ _PACKAGES = {
     "dynamics": "linear_flow.acceleration",
     "solvers": "ode14x_kernel.acceleration",
     "solvers.event_driven": "root_exclusion.safe_step",
-    "solvers.smooth": "runge_kutta.room",
-    "analysis": "saltation.carry",
-    "continuation": "segment_bvp_kernel.residual",
+    "solvers.smooth": "runge_kutta.pole_distance",
+    "analysis": "saltation.propagate",
+    "orbits": "segment_kernel.residual",
 }
 _SOURCES = Path(wedgebrake.__file__).parent
 # "linear_flow.constants-254.py311.nbi": an index of what is compiled of one function, by its line.

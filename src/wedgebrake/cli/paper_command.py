@@ -22,7 +22,7 @@ from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.report import to_json, versions
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.files import write
-from wedgebrake.paper.assumptions import AS_PRINTED, CORRECTED
+from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED
 from wedgebrake.paper.claims import Finding
 from wedgebrake.paper.figures import FIGURES
 from wedgebrake.paper.laboratory import FRICTION, METHOD_WORDS, Laboratory

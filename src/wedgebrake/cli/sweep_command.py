@@ -132,7 +132,9 @@ def compute(study: Study, storing: Storing, threads: int | None) -> Outcome:
 def _run(
     study: Study, storing: Storing, threads: int | None, hear: Callable[[Progress], None]
 ) -> xr.Dataset:
-    from wedgebrake.sweeps.maps import basins, bifurcation, regime_map
+    from wedgebrake.sweeps.basins import basins
+    from wedgebrake.sweeps.bifurcation import bifurcation
+    from wedgebrake.sweeps.regime_map import regime_map
     from wedgebrake.sweeps.sweep import sweep
 
     arguments: dict[str, Any] = {name: getattr(study.run, name) for name in _OF_RUN}

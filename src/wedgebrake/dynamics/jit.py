@@ -11,11 +11,13 @@ carries the stamp of all files of these folders together.
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from numba import from_dtype, njit, types
 from numba.core.errors import NumbaExperimentalFeatureWarning
+from numba.extending import overload
 
 # Function pointers have been "experimental" since 2020; the tests cover our use of them.
 warnings.filterwarnings(
@@ -34,7 +36,7 @@ _OPTIONS: dict[str, Any] = {
 
 PACKAGE = Path(__file__).parents[1]
 # Folders with kernels.
-FOLDERS = ("dynamics", "solvers", "analysis", "continuation")
+FOLDERS = ("dynamics", "solvers", "analysis", "orbits")
 
 
 def _stamp() -> tuple[tuple[str, int, int], ...]:
@@ -49,8 +51,18 @@ def compiled(function: Callable[..., Any], **options: Any) -> Any:
     """Compile a kernel at its first call."""
     dispatcher = njit(**{**_OPTIONS, **options})(function)
     # Private, since Numba has no public way; test_compiling fails if this stops working.
-    dispatcher._cache._cache_file._source_stamp = SOURCE_STAMP
+    index = dispatcher._cache._cache_file
+    index._source_stamp = SOURCE_STAMP
+    index._load_index = partial(_index_or_none, index._load_index)
     return dispatcher
+
+
+def _index_or_none(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
+    """The index of a cache; empty where other sources wrote it, with types that are no more."""
+    try:
+        return load()
+    except (AttributeError, ImportError):
+        return {}
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -75,6 +87,23 @@ def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
         return dispatcher
 
     return decorate
+
+
+def chosen_by_class(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
+    """Return a kernel that calls the one which belongs to the class of its first argument.
+
+    The classes are named tuples. Kernels choose when they are compiled, at no cost at run time.
+    """
+
+    def chosen(first: Any, *rest: Any) -> Any:
+        return kernels[type(first)](first, *rest)
+
+    def choose(first, *rest):  # noqa: ARG001 - Numba's signature
+        kernel = kernels.get(getattr(first, "instance_class", None))
+        return None if kernel is None else lambda first, *rest: kernel(first, *rest)
+
+    overload(chosen, jit_options={"forceinline": True})(choose)
+    return chosen
 
 
 def array_of(dtype: Any) -> Any:

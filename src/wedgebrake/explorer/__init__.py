@@ -6,8 +6,7 @@ server      one process that gives every browser a page of its own (``wedgebrake
 notebook    the same page in a notebook cell (``wb.explore``), served by its process
 explorer    one page: what is heard changes the desk, what lies on it is computed and shown
 parts/      what the browser draws and hears, one part of the page per file
-charts/     the plots of one motion
-plates/     the pictures over parameters
+parameter_plots  pictures over parameters: what is computed, with its Bokeh figure
 
 What they work with, none of which knows a browser:
 

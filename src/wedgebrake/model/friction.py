@@ -70,11 +70,28 @@ class SetValuedFriction(Friction):
 
 
 class SmoothFriction(Friction):
-    """A law that is a function of the sliding speed."""
+    """A law that is a function of the sliding speed.
+
+    To add one, write a class that states
+
+    - its parameters, and ``kind``, its name in study files;
+    - ``shape()``: the numbers that its law needs, four at most;
+    - ``law(speed, shape)``, a static method: m(v_r), with ``math`` functions only (it is compiled
+      for the smooth solver);
+    - ``transition``, and ``reference`` for the normalised groups.
+
+    ``limit`` and ``saturation`` let the solver use closed forms where the law is constant;
+    ``narrow_places`` declares features that steps must not miss.
+    """
+
+    def shape(self) -> tuple[float, ...]:
+        """The numbers that ``law`` needs, in its order."""
+        return ()
 
     def coefficient(self, speed: float) -> float:
         """Signed friction coefficient m at the sliding speed v_r [m/s]."""
-        raise NotImplementedError
+        law: Callable[..., float] = type(self).law  # type: ignore[attr-defined]
+        return float(law(float(speed), self.shape()))
 
     @property
     def transition(self) -> float:
@@ -291,10 +308,6 @@ class SmoothedFriction(SmoothFriction):
             e = math.exp(-2.0 * abs(x))
             tanh = math.copysign((1.0 - e) / (1.0 + e), x)
         return (shape[0] + peak) * tanh
-
-    def coefficient(self, speed: float) -> float:
-        """Signed friction coefficient m at the sliding speed v_r [m/s]."""
-        return self.law(float(speed), self.shape())
 
 
 # A law that has this share of its friction at this share of its width jumps at rest, or is

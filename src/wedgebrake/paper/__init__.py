@@ -1,20 +1,22 @@
-"""The paper of Chen and Xi (2014): its parameters, its figures, and an audit of its statements.
+"""The paper of Chen and Xi (2014): its figures, and an audit of its statements.
 
-parameters      ``wb.paper.system``: the machine at given groups
-assumptions     the cases, and what the paper leaves unsaid
+Its machines are data in ``wedgebrake.model.paper_machines``. Nothing imports this package but
+the command line and ``wb.paper``.
+
 laboratory      the paper's experiment: runs of 25 s, each done once, by any method
-sight, traits   what a reader sees of points, responses and spectra, as numbers
-diagrams        bifurcation diagrams, and the limits of what is seen in them
+visual_criteria kinds of motion as seen in a printed diagram
+signal_features features of responses and spectra, as numbers
+diagrams        bifurcation diagrams, and the limits visible in them
 claims          a statement, its parts, and the verdict that follows
 statements      every statement, in the order of the figures
-identification  which reading of the unsaid satisfies how many statements
-smoothing       smoothed against exact friction
+identification  which assumptions satisfy how many statements
+smoothing       smoothed and exact friction compared
 corrections     what is printed, and what it should be
 timing          run time of the paper's example
 figures         the pictures, one file per kind
 report          all of it on one page
 """
 
-from wedgebrake.paper.parameters import system
+from wedgebrake.model.paper_machines import system
 
 __all__ = ["system"]

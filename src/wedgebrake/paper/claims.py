@@ -1,24 +1,24 @@
-"""Statements of the paper, how each is tested, and what comes of it.
+"""Statements of the paper, how each is tested, and the verdict that follows.
 
 A statement is tested in parts, each a plain yes or no with the numbers found. It is tested
 twice: as printed (the paper's own parameters, ``AS_PRINTED``) and as corrected. No verdict
 is written down anywhere; it follows from the parts. (One part, on the run time of the paper's
-own program, cannot be told by any run here.)
+own program, cannot be decided by any run here.)
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any
 
-from wedgebrake.paper.assumptions import AS_PRINTED, Assumptions
+from wedgebrake.model.paper_machines import AS_PRINTED, Assumptions
 from wedgebrake.paper.laboratory import Laboratory
 
 
 class Verdict(Enum):
-    """What comes of a statement."""
+    """Verdict on a statement."""
 
     REPRODUCED = "reproduced"
     CORRECTED = "reproduced with a stated correction"
@@ -28,11 +28,11 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Part:
-    """One thing that a statement says.
+    """One assertion of a statement.
 
-    says  : in our words
-    holds : whether it does; None where the text does not say enough to tell
-    found : the numbers, in words
+    says  : the assertion
+    holds : whether it is true; None where the text does not say enough to decide
+    found : the numbers found, in words
     """
 
     says: str
@@ -40,23 +40,27 @@ class Part:
     found: str
 
     def __post_init__(self) -> None:
-        """NumPy's booleans are none for ``is`` and for JSON."""
+        """Make NumPy's booleans Python's, for ``is`` and for JSON."""
         if self.holds is not None:
             object.__setattr__(self, "holds", bool(self.holds))
+
+
+Check = Callable[[Laboratory, dict[str, Any]], Iterable[Part]]
+"""The parts of a statement, from a laboratory and the statement's values."""
 
 
 @dataclass(frozen=True)
 class Statement:
     """One statement of the paper.
 
-    name       : as "B3"; figure: as "11a"; says: in our words
+    name       : as "B3"; figure: as "11a"; says: a paraphrase
     test       : how it is tested; tolerance: what counts as agreement
     check      : from a laboratory and the values below, the parts
     printed    : what the figure's caption or the text prints, where a correction changes it
     correction : the values that are used instead; {} for none
     why        : that correction in words, for the reader
-    apart      : whether each assumption is taken back alone, to see if it is needed; the
-                 diagrams leave that to the identification
+    apart      : whether each assumption is reverted alone, to see if it is needed; for the
+                 diagrams the identification does that
     """
 
     name: str
@@ -64,7 +68,7 @@ class Statement:
     says: str
     test: str
     tolerance: str
-    check: Callable[[Laboratory, dict[str, Any]], list[Part]]
+    check: Check
     printed: dict[str, Any] = field(default_factory=dict)
     correction: dict[str, Any] = field(default_factory=dict)
     why: str = ""
@@ -78,11 +82,11 @@ class Statement:
 
 @dataclass(frozen=True)
 class Finding:
-    """What came of a statement.
+    """Result of examining a statement.
 
     parts   : with the corrected parameters, or as printed where that already holds
     printed : the same with the paper's own parameters
-    needed  : the corrections without which it does not hold, in words; "" for none
+    needed  : the corrections without which it does not hold, in words; empty if none
     """
 
     statement: Statement
@@ -106,8 +110,8 @@ class Finding:
         }
 
 
-def judge(parts: Sequence[Part]) -> bool | None:
-    """Whether all parts hold; None where none is false and one cannot be told."""
+def all_hold(parts: Iterable[Part]) -> bool | None:
+    """True if all parts hold; None if none is false but one cannot be decided."""
     answers = [part.holds for part in parts]
     if False in answers:
         return False
@@ -117,7 +121,7 @@ def judge(parts: Sequence[Part]) -> bool | None:
 def parts_of(
     statement: Statement, laboratory: Laboratory, values: dict[str, Any]
 ) -> tuple[Part, ...]:
-    """A statement tested with some values; what has been tested before is not again."""
+    """Test a statement with some values, once for each laboratory."""
     return laboratory.once(
         (statement.name, statement.check),
         values,
@@ -132,10 +136,10 @@ def examine(statement: Statement, laboratory: Laboratory) -> Finding:
     """
     printed_lab = laboratory.like(assumptions=AS_PRINTED)
     printed = parts_of(statement, printed_lab, statement.printed)
-    if judge(printed):
+    if all_hold(printed):
         return Finding(statement, Verdict.REPRODUCED, printed, printed)
     parts = parts_of(statement, laboratory, statement.corrected)
-    holds = judge(parts)
+    holds = all_hold(parts)
     verdicts = {
         True: Verdict.CORRECTED,
         False: Verdict.CONTRADICTED,
@@ -146,9 +150,9 @@ def examine(statement: Statement, laboratory: Laboratory) -> Finding:
 
 
 def _needed(statement: Statement, laboratory: Laboratory) -> str:
-    """A smallest set of changes to the printed page with which a statement holds, in words.
+    """Name a smallest set of changes to the printed page with which a statement holds.
 
-    Each change is taken back in turn, for good where the statement holds without it.
+    Each change is reverted in turn, for good if the statement holds without it.
     """
     chosen, values = laboratory.assumptions, statement.printed
     if statement.correction and not _holds(statement, laboratory, chosen, values):
@@ -169,5 +173,5 @@ def _needed(statement: Statement, laboratory: Laboratory) -> str:
 def _holds(
     statement: Statement, laboratory: Laboratory, chosen: Assumptions, values: dict[str, Any]
 ) -> bool:
-    """Whether a statement holds under other assumptions and values."""
-    return bool(judge(parts_of(statement, laboratory.like(assumptions=chosen), values)))
+    """Test a statement under other assumptions and values."""
+    return bool(all_hold(parts_of(statement, laboratory.like(assumptions=chosen), values)))

@@ -10,16 +10,16 @@ import math
 import threading
 from collections.abc import Callable, Hashable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.paper_machines import CORRECTED, DURATION, Assumptions, Case
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.paper.assumptions import CORRECTED, Assumptions, Case
-from wedgebrake.paper.visual_criteria import EYE, Eye
+from wedgebrake.paper.visual_criteria import THRESHOLDS, Thresholds
 from wedgebrake.solvers.simulate import simulate
 from wedgebrake.sweeps.executor import processors
 
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 _Result = TypeVar("_Result")
 
-DURATION, STEADY = 25.0, 20.0
-"""The run and the beginning of its steady part [s] (section 4)."""
+STEADY = 20.0
+"""Beginning of the steady part of a run [s] (section 4)."""
 SAMPLE, COARSE_SAMPLE = 1e-3, 2.5e-3
 """Time between samples [s]: ten of the paper's steps, far above any frequency it shows."""
 STEP = 1e-4
@@ -48,9 +48,9 @@ METHOD_WORDS = {
 
 @dataclass(frozen=True)
 class Steady:
-    """What is left of a run after 20 s.
+    """A run after 20 s.
 
-    status         : how the run ended, as ``simulate`` says it
+    status         : how the run ended, as in the attributes of a response
     end            : time of the end [s]
     angle, velocity: (n,) states at t = 20 s + n/f_e, up to 25 s [rad], [rad/s]; empty where
                      the run ended early
@@ -79,6 +79,7 @@ def run(system: BrakedDriveline, method: str, times: FloatArray, rtol: float = R
     return simulate(system, DURATION, method=method, times=times, rtol=rtol, step=STEP)
 
 
+@dataclass(frozen=True, eq=False)
 class Laboratory:
     """Runs of cases under one set of assumptions, by one method.
 
@@ -86,49 +87,35 @@ class Laboratory:
     assumptions : what the paper leaves unsaid
     coarse      : few columns in diagrams, whose limits are not refined, and few samples
     rtol        : relative tolerance of "smooth"
-    eye         : what is seen of the pictures
+    thresholds  : least features visible in pictures
     threads     : runs at a time; default one per processor
     watch       : called after each run with nothing, from any thread
+    store       : threads and results, shared with laboratories made from this one
 
     Use as a context, or ``close`` it. Raises ``InputError`` for an unknown method.
     """
 
-    def __init__(
-        self,
-        method: str = "smooth",
-        assumptions: Assumptions = CORRECTED,
-        *,
-        coarse: bool = False,
-        rtol: float = RTOL,
-        eye: Eye = EYE,
-        threads: int | None = None,
-        watch: Callable[[], None] = lambda: None,
-    ) -> None:
-        if method not in FRICTION:
-            raise InputError(f"method = {method!r}: not known. {nearest(str(method), FRICTION)}")
-        self.method, self.assumptions, self.coarse = method, assumptions, coarse
-        self.rtol, self.eye = rtol, eye
-        self.threads = threads or processors()
-        self._shared = _Shared(self.threads, watch)
+    method: str = "smooth"
+    assumptions: Assumptions = CORRECTED
+    coarse: bool = False
+    rtol: float = RTOL
+    thresholds: Thresholds = THRESHOLDS
+    threads: int | None = None
+    watch: Callable[[], None] = lambda: None
+    store: Any = field(default=None, repr=False)
 
-    def like(
-        self,
-        *,
-        method: str | None = None,
-        assumptions: Assumptions | None = None,
-        coarse: bool | None = None,
-        rtol: float | None = None,
-        eye: Eye | None = None,
-    ) -> Laboratory:
-        """Another method, assumptions, accuracy or eye; the same threads and the same store."""
-        other = Laboratory.__new__(Laboratory)
-        other.method = method or self.method
-        other.assumptions = assumptions or self.assumptions
-        other.coarse = self.coarse if coarse is None else coarse
-        other.rtol, other.eye = rtol or self.rtol, eye or self.eye
-        other.threads = self.threads
-        other._shared = self._shared
-        return other
+    def __post_init__(self) -> None:
+        """Check the method, and start the threads unless they are shared."""
+        if self.method not in FRICTION:
+            method = repr(self.method)
+            raise InputError(f"method = {method}: not known. {nearest(self.method, FRICTION)}")
+        if self.store is None:
+            store = _Store(self.threads or processors(), self.watch)
+            object.__setattr__(self, "store", store)
+
+    def like(self, **changed: Any) -> Laboratory:
+        """Return another laboratory with the same threads and results; others as changed."""
+        return replace(self, **changed)
 
     def __enter__(self) -> Laboratory:
         return self
@@ -137,19 +124,19 @@ class Laboratory:
         self.close()
 
     def close(self) -> None:
-        """Let the threads go; runs not yet begun are dropped."""
-        self._shared.close()
+        """Release the threads; runs not yet begun are dropped."""
+        self.store.close()
 
     def system(self, case: Case) -> BrakedDriveline:
-        """The machine of a case."""
+        """Machine of a case."""
         return self.assumptions.system(case, FRICTION[self.method])
 
     def steady(self, case: Case) -> Steady:
-        """The last 5 s of a case."""
+        """Last 5 s of a case."""
         return self.steadies([case])[0]
 
     def steadies(self, cases: Iterable[Case]) -> list[Steady]:
-        """The last 5 s of many cases, in their order."""
+        """Last 5 s of many cases, in their order."""
         return self._each("steady", cases, self._steady)
 
     def response(self, case: Case) -> xr.Dataset:
@@ -161,9 +148,9 @@ class Laboratory:
         return self._each("response", cases, self._response)
 
     def once(self, what: Hashable, values: dict[str, Any], work: Callable[[], _Result]) -> _Result:
-        """The result of work that depends on this laboratory, what it is and values; kept."""
-        about = (self.method, self.assumptions, self.coarse, self.rtol, self.eye)
-        result: _Result = self._shared.kept((what, *sorted(values.items()), *about), work)
+        """Return the stored result of some work, or do it: ``what`` and values identify it."""
+        about = (self.method, self.assumptions, self.coarse, self.rtol, self.thresholds)
+        result: _Result = self.store.kept((what, *sorted(values.items()), *about), work)
         return result
 
     def _each(
@@ -171,7 +158,8 @@ class Laboratory:
     ) -> list[_Result]:
         about = (kind, self.method, self.rtol, self.coarse)
         keys = [(*about, self.assumptions.relevant(case), case) for case in cases]
-        return self._shared.results(keys, lambda key: work(key[-1]))
+        results: list[_Result] = self.store.results(keys, lambda key: work(key[-1]))
+        return results
 
     def _steady(self, case: Case) -> Steady:
         system = self.system(case)
@@ -187,8 +175,8 @@ class Laboratory:
         return run(self.system(case), self.method, times, self.rtol)
 
 
-class _Shared:
-    """Threads, and what has been computed: laboratories alike share them."""
+class _Store:
+    """Threads and results that laboratories share."""
 
     def __init__(self, threads: int, watch: Callable[[], None]) -> None:
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="wedgebrake-paper")
@@ -206,7 +194,7 @@ class _Shared:
         return [future.result() for future in futures]
 
     def kept(self, key: Hashable, work: Callable[[], Any]) -> Any:
-        """Done in the thread that asks; two that ask at once may both do it."""
+        """Return a result, computed by the thread that asks; two at once may both compute it."""
         if key not in self._kept:
             self._kept[key] = work()
         return self._kept[key]

@@ -1,4 +1,4 @@
-"""What the paper says of a motion by looking at its pictures, as numbers."""
+"""Features that the paper reads off its pictures of a motion, as numbers."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from wedgebrake.analysis.sticking import (
     NON_STICK_SLIP,
     UNIDIRECTIONAL,
 )
+from wedgebrake.model.paper_machines import RADIUS
 from wedgebrake.paper.laboratory import STEADY
-from wedgebrake.paper.parameters import RADIUS
-from wedgebrake.paper.visual_criteria import EYE, Eye
+from wedgebrake.paper.visual_criteria import THRESHOLDS, Thresholds
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,8 +46,8 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.0f} %" if share >= 0.0995 else f"{100.0 * share:.2g} %"
 
 
-class Lines(NamedTuple):
-    """A velocity spectrum of all 25 s.
+class SideBands(NamedTuple):
+    """Lines of a velocity spectrum beside the allowed ones.
 
     beside   : highest line away from the allowed ones, over the highest of all
     where    : its frequency [Hz]
@@ -61,8 +61,10 @@ class Lines(NamedTuple):
     seen: int
 
 
-def lines(response: xr.Dataset, eye: Eye = EYE, *, natural: bool = False) -> Lines:
-    """Lines beside the forcing frequency and, if ``natural``, the natural frequency.
+def side_bands(
+    response: xr.Dataset, thresholds: Thresholds = THRESHOLDS, *, natural: bool = False
+) -> SideBands:
+    """Lines of the spectrum of all 25 s beside the forcing and, if ``natural``, natural frequency.
 
     Peaks nearer than a line is wide are one line, as the ripples of a broad hump.
     """
@@ -80,8 +82,8 @@ def lines(response: xr.Dataset, eye: Eye = EYE, *, natural: bool = False) -> Lin
     energy = amplitude**2
     peak = int(np.argmax(beside))
     local = (beside[1:-1] >= beside[:-2]) & (beside[1:-1] > beside[2:])
-    tall = frequency[1:-1][local & (beside[1:-1] >= eye.line * top)]
-    return Lines(
+    tall = frequency[1:-1][local & (beside[1:-1] >= thresholds.line * top)]
+    return SideBands(
         beside=float(beside[peak]) / top,
         where=float(frequency[peak]),
         share=float(np.sum(energy[free]) / np.sum(energy[inside])),
@@ -89,44 +91,44 @@ def lines(response: xr.Dataset, eye: Eye = EYE, *, natural: bool = False) -> Lin
     )
 
 
-class Rests(NamedTuple):
-    """Rest after 20 s, as a reader sees it.
+class VisibleSticks(NamedTuple):
+    """Sticks after 20 s, as a reader sees them.
 
-    word   : class of stick-slip
+    kind   : class of stick-slip
     shares : of the time, in sticks that follow a slip forwards, in those that follow one
              backwards, and in all
     """
 
-    word: str
+    kind: str
     shares: tuple[float, float, float]
 
-    def words(self) -> str:
-        """The class with its numbers."""
-        if self.word == AT_REST:
+    def description(self) -> str:
+        """Class of stick-slip with its numbers."""
+        if self.kind == AT_REST:
             return "at rest throughout"
         forward, backward, share = map(percent, self.shares)
         return (
-            f"{self.word} (at rest {share} of the time: {forward} after θ' > 0, {backward} after"
+            f"{self.kind} (at rest {share} of the time: {forward} after θ' > 0, {backward} after"
             " θ' < 0)"
         )
 
 
-def rests(response: xr.Dataset, eye: Eye = EYE) -> Rests:
-    """The sticks of a response after 20 s: plateaus within ``STICK_SPEED``.
+def visible_sticks(response: xr.Dataset, thresholds: Thresholds = THRESHOLDS) -> VisibleSticks:
+    """Find the sticks of a response after 20 s: plateaus within ``STICK_SPEED``.
 
-    A plateau lasts ``eye.stick`` of a torque period, and ``_PLATEAU`` times as long as a sine
-    of the same largest speed takes to pass through. It follows the last speed beyond
+    A plateau lasts ``thresholds.stick`` of a torque period, and ``_PLATEAU`` times as long as
+    a sine of the same largest speed takes to pass through. It follows the last speed beyond
     ``SEEN_SPEED``, as a reader overlooks a small dip before it.
     """
     times, velocity = _steady(response)
     if times.size < 2:
-        return Rests("no steady motion", (0.0, 0.0, 0.0))
+        return VisibleSticks("no steady motion", (0.0, 0.0, 0.0))
     excitation = json.loads(response.attrs["system"])["excitation"]
     period, largest = 1.0 / excitation["frequency"], float(np.max(np.abs(velocity)))
     if largest <= STICK_SPEED:
-        return Rests(AT_REST, (0.0, 0.0, 1.0))
+        return VisibleSticks(AT_REST, (0.0, 0.0, 1.0))
     passage = STICK_SPEED * period / (math.pi * largest)
-    shortest = max(eye.stick * period, _PLATEAU * passage)
+    shortest = max(thresholds.stick * period, _PLATEAU * passage)
     slips = np.where(np.abs(velocity) > SEEN_SPEED * largest, np.sign(velocity), 0.0)
     spent = {1: 0.0, -1: 0.0, 0: 0.0}
     for begin, end in _within(times, velocity):
@@ -135,9 +137,9 @@ def rests(response: xr.Dataset, eye: Eye = EYE) -> Rests:
             moving = np.flatnonzero(before)
             side = int(before[moving[-1]]) if moving.size else 0
             spent[side] += (end - begin) / (times[-1] - times[0])
-    noticed = sum(spent[side] >= eye.share for side in (1, -1))
-    word = (NON_STICK_SLIP, UNIDIRECTIONAL, BIDIRECTIONAL)[noticed]
-    return Rests(word, (spent[1], spent[-1], sum(spent.values())))
+    noticed = sum(spent[side] >= thresholds.share for side in (1, -1))
+    kind = (NON_STICK_SLIP, UNIDIRECTIONAL, BIDIRECTIONAL)[noticed]
+    return VisibleSticks(kind, (spent[1], spent[-1], sum(spent.values())))
 
 
 def _steady(response: xr.Dataset) -> tuple[FloatArray, FloatArray]:
@@ -151,7 +153,7 @@ def _within(times: FloatArray, velocity: FloatArray) -> list[tuple[float, float]
     speed = np.abs(velocity)
     inside = speed <= STICK_SPEED
     intervals = []
-    for begin, end in _stretches(inside):
+    for begin, end in _true_intervals(inside):
         first, last = float(times[begin]), float(times[end])
         if begin > 0:
             share = (speed[begin - 1] - STICK_SPEED) / (speed[begin - 1] - speed[begin])
@@ -163,8 +165,8 @@ def _within(times: FloatArray, velocity: FloatArray) -> list[tuple[float, float]
     return intervals
 
 
-def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """(first, last) index of each stretch of true flags."""
+def _true_intervals(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """(first, last) index of each run of true flags."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
     return [(int(begin), int(end) - 1) for begin, end in edges.reshape(-1, 2)]
 
@@ -185,7 +187,7 @@ def edges(response: xr.Dataset, side: int) -> Edges:
     speed = side * velocity
     rises, falls = [], []
     largest = float(np.max(speed, initial=0.0))
-    for begin, end in _stretches(speed > 0.0):
+    for begin, end in _true_intervals(speed > 0.0):
         if begin == 0 or end == speed.size - 1:
             continue
         lobe, at = speed[begin - 1 : end + 2], times[begin - 1 : end + 2]

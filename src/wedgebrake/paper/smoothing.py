@@ -1,4 +1,4 @@
-"""Smoothed against exact friction: where the paper's smoothing changes what is found, and why."""
+"""Smoothed and exact friction compared: where the paper's smoothing changes the result."""
 
 from __future__ import annotations
 
@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.sticking import AT_REST
-from wedgebrake.paper.assumptions import CORRECTED, Case
-from wedgebrake.paper.claims import judge, parts_of
+from wedgebrake.model.paper_machines import CORRECTED, DURATION, KINETIC, RESPONSES, Case
+from wedgebrake.paper.claims import all_hold, parts_of
 from wedgebrake.paper.diagrams import PLANS, paper_diagram
-from wedgebrake.paper.laboratory import DURATION, RTOL, Laboratory, section_times
-from wedgebrake.paper.parameters import KINETIC
-from wedgebrake.paper.signal_features import rests
+from wedgebrake.paper.laboratory import RTOL, Laboratory, section_times
+from wedgebrake.paper.signal_features import visible_sticks
 from wedgebrake.paper.statements import STATEMENTS
-from wedgebrake.paper.visual_criteria import look
+from wedgebrake.paper.visual_criteria import appearance
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ STEEPNESS = (50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 """xi [s/m]; the paper's is 100."""
 PAPER_STEEPNESS = 100.0
 REGULAR = (Case(eta=-60.0), Case(eta=0.0), Case(eta=0.0, F0=0.09))
-"""Cases whose response does not depend sensitively on anything."""
+"""Cases whose response does not depend sensitively on the initial state."""
 _SPAN = 2.0
 
 
@@ -56,18 +55,15 @@ _CREEPING = Case(eta=0.0, F0=0.12)
 _NEAR_BREAKAWAY = (0.03, 0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.105, 0.11)
 _NUDGE, _LATE = 1e-12, np.arange(1.0, 15.0, 0.25)
 _COMPARED = (
-    *(Case(eta=0.0, F0=force) for force in (0.036, 0.06, 0.09, 0.12)),
-    Case(eta=0.0, f=1.89, F0=0.114),
-    *(Case(eta=eta) for eta in (-6.0, -24.0, -30.0, -60.0)),
-    *(Case(F0=force) for force in (0.015, 0.024, 0.031, 0.042, 0.067, 0.120)),
+    Case(eta=0.0, F0=0.036),
+    Case(eta=0.0, F0=0.06),
+    *(case for number in (6, 9, 12) for case in RESPONSES[number].cases),
 )
-
-
 _BY_RUNS = tuple(statement for statement in STATEMENTS if statement.name[0] != "S")
 
 
 class Compared(NamedTuple):
-    """One case by both laws: what is seen of its points, and its sticks."""
+    """One case by both laws: kind of motion by its points, and class of stick-slip."""
 
     case: Case
     smoothed: tuple[str, str]
@@ -76,14 +72,14 @@ class Compared(NamedTuple):
 
 @dataclass(frozen=True)
 class Smoothing:
-    """The comparison.
+    """Result of the comparison.
 
     errors : (cases, steepness) rms difference of the velocity from the exact one over 2 s,
              over its range
     limits : name, (steepness,) limits in F_0 of figure 11a, and the exact one
     creep  : (steepness,) largest speed where the exact brake rests for good [rad/s]
     cases  : by both laws
-    paragraphs : what follows from it, in words
+    paragraphs : conclusions in words
     """
 
     errors: FloatArray
@@ -93,7 +89,7 @@ class Smoothing:
     paragraphs: tuple[str, ...]
 
     def table(self) -> list[dict[str, str]]:
-        """The cases in words."""
+        """Cases as rows of text."""
         return [
             {
                 "η": f"{one.case.eta:g}",
@@ -109,10 +105,10 @@ class Smoothing:
         ]
 
     def draw(self) -> Figure:
-        """Convergence in xi of responses, limits and creep."""
-        from wedgebrake.paper.figures.smoothing import draw
+        """Draw the convergence in xi of responses, limits and creep."""
+        from wedgebrake.paper.figures.studies import smoothing
 
-        return draw(self)
+        return smoothing(self)
 
 
 def compare(laboratory: Laboratory) -> Smoothing:
@@ -143,7 +139,7 @@ def compare(laboratory: Laboratory) -> Smoothing:
 
 
 def _points(case: Case, steepness: float, times: FloatArray, duration: float) -> FloatArray:
-    """Velocities at some times; infinite steepness is Coulomb friction, exactly."""
+    """Velocities at some times; infinite steepness stands for Coulomb friction, exactly."""
     if math.isinf(steepness):
         system, method = CORRECTED.system(case, "coulomb"), "exact"
     else:
@@ -163,13 +159,13 @@ def _errors(case: Case) -> list[float]:
 
 
 def _found(limit: _Limit, steepness: float) -> float:
-    """The F_0 of a limit, by bisection."""
+    """F_0 of a limit, by bisection."""
     low, high = limit.low, limit.high
     while high - low > _FINE:
         middle = 0.5 * (low + high)
         case = Case(F0=middle)
         times = section_times(CORRECTED.system(case, "coulomb").excitation.frequency)
-        seen = look(_points(case, steepness, times, DURATION), _HEIGHT, _CLOSE)
+        seen = appearance(_points(case, steepness, times, DURATION), _HEIGHT, _CLOSE)
         if min(seen.groups, limit.left) > limit.right:
             low = middle
         else:
@@ -189,7 +185,7 @@ def _cases(smooth: Laboratory, exact: Laboratory) -> tuple[Compared, ...]:
         responses = laboratory.responses(_COMPARED)
         sides.append(
             [
-                (look(one.velocity, _axis(case)).word, rests(response).word)
+                (appearance(one.velocity, _axis(case)).kind, visible_sticks(response).kind)
                 for case, one, response in zip(_COMPARED, points, responses, strict=True)
             ]
         )
@@ -242,7 +238,7 @@ def _on_creep(creep: FloatArray, cases: Sequence[Compared]) -> str:
         "With Coulomb friction the wedge brake can rest for good where the holding interval is"
         f" wider than the torque swings, F_0 > μ_s (α² − 1)/α = {bound:.4f} at α = {alpha:g}; a"
         " steep slope keeps a stick-slip orbit alive beside rest a little further, until a fold."
-        f" What the smoothed law shows there is its own creep: {_names(alone)}. At F_0 ="
+        f" What the smoothed law shows there is its creep: {_names(alone)}. At F_0 ="
         f" {_CREEPING.F0:g}, η = 0, the creep reaches {creep[at]:.2g} rad/s at ξ ="
         f" {PAPER_STEEPNESS:g} and {creep[-1]:.2g} rad/s at ξ = {STEEPNESS[-1]:g}."
     )
@@ -250,7 +246,7 @@ def _on_creep(creep: FloatArray, cases: Sequence[Compared]) -> str:
 
 def _on_breakaway(smooth: Laboratory, exact: Laboratory) -> str:
     cases = [Case(eta=0.0, F0=float(force)) for force in _NEAR_BREAKAWAY]
-    words = [[rests(one).word for one in lab.responses(cases)] for lab in (smooth, exact)]
+    words = [[visible_sticks(one).kind for one in lab.responses(cases)] for lab in (smooth, exact)]
     unlike = [
         f"F_0 = {case.F0:g} ({one} instead of {two})"
         for case, one, two in zip(cases, *words, strict=True)
@@ -272,16 +268,16 @@ def _on_classes(cases: Sequence[Compared]) -> str:
     points = [one for one in cases if one.smoothed[0] != one.exact[0]]
     return (
         f"Of {len(cases)} cases, those of figures 6, 9 and 12 and F_0 = 0.06 at η = 0, smoothing"
-        f" changes the class of stick-slip in {len(sticks)}, and what is seen of the Poincaré"
-        f" points in {len(points)} (see the table)."
+        f" changes the class of stick-slip in {len(sticks)}, and the kind of motion that the"
+        f" Poincaré points show in {len(points)} (see the table)."
     )
 
 
 def _on_chaos(smooth: Laboratory, exact: Laboratory) -> str:
     case = Case()
     settled = motion(exact.system(case)).word
-    seen = look(smooth.steady(case).velocity, _axis(case))
-    stuck = [rests(one.response(case)).word for one in (smooth, exact)]
+    seen = appearance(smooth.steady(case).velocity, _axis(case))
+    stuck = [visible_sticks(one.response(case)).kind for one in (smooth, exact)]
     late = simulate(exact.system(case), DURATION, method="exact", times=_LATE)
     moved = simulate(
         exact.system(case), DURATION, method="exact", times=_LATE, initial=(_NUDGE, 0.0)
@@ -298,11 +294,11 @@ def _on_chaos(smooth: Laboratory, exact: Laboratory) -> str:
 
 
 def _on_statements(smooth: Laboratory, exact: Laboratory) -> str:
-    """Which statements hold with one law and not with the other."""
+    """Name the statements that hold with one law and not with the other."""
     unlike = []
     for statement in _BY_RUNS:
         one, two = (
-            judge(parts_of(statement, laboratory, statement.corrected))
+            all_hold(parts_of(statement, laboratory, statement.corrected))
             for laboratory in (smooth, exact)
         )
         if one != two:
@@ -318,8 +314,9 @@ def _on_columns(smooth: Laboratory, exact: Laboratory) -> str:
     for name in ("8a", "8b", "11a", "11b"):
         plan = PLANS[name]
         both = [
-            [sight.word for sight in paper_diagram(one, plan).sights()] for one in (smooth, exact)
+            [column.kind for column in paper_diagram(one, plan).appearances()]
+            for one in (smooth, exact)
         ]
         unlike = sum(one != two for one, two in zip(*both, strict=True)) / len(both[0])
         each.append(f"{100.0 * unlike:.0f} % of figure {name}")
-    return f"What is seen in the columns of the diagrams differs in {', '.join(each)}."
+    return f"The kind of motion that a column shows differs in {', '.join(each)}."

@@ -1,4 +1,4 @@
-"""How long the paper's own example takes: the case of its Fig. 5, 5 s of motion."""
+"""Run time of the paper's own example: the case of its figure 5, 5 s of motion."""
 
 from __future__ import annotations
 
@@ -6,17 +6,16 @@ import time
 from dataclasses import dataclass
 from functools import cache
 
+from wedgebrake.model.paper_machines import CORRECTED, FIGURE_5
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.paper.assumptions import CORRECTED, Case
 from wedgebrake.solvers.simulate import simulate
 
-FIG_5 = Case(eta=0.0, f=0.63, F0=0.09, alpha=1.21)
 SPAN = 5.0
 """Simulated time [s] (section 4)."""
 SMOOTHED, COULOMB = 7.6, 15.1
 """Run times that the paper states for its two friction laws [s] (section 4)."""
 # Words, method, friction law, and the paper's time with that law.
-_WAYS = (
+_METHODS = (
     ("Coulomb friction, exact", "exact", "coulomb", COULOMB),
     ("smoothed friction, adaptive", "smooth", "smoothed", SMOOTHED),
     ("smoothed friction, ODE14x as in the paper", "ode14x", "smoothed", SMOOTHED),
@@ -26,7 +25,7 @@ _WAYS = (
 
 @dataclass(frozen=True)
 class Timing:
-    """One way to compute the example.
+    """Time of one way to compute the example.
 
     words   : friction law and method
     seconds : the best of a few runs
@@ -39,19 +38,19 @@ class Timing:
 
     @property
     def times_faster(self) -> float:
-        """Than the paper's machine and program."""
+        """How many times faster than the paper's machine and program."""
         return self.paper / self.seconds
 
 
 @cache
 def measure(runs: int = 4) -> tuple[Timing, ...]:
-    """The run time of each way, the best of so many runs (two at least: the first may compile).
+    """Measure each method, the best of so many runs (two at least: the first may compile).
 
-    Nothing else should compute meanwhile, so it is measured once and kept.
+    Nothing else should compute meanwhile; it is measured once and kept.
     """
     return tuple(
-        Timing(words, _best(CORRECTED.system(FIG_5, friction), method, runs), paper)
-        for words, method, friction, paper in _WAYS
+        Timing(words, _best(CORRECTED.system(FIGURE_5, friction), method, runs), paper)
+        for words, method, friction, paper in _METHODS
     )
 
 

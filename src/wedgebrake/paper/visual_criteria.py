@@ -1,9 +1,9 @@
-"""What a reader can see in a printed bifurcation diagram.
+"""Kinds of motion as a reader sees them in a printed bifurcation diagram.
 
-The paper names motions from its diagrams: 5 s of Poincare points at each parameter, drawn as
-dots. Two points are told apart where they are farther apart than a dot; what no 5 s could
-tell (a torus from a resonance of high order, chaos from either) is not asked here. The
-rigorous class is ``measures.motion``'s.
+The paper names motions from its diagrams: 5 s of Poincaré points at each parameter, drawn as
+dots. Two points are distinct where they are farther apart than a dot. What 5 s cannot show (a
+torus against a resonance of high order, chaos against either) is not decided here; the rigorous
+class is that of ``wb.motion``.
 """
 
 from __future__ import annotations
@@ -20,11 +20,10 @@ DOUBLE = "2T"
 MULTIPLE = "multi-periodic"
 FILLED = "quasi-periodic"
 NOTHING = "no steady motion"
-WORDS = (SYNCHRONOUS, DOUBLE, MULTIPLE, FILLED, NOTHING)
 
 
-class Eye(NamedTuple):
-    """What a reader sees of a printed picture; the audit says what hangs on these.
+class Thresholds(NamedTuple):
+    """Least features visible in a printed picture; the audit states what depends on them.
 
     dot   : height of a dot, as a share of a diagram's axis: half a millimetre
     line  : a spectral line is seen from this share of the highest one on: a millimetre of a
@@ -39,7 +38,7 @@ class Eye(NamedTuple):
     share: float = 0.01
 
 
-EYE = Eye()
+THRESHOLDS = Thresholds()
 # A column counts as filled, not as separate dots, where this share of twenty equal parts of
 # its height holds points, each part at least a dot high: fifty dots over less always touch.
 # A torus leaves 85 % of them occupied on average and 50 random points 92 %; eight dots, or
@@ -47,38 +46,38 @@ EYE = Eye()
 _PARTS, _FILLED = 20, 0.6
 
 
-class Sight(NamedTuple):
+class Appearance(NamedTuple):
     """One column of a diagram.
 
-    word   : as above
-    groups : of dots that touch
+    kind   : of motion, as above
+    groups : number of groups of dots that touch
     height : highest less lowest point [rad/s]
     """
 
-    word: str
+    kind: str
     groups: int
     height: float
 
 
-def look(velocity: FloatArray, axis: float, dot: float = EYE.dot) -> Sight:
-    """One column as a reader sees it.
+def appearance(velocity: FloatArray, axis: float, dot: float = THRESHOLDS.dot) -> Appearance:
+    """Appearance of one column.
 
-    velocity : (n,) Poincare points [rad/s]; none: the run did not last
+    velocity : (n,) Poincare points [rad/s]; empty if the run ended early
     axis     : the height of the whole diagram [rad/s]
     dot      : height of a dot, as a share of the axis
     """
     if velocity.size == 0:
-        return Sight(NOTHING, 0, 0.0)
+        return Appearance(NOTHING, 0, 0.0)
     size = dot * axis
     ordered = np.sort(velocity)
     parts = np.split(ordered, np.flatnonzero(np.diff(ordered) > size) + 1)
     height = float(ordered[-1] - ordered[0])
     if height <= size:
-        return Sight(SYNCHRONOUS, 1, height)
+        return Appearance(SYNCHRONOUS, 1, height)
     places = np.minimum((ordered - ordered[0]) / height * _PARTS, _PARTS - 1).astype(int)
     filled = np.unique(places).size / _PARTS
     if len(parts) == 2 and all(np.ptp(part) <= size for part in parts):
-        word = DOUBLE
+        kind = DOUBLE
     else:
-        word = FILLED if filled >= _FILLED and height >= _PARTS * size else MULTIPLE
-    return Sight(word, len(parts), height)
+        kind = FILLED if filled >= _FILLED and height >= _PARTS * size else MULTIPLE
+    return Appearance(kind, len(parts), height)

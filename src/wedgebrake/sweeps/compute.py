@@ -1,9 +1,10 @@
-"""The results of some points of a sweep. What a chunk gives depends on nothing but the plan."""
+"""Results of some points of a sweep, which depend on nothing but the plan."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,66 +20,64 @@ from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 from wedgebrake.sweeps.grid import batches
 from wedgebrake.sweeps.plan import Plan
-from wedgebrake.sweeps.results import VARIABLES, PointStatus
+from wedgebrake.sweeps.results import PointStatus
 from wedgebrake.sweeps.system_tables import Parts, system_at
 
-FloatArray = NDArray[np.float64]
-
-# Periods that are worked on at once: some milliseconds, so that threads finish together and
-# an interrupt is heard; a slow solver's points are worked on one by one.
+# Periods of a batch: some milliseconds, so that threads finish together and interrupts take
+# effect soon. The points of a slow solver are computed one by one.
 _BATCH_PERIODS = 4000
-# What a point that is given time to settle may take.
+# Estimate of the periods in which a point settles.
 _SETTLING_PERIODS = 1000
 
 
 class Chunk:
-    """Some points of a plan, cut into batches that any threads may work on in any order.
+    """Some points of a plan, divided into batches that threads may compute in any order.
 
-    where : dim of the points -> slice of it
+    where : dimension of the points -> slice of it
     """
 
-    def __init__(self, plan: Plan, parts: Parts, where: dict[str, slice]) -> None:
+    def __init__(self, plan: Plan, parts: Parts, where: Mapping[str, slice]) -> None:
         self._plan = plan
-        self._sizes = {name: one.stop - one.start for name, one in where.items()}
+        self._sizes = {dim: one.stop - one.start for dim, one in where.items()}
         count = math.prod(self._sizes.values())
-        offsets = [where[axis.dim].start for axis in plan.grid.axes]
-        shape = [one.stop - one.start for one in where.values()]
-        grid = np.indices(shape).reshape(len(shape), -1)[-len(offsets) :]
+        places = dict(zip(where, np.indices(tuple(self._sizes.values())), strict=True))
         self._indices = tuple(
-            (one + offset).astype(np.int64) for one, offset in zip(grid, offsets, strict=True)
+            (places[axis.dim].ravel() + where[axis.dim].start).astype(np.int64)
+            for axis in plan.grid.axes
         )
         self._points = np.empty(count, dtype=RESULT)
-        self._record = np.full(
-            (count if plan.keep_points else 0, plan.protocol.recorded + 1, 2), np.nan
-        )
+        record = plan.protocol.recorded + 1
+        self._record = np.full((count if plan.keep_points else 0, record, 2), np.nan)
         self._states = self._initial_states(count)
         if plan.method == "exact":
             self._tables, self._choices = parts.tables(self._indices)
+        run = self._run_exactly if plan.method == "exact" else self._run_simulated
         self.work: list[Callable[[], None]] = [
-            self._task(numbers)
-            for numbers in batches(self._sizes, plan.grid.follow, self._points_at_once())
+            partial(run, numbers)
+            for numbers in batches(self._sizes, plan.grid.follow, self._batch_size())
         ]
 
     def results(self) -> dict[str, Any]:
-        """The variables over the chunk, once all its work is done."""
+        """Return the variables over the chunk, once all its work is done."""
         shape = tuple(self._sizes.values())
-        results: dict[str, Any] = {}
-        for name, variable in VARIABLES.items():
-            if name in RESULT.names:
-                results[name] = self._points[name].astype(variable.dtype).reshape(shape)
+        results: dict[str, Any] = {
+            one.name: self._points[one.name].astype(one.dtype).reshape(shape)
+            for one in self._plan.variables
+            if one.name in (RESULT.names or ())
+        }
         results["transient"][results["motion"] < 0] = np.nan
-        outcome = self._points["outcome"]
-        status = np.full(outcome.size, PointStatus.INVALID, dtype=np.int8)
-        for meaning in PointStatus:
-            if meaning.name in Outcome.__members__:
-                status[outcome == Outcome[meaning.name]] = meaning
+        status = np.full(self._points.size, PointStatus.INVALID, dtype=np.int8)
+        for outcome in Outcome:
+            if outcome.name in PointStatus.__members__:
+                status[self._points["outcome"] == outcome] = PointStatus[outcome.name]
         results["status"] = status.reshape(shape)
         if self._plan.keep_points:
             for i, name in enumerate(("angle", "velocity")):
                 results[name] = np.ascontiguousarray(self._record[:, :, i]).reshape(*shape, -1)
         return results
 
-    def _points_at_once(self) -> int:
+    def _batch_size(self) -> int:
+        """Return the number of points of a batch."""
         protocol = self._plan.protocol
         if self._plan.method != "exact":
             return self._lanes()
@@ -86,30 +85,25 @@ class Chunk:
         return max(1, _BATCH_PERIODS // (wait + protocol.recorded))
 
     def _lanes(self) -> int:
-        """Points of a slow solver that are worked on at once: transients go side by side."""
+        """Return how many transients of a slow solver are computed side by side."""
         plan = self._plan
         if plan.method != "smooth" or plan.grid.follow is not None or not plan.protocol.first:
             return 1
-        from wedgebrake.solvers.smooth.batch import WIDTH
+        from wedgebrake.solvers.smooth.simd_batch import WIDTH
 
         return WIDTH
 
-    def _initial_states(self, count: int) -> FloatArray:
+    def _initial_states(self, count: int) -> NDArray[np.float64]:
         states = np.empty((count, 2))
         states[:] = self._plan.initial
-        for column, name in enumerate(INITIAL):
-            for axis, numbers in zip(self._plan.grid.axes, self._indices, strict=True):
-                if axis.name == name:
-                    states[:, column] = axis.values[numbers]
+        for axis, numbers in zip(self._plan.grid.axes, self._indices, strict=True):
+            if axis.name in INITIAL:
+                states[:, list(INITIAL).index(axis.name)] = axis.values[numbers]
         return states
 
-    def _task(self, numbers: NDArray[np.int64]) -> Callable[[], None]:
-        run = self._run_exactly if self._plan.method == "exact" else self._run_simulated
-        return lambda: run(numbers)
-
     def _run_exactly(self, numbers: NDArray[np.int64]) -> None:
-        """A batch in one call of the kernel, which needs no Python and releases its lock."""
-        plan, protocol = self._plan, self._plan.protocol
+        """Compute a batch with the compiled kernel, which releases Python's lock."""
+        plan = self._plan
         points = np.empty(numbers.size, dtype=RESULT)
         kept = numbers if plan.keep_points else numbers[:0]
         record = self._record[kept]
@@ -119,7 +113,7 @@ class Chunk:
             self._choices[numbers],
             self._states[numbers],
             plan.grid.follow is not None,
-            protocol.settings,
+            plan.protocol.settings,
             DIVERGED_FACTOR,
             points,
             record,
@@ -128,12 +122,12 @@ class Chunk:
         self._record[kept] = record
 
     def _run_simulated(self, numbers: NDArray[np.int64]) -> None:
-        """Point by point, by any solver."""
+        """Compute a batch point by point, with any solver."""
         from wedgebrake.analysis.classify_run import classify_run
 
         plan = self._plan
-        systems = {number: self._system(number) for number in numbers}
-        begun = self._begun({n: one for n, one in systems.items() if one is not None})
+        systems = {int(number): self._system(int(number)) for number in numbers}
+        transients = self._transients({n: one for n, one in systems.items() if one is not None})
         before: tuple[float, float] | None = None
         for number, system in systems.items():
             initial = self._state(number)
@@ -144,7 +138,7 @@ class Chunk:
                 clear(self._points[number])
                 continue
             result, record = classify_run(
-                system, initial, plan.method, plan.protocol, begun.get(number)
+                system, initial, plan.method, plan.protocol, transients.get(number)
             )
             self._points[number] = result
             if result.outcome == Outcome.COMPLETED:
@@ -153,7 +147,7 @@ class Chunk:
                 self._record[number, : record.shape[0]] = record
 
     def _system(self, number: int) -> BrakedDriveline | None:
-        """The system of a point; None where there is none."""
+        """Return the system of a point; None if it is not valid."""
         place = tuple(int(one[number]) for one in self._indices)
         try:
             return system_at(self._plan.system, self._plan.grid.axes, place)
@@ -163,19 +157,19 @@ class Chunk:
     def _state(self, number: int) -> tuple[float, float]:
         return float(self._states[number, 0]), float(self._states[number, 1])
 
-    def _begun(self, systems: dict[int, BrakedDriveline]) -> dict[int, Any]:
-        """Transients that were run side by side."""
+    def _transients(self, systems: Mapping[int, BrakedDriveline]) -> dict[int, Any]:
+        """Return the ends of transients that are computed side by side."""
         protocol = self._plan.protocol
         if self._lanes() == 1:
             return {}
-        from wedgebrake.solvers.smooth.batch import advance_together, fits
-        from wedgebrake.solvers.smooth.solve import problem
+        from wedgebrake.solvers.smooth.assemble import problem
+        from wedgebrake.solvers.smooth.solve_periods import advance_together, fits_lanes
 
         given = {
             number: problem(system, protocol.rtol, *self._state(number))
             for number, system in systems.items()
         }
-        given = {number: one for number, one in given.items() if fits(one)}
+        given = {number: one for number, one in given.items() if fits_lanes(one)}
         if not given:
             return {}
         states = self._states[list(given)]
@@ -183,8 +177,8 @@ class Chunk:
         return dict(zip(given, passed, strict=True))
 
 
-def compute(plan: Plan, where: dict[str, slice]) -> dict[str, Any]:
-    """The results of a chunk, in this thread: what a worker of a cluster does."""
+def compute(plan: Plan, where: Mapping[str, slice]) -> dict[str, Any]:
+    """Return the results of a chunk, computed in this thread as by a worker of a cluster."""
     chunk = Chunk(plan, Parts(plan.system, plan.grid.axes), where)
     for work in chunk.work:
         work()

@@ -1,7 +1,7 @@
-"""Who does the work of a sweep: the threads of this machine, or a Dask cluster.
+"""Execution of a sweep by the threads of this machine or by a Dask cluster.
 
-Both give the same chunks: a chunk depends only on the plan. With the same version and processor
-they are bitwise identical, on a cluster with other processors equal up to rounding.
+The results of a chunk depend only on the plan. With the same version and processor they are
+bitwise identical; on a cluster with other processors they are equal up to rounding.
 """
 
 from __future__ import annotations
@@ -15,49 +15,48 @@ from typing import Any
 
 from wedgebrake.errors import InputError, WedgebrakeError
 from wedgebrake.sweeps.compute import Chunk, compute
+from wedgebrake.sweeps.grid import ChunkIndex, Chunks
 from wedgebrake.sweeps.plan import Plan
-from wedgebrake.sweeps.store_layout import ChunkIndex, Layout
 from wedgebrake.sweeps.system_tables import Parts
 
-Done = tuple[ChunkIndex, dict[str, Any]]
+ChunkResults = tuple[ChunkIndex, dict[str, Any]]
 
-# Chunks in hand at once: threads need not wait for the end of one before they begin another.
-_IN_HAND = 3
+# Chunks in progress at once, so that no thread waits for the end of a chunk.
+_CHUNKS_AT_ONCE = 3
 
 
 def processors() -> int:
-    """How many threads can run at once here."""
+    """Return the number of threads that can run at once on this machine."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def by_threads(
-    plan: Plan, layout: Layout, wanted: Sequence[ChunkIndex], threads: int
-) -> Iterator[Done]:
-    """Chunk after chunk, in order; each is shared by all threads."""
+    plan: Plan, chunks: Chunks, wanted: Sequence[ChunkIndex], threads: int
+) -> Iterator[ChunkResults]:
+    """Iterate over the chunks in order; all threads share each of them."""
     parts = Parts(plan.system, plan.grid.axes)
-    hand: deque[tuple[ChunkIndex, Chunk, list[Future[None]]]] = deque()
+    running: deque[tuple[ChunkIndex, Chunk, list[Future[None]]]] = deque()
     waiting = iter(wanted)
     pool = ThreadPoolExecutor(threads, thread_name_prefix="wedgebrake")
     try:
         while True:
-            while len(hand) < _IN_HAND:
+            while len(running) < _CHUNKS_AT_ONCE:
                 index = next(waiting, None)
                 if index is None:
                     break
-                chunk = Chunk(plan, parts, layout.slices(index))
-                hand.append((index, chunk, [pool.submit(work) for work in chunk.work]))
-            if not hand:
+                chunk = Chunk(plan, parts, chunks.slices(index))
+                running.append((index, chunk, [pool.submit(work) for work in chunk.work]))
+            if not running:
                 return
-            index, chunk, futures = hand.popleft()
+            index, chunk, futures = running.popleft()
             wait(futures, return_when=FIRST_EXCEPTION)
             for future in futures:
                 future.result()
             yield index, chunk.results()
     finally:
-        # Also where the caller has had enough, or Ctrl-C was pressed: what runs is left to
-        # itself, it may take long.
+        # After an interrupt, too: batches that are running are not awaited, they may take long.
         pool.shutdown(wait=False, cancel_futures=True)
 
 
@@ -76,7 +75,7 @@ class Cluster:
 
             if client.status != "running":
                 raise RuntimeError("it is closed")
-            self._hands = max(1, sum(client.nthreads().values()))
+            self._threads = max(1, sum(client.nthreads().values()))
             dumps(plan)
         except Exception as error:  # closed clients raise various exceptions
             raise InputError(
@@ -84,7 +83,7 @@ class Cluster:
                 " open client, and define custom brakes and friction laws in a module."
             ) from None
 
-    def chunks(self, layout: Layout, wanted: Sequence[ChunkIndex]) -> Iterator[Done]:
+    def chunks(self, chunks: Chunks, wanted: Sequence[ChunkIndex]) -> Iterator[ChunkResults]:
         """Iterate over the chunks in the order in which the workers finish them.
 
         If a worker dies, its chunk is computed again by another one.
@@ -100,19 +99,19 @@ class Cluster:
             index = next(waiting, None)
             if index is None:
                 return []
-            with _words():
-                future = self._client.submit(compute, self._plan, layout.slices(index), pure=False)
+            with _cluster_errors():
+                future = self._client.submit(compute, self._plan, chunks.slices(index), pure=False)
             running[future.key] = index
             return [future]
 
         # One task per thread, so that no results wait on workers that may die.
-        first = [one for _ in range(self._hands) for one in submit()]
+        first = [one for _ in range(self._threads) for one in submit()]
         finished = as_completed(first, loop=self._client.loop)
         try:
             while running:
-                with _words():
+                with _cluster_errors():
                     future = next(finished)
-                with _words(future):
+                with _cluster_errors(future):
                     results = future.result()
                 yield running.pop(future.key), results
                 finished.update(submit())
@@ -123,7 +122,7 @@ class Cluster:
 
 
 @contextmanager
-def _words(future: Any = None) -> Iterator[None]:
+def _cluster_errors(future: Any = None) -> Iterator[None]:
     """Convert the exceptions of a client that has lost its cluster to ``WedgebrakeError``.
 
     future : the future whose result is requested; its own errors are not converted

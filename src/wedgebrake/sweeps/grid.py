@@ -1,56 +1,118 @@
-"""The grid of a sweep: its shape, its points, and how they are shared out."""
+"""The grid of a sweep: swept parameters with their values, chunks and batches of points."""
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from wedgebrake.sweeps.axes import Axis
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.part import shown
+from wedgebrake.model.sweep_settings import INITIAL, MOST_VALUES, refuse_doubled, sweepable
+from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.sweeps.results import VARIABLES
 
 BRANCH = "branch"
 BRANCHES = ("up", "down")
 
+# Number of values of an axis, and of combinations of values, that are tried on a system.
+_TRIED_VALUES, _TRIED_COMBINATIONS = 200, 2000
+
+FloatArray = NDArray[np.float64]
+ChunkIndex = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A swept parameter: its (n,) values in the order given, unit and meaning.
+
+    dim : dimension in the result. It is the name, except "brake_angle" for the angle of the
+          brake, because ``angle`` is a result
+    """
+
+    name: str
+    dim: str
+    values: FloatArray
+    unit: str
+    meaning: str
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return int(self.values.size)
+
+    def attributes(self) -> dict[str, str]:
+        """Return the attributes of the coordinate of a dataset."""
+        return {"units": self.unit, "long_name": self.meaning}
+
+
+@dataclass(frozen=True)
+class Chunks:
+    """Division of the points of a sweep into chunks of equal shape, except at the ends.
+
+    sizes   : points along each dimension
+    lengths : points of a chunk along each dimension
+    """
+
+    sizes: Mapping[str, int]
+    lengths: Mapping[str, int]
+
+    def indices(self) -> list[ChunkIndex]:
+        """Return the chunks, each by its number along every dimension, the last fastest."""
+        counts = [math.ceil(size / self.lengths[dim]) for dim, size in self.sizes.items()]
+        return list(itertools.product(*map(range, counts)))
+
+    def slices(self, index: ChunkIndex) -> dict[str, slice]:
+        """Return the points of a chunk as a slice of each dimension."""
+        return {
+            dim: slice(number * self.lengths[dim], min((number + 1) * self.lengths[dim], size))
+            for (dim, size), number in zip(self.sizes.items(), index, strict=True)
+        }
+
+    def points(self, index: ChunkIndex) -> int:
+        """Return the number of points of a chunk."""
+        return math.prod(one.stop - one.start for one in self.slices(index).values())
+
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Axes, and the dimension along which each point follows its neighbour, if any."""
+    """Axes, and the dimension along which each point starts from its neighbour, if any."""
 
     axes: tuple[Axis, ...]
     follow: str | None = None
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Points along each dimension: "branch" first, where there is one."""
+        """Number of points along each dimension; with ``follow`` the first is "branch"."""
         sizes = {axis.dim: axis.size for axis in self.axes}
         return sizes if self.follow is None else {BRANCH: len(BRANCHES), **sizes}
 
     @property
     def points(self) -> int:
-        """How many points there are."""
+        """Number of points."""
         return math.prod(self.sizes.values())
 
-    def chunk_shape(self, target: int) -> dict[str, int]:
-        """Chunks of at most about ``target`` points; a followed line is never cut."""
-        shape, room = dict.fromkeys(self.sizes, 1), max(1, target)
+    def chunks(self, target: int) -> Chunks:
+        """Divide into chunks of at most about ``target`` points, without cutting followed lines."""
+        sizes = self.sizes
+        lengths, left = dict.fromkeys(sizes, 1), max(1, target)
         whole = () if self.follow is None else (BRANCH, self.follow)
-        for name in whole:
-            shape[name] = self.sizes[name]
-            room = max(1, room // self.sizes[name])
-        for name in reversed(list(self.sizes)):
-            if name not in whole:
-                shape[name] = min(self.sizes[name], room)
-                room = max(1, room // shape[name])
-        return shape
+        for dim in (*whole, *(dim for dim in reversed(sizes) if dim not in whole)):
+            lengths[dim] = sizes[dim] if dim in whole else min(sizes[dim], left)
+            left = max(1, left // lengths[dim])
+        return Chunks(sizes, lengths)
 
 
-def batches(sizes: dict[str, int], follow: str | None, most: int) -> list[NDArray[np.int64]]:
-    """The points of a chunk in batches of work: flat numbers within the chunk.
+def batches(sizes: Mapping[str, int], follow: str | None, most: int) -> list[NDArray[np.int64]]:
+    """Divide the points of a chunk into batches: flat numbers within the chunk.
 
-    Without following, at most ``most`` points each. With it, each batch is one line, in
-    the order in which its points follow each other.
+    Without ``follow`` a batch has at most ``most`` points. With it, a batch is one line, in the
+    order in which its points follow each other.
     """
     numbers = np.arange(math.prod(sizes.values())).reshape(tuple(sizes.values()))
     if follow is None:
@@ -59,3 +121,98 @@ def batches(sizes: dict[str, int], follow: str | None, most: int) -> list[NDArra
     lines = np.moveaxis(numbers, list(sizes).index(follow), -1)
     up, down = (one.reshape(-1, lines.shape[-1]) for one in lines)
     return [*up, *down[:, ::-1]]
+
+
+def make_axes(system: BrakedDriveline, given: dict[str, Any]) -> tuple[Axis, ...]:
+    """Return the axes of a sweep, in the order given.
+
+    Raises ``InputError`` for an unknown name, values that are not finite numbers, a group
+    together with the parameter that it sets, or an axis none of whose values is valid.
+    """
+    if not given:
+        raise InputError(
+            "sweep: nothing to sweep. Give at least one parameter with its values, for example"
+            " eta=np.linspace(-60, 12, 400)."
+        )
+    axes = tuple(_axis(system, name, values) for name, values in given.items())
+    for name in given:
+        refuse_doubled(name, given)
+    _check_valid(system, axes)
+    return axes
+
+
+def _axis(system: BrakedDriveline, name: str, given: ArrayLike) -> Axis:
+    allowed = sweepable(system)
+    if name not in allowed:
+        raise InputError(f"{name}: cannot be swept. {nearest(name, allowed)}")
+    values = _numbers(name, given)
+    if name in INITIAL and np.max(np.abs(values)) > 1e12:
+        raise InputError(f"{name}: must lie in [-1e12, 1e12].")
+    dim = name
+    if name in VARIABLES:
+        owner = next(part for part in PARTS if name in type(getattr(system, part)).model_fields)
+        dim = f"{owner}_{name}"
+    return Axis(name, dim, values, *allowed[name])
+
+
+def _numbers(name: str, given: ArrayLike) -> FloatArray:
+    example = f"Give a list or an array, for example {name}=np.linspace(0.1, 1.0, 100)"
+    if np.ma.is_masked(given):
+        raise InputError(f"{name}: has masked values. Leave them out: {name}.compressed().")
+    try:
+        values = np.asarray(given)
+        if values.dtype.kind not in "iuf" and values.size:
+            raise TypeError
+        values = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} = {shown(given)}: must be numbers. {example}.") from None
+    if values.ndim != 1 or values.size == 0:
+        raise InputError(
+            f"{name} = {shown(given)}: must be a list of values, at least one. {example}; for one"
+            f" value use system.replace({name}=...)."
+        )
+    if values.size > MOST_VALUES:
+        raise InputError(f"{name}: has {values.size} values, at most {MOST_VALUES}.")
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise InputError(f"{name}[{bad[0]}] = {values[bad[0]]}: must be a finite number.")
+    return values
+
+
+def _check_valid(system: BrakedDriveline, axes: tuple[Axis, ...]) -> None:
+    """Raise an error for an axis of which no value is valid; single invalid points are allowed.
+
+    A value that is not valid alone may be valid together with those of other axes.
+    """
+    samples = {axis.name: _sample(axis) for axis in axes if axis.name not in INITIAL}
+    refused: dict[str, InputError] = {}
+    for name, values in samples.items():
+        error = _first_error(system, ({name: value} for value in values))
+        if error is not None:
+            refused[name] = error
+    if not refused:
+        return
+    combinations = itertools.islice(itertools.product(*samples.values()), _TRIED_COMBINATIONS)
+    if _first_error(system, (dict(zip(samples, one, strict=True)) for one in combinations)):
+        name, error = next(iter(refused.items()))
+        raise InputError(f"{name}: no value can be taken. {error}")
+
+
+def _sample(axis: Axis) -> list[float]:
+    """Return values that represent an axis: the ends first, then all or some of the others."""
+    values = axis.values
+    inner = values[1:-1][:: max(1, values.size // _TRIED_VALUES)]
+    return [float(one) for one in (values[0], values[-1], *inner)]
+
+
+def _first_error(system: BrakedDriveline, trials: Any) -> InputError | None:
+    """Return the first error if no trial is valid, else None."""
+    first: InputError | None = None
+    for changes in trials:
+        try:
+            system.replace(**changes)
+        except InputError as error:
+            first = error if first is None else first
+        else:
+            return None
+    return first

@@ -1,15 +1,16 @@
-"""What a sweep computes, whole: sent to workers, and compared when a store is resumed."""
+"""The complete definition of a sweep: sent to workers, and compared when a store is resumed."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import CodeType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.run_settings import Protocol
@@ -17,14 +18,18 @@ from wedgebrake.model.friction import CustomFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
 from wedgebrake.sweeps.results import VARIABLES, Variable
-from wedgebrake.sweeps.store_layout import Layout
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PERIOD = "period"
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A system, the grid swept on it, and how each point is judged.
+    """A system, the grid swept on it, and how the motion of each point is evaluated.
 
-    initial     : (angle [rad], velocity [rad/s]) where the grid does not say otherwise
+    initial     : (angle [rad], velocity [rad/s]) unless swept
     keep_points : whether the Poincare points are part of the result
     kind        : "sweep", "bifurcation", "regime_map" or "basins"
     """
@@ -39,43 +44,34 @@ class Plan:
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """What is computed."""
-        kept = VARIABLES.values()
-        return tuple(one for one in kept if self.keep_points or not one.per_period)
+        """Variables of the result."""
+        return tuple(one for one in VARIABLES.values() if self.keep_points or not one.per_period)
 
-    def layout(self, target: int) -> Layout:
-        """How the result is laid out, in chunks of about ``target`` points."""
-        dims = dict(self.grid.sizes)
-        coords: dict[str, tuple[Any, dict[str, Any]]] = {
+    @property
+    def record_size(self) -> int:
+        """Number of Poincare points of each point of the grid; 0 if they are not kept."""
+        return self.protocol.recorded + 1 if self.keep_points else 0
+
+    def dims(self, variable: Variable) -> tuple[str, ...]:
+        """Return the dimensions of a variable."""
+        return (*self.grid.sizes, PERIOD) if variable.per_period else tuple(self.grid.sizes)
+
+    def coordinates(self) -> dict[str, tuple[NDArray[Any], dict[str, Any]]]:
+        """Return the values and attributes of each coordinate."""
+        coords: dict[str, tuple[NDArray[Any], dict[str, Any]]] = {
             axis.dim: (axis.values, axis.attributes()) for axis in self.grid.axes
         }
         if self.grid.follow is not None:
-            way = f"direction in which {self.grid.follow} was followed"
-            coords[BRANCH] = (np.array(BRANCHES), {"long_name": way})
+            meaning = f"direction in which {self.grid.follow} was followed"
+            coords[BRANCH] = (np.array(BRANCHES), {"long_name": meaning})
         if self.keep_points:
-            dims["period"] = self.protocol.recorded + 1
-            automatic = self.protocol.automatic
-            coords["period"] = (
-                np.arange(dims["period"]) + self.protocol.first,
-                {
-                    "units": "1",
-                    "long_name": "number of periods" + (" after settling" if automatic else ""),
-                },
-            )
-        return Layout(
-            dims=dims,
-            variables=[(one, self.dims(one)) for one in self.variables],
-            coords=coords,
-            chunks=self.grid.chunk_shape(target),
-            attrs=self.attributes(),
-        )
-
-    def dims(self, variable: Variable) -> tuple[str, ...]:
-        """Dimensions of a variable of the result."""
-        return (*self.grid.sizes, "period") if variable.per_period else tuple(self.grid.sizes)
+            meaning = "number of periods" + (" after settling" if self.protocol.automatic else "")
+            numbers = np.arange(self.record_size) + self.protocol.first
+            coords[PERIOD] = (numbers, {"units": "1", "long_name": meaning})
+        return coords
 
     def attributes(self) -> dict[str, Any]:
-        """Attributes of the result."""
+        """Return the attributes of the result."""
         protocol = {
             "periods": self.protocol.first + self.protocol.recorded,
             "initial": list(self.initial),
@@ -93,7 +89,7 @@ class Plan:
         }
 
     def identity(self) -> dict[str, Any]:
-        """Everything that the results depend on, as plain values."""
+        """Return everything on which the results depend, as values that JSON can represent."""
         return {
             "wedgebrake_version": __version__,
             "kind": self.kind,
@@ -107,30 +103,51 @@ class Plan:
             "protocol": self.protocol.as_dict(),
         }
 
+    def empty_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return an array for each variable, with the values of points that are not computed."""
+        sizes = (*self.grid.sizes.values(), self.record_size)
+        return {
+            one.name: np.full(sizes if one.per_period else sizes[:-1], one.fill, one.dtype)
+            for one in self.variables
+        }
+
+    def dataset(self, arrays: Mapping[str, Any]) -> xr.Dataset:
+        """Return the labelled result of an array for each variable."""
+        import xarray as xr
+
+        return xr.Dataset(
+            {
+                one.name: (self.dims(one), arrays[one.name], one.attributes())
+                for one in self.variables
+            },
+            coords={name: (name, *one) for name, one in self.coordinates().items()},
+            attrs=self.attributes(),
+        )
+
 
 def _laws(system: BrakedDriveline) -> dict[str, str]:
-    """Fingerprints of the laws that a user wrote: their names would not tell a change."""
+    """Return fingerprints of user-defined laws, whose names do not reveal a change."""
     laws: dict[str, Any] = {}
     if not system.brake.kind:
         laws["brake"], laws["shape"] = type(system.brake).law, type(system.brake).shape
     if isinstance(system.friction, CustomFriction):
         laws["friction"] = system.friction.law
-    return {part: _fingerprint(law) for part, law in laws.items()}
+    return {part: fingerprint(law) for part, law in laws.items()}
 
 
-def _fingerprint(law: Callable[..., Any]) -> str:
-    """What a function does, as a short text that is the same in every process."""
-    return hashlib.sha256(repr(_told(law, [])).encode()).hexdigest()[:16]
+def fingerprint(law: Callable[..., Any]) -> str:
+    """Return a short text that identifies what a function computes, equal in every process."""
+    return hashlib.sha256(repr(_content(law, [])).encode()).hexdigest()[:16]
 
 
-def _told(value: Any, known: list[Any]) -> Any:
-    """A value in words; of a function its code, and the values that it uses."""
+def _content(value: Any, known: list[Any]) -> Any:
+    """Return the content of a value; of a function its code and the values that it uses."""
     function = getattr(value, "py_func", value)
     code = getattr(function, "__code__", None)
     if isinstance(value, np.ndarray):
         return value.tolist()
     if code is None:
-        # Of an object, what it is; its address would differ from process to process.
+        # The representation of other objects may contain an address.
         plain = value is None or isinstance(value, int | float | complex | str | bytes | tuple)
         return repr(value) if plain else getattr(value, "__name__", type(value).__name__)
     if function in known:
@@ -144,12 +161,12 @@ def _told(value: Any, known: list[Any]) -> Any:
             (one.co_code, [_constant(c) for c in one.co_consts], one.co_names)
             for one in _codes(code)
         ],
-        [(name, _told(one, [*known, function])) for name, one in used],
+        [(name, _content(one, [*known, function])) for name, one in used],
     )
 
 
 def _codes(code: CodeType) -> list[CodeType]:
-    """A code and those inside it."""
+    """Return a code object and those nested in it."""
     inner = [one for one in code.co_consts if isinstance(one, CodeType)]
     return [code, *(deeper for one in inner for deeper in _codes(one))]
 

@@ -1,4 +1,4 @@
-"""How far a sweep has come: points, rate and time left, for whoever wants to show them."""
+"""Progress of a sweep: points, rate and time left."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Progress:
-    """A moment of a sweep.
+    """Progress of a sweep at one moment.
 
-    done, total : points; ``resumed`` of the done ones were there before
+    done, total : number of points; ``resumed`` of the done ones were in the store before
     rate        : points per second since this run began
-    later       : points per second since the first ones, which may have waited for compilation;
-                  0: not known yet; None: as ``rate``
+    later       : points per second after the first ones, which may include compilation; 0 if
+                  not known yet, None if equal to ``rate``
     """
 
     done: int
@@ -28,7 +28,7 @@ class Progress:
 
     @property
     def left(self) -> float:
-        """Seconds left, at the later rate; inf before there is one."""
+        """Estimated seconds left; inf while the rate is not known."""
         rate = self.rate if self.later is None else self.later
         return (self.total - self.done) / rate if rate > 0.0 else float("inf")
 
@@ -41,16 +41,14 @@ class Progress:
         return text
 
 
-# Seconds between two reports.
-_PAUSE = 0.1
-# Seconds between the lines that a file or a pipe gets.
-_EVERY = 10.0
+# Seconds between two reports, and between two lines written to a file or a pipe.
+_REPORT_PAUSE, _LINE_PAUSE = 0.1, 10.0
 
 Report = Callable[[Progress], None]
 
 
 def duration(seconds: float) -> str:
-    """A time in words: "42 s", "3 min 10 s", "2 h 5 min"."""
+    """Return a duration as text: "42 s", "3 min 10 s", "2 h 5 min"."""
     whole = round(min(seconds, 1e9))
     if whole < 60:
         return f"{whole} s"
@@ -60,27 +58,27 @@ def duration(seconds: float) -> str:
 
 
 class Meter:
-    """Counts the points of a run and tells a reporter, at once and then ten times a second."""
+    """Count the points of a run and report progress, at once and then ten times a second."""
 
     def __init__(self, total: int, resumed: int, report: Report | None) -> None:
         self._total, self._resumed, self._done = total, resumed, resumed
         self._report = report
         self._start = time.perf_counter()
         self._first: tuple[int, float] | None = None
-        self._last = -_PAUSE
+        self._last = -_REPORT_PAUSE
         if report is not None:
             report(Progress(resumed, total, resumed, 0.0))
 
     @property
     def done(self) -> int:
-        """Points that are done."""
+        """Number of points done."""
         return self._done
 
     def add(self, points: int) -> None:
-        """Some more points are done."""
+        """Add points that are done."""
         self._done += points
         now = time.perf_counter() - self._start
-        if self._report is None or (now - self._last < _PAUSE and self._done < self._total):
+        if self._report is None or (now - self._last < _REPORT_PAUSE and self._done < self._total):
             return
         self._last = now
         rate = (self._done - self._resumed) / now if now > 0.0 else 0.0
@@ -93,20 +91,20 @@ class Meter:
 
 
 class Bar:
-    """Shows progress on standard error: a bar on a terminal, else a line every ten seconds."""
+    """Show progress on standard error: a bar on a terminal, else a line every ten seconds."""
 
     def __init__(self) -> None:
         self._bar: Any = None
         self._last = time.perf_counter()
 
     def __call__(self, progress: Progress) -> None:
-        """Show it, if it is time."""
+        """Show progress."""
         finished = progress.done >= progress.total
         if sys.stderr is None:
             return
         if sys.stderr.isatty():
             self._draw(progress, finished)
-        elif finished or time.perf_counter() - self._last >= _EVERY:
+        elif finished or time.perf_counter() - self._last >= _LINE_PAUSE:
             self._last = time.perf_counter()
             sys.stderr.write(f"{progress}\n")
             sys.stderr.flush()
@@ -118,7 +116,7 @@ class Bar:
         self.close()
 
     def close(self) -> None:
-        """Leave the terminal as it was."""
+        """Restore the terminal."""
         if self._bar is not None:
             self._bar.stop()
             self._bar = None

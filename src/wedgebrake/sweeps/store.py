@@ -1,38 +1,41 @@
-"""The store of a sweep: a zarr folder that an interrupted run goes on with.
+"""The store of a sweep: a zarr folder from which an interrupted sweep can be resumed.
 
-It knows nothing of brakes: arrays over points, cut into chunks, and a description of what
-they are computed from. Each file appears whole or not at all and carries a checksum; the
-chunk of ``status`` is written last, and its presence says that the chunk is done.
+Every file is written under another name and renamed, so that it exists completely or not at
+all. A chunk of results is one file with a checksum: an interrupted or damaged chunk is computed
+again. Files are not forced to the disk (5 ms each): after a power failure the checksums reveal
+what was lost. An OS lock, which ends with its process, admits one writer.
 
-Beside the zarr arrays it keeps four small files in ``status/.store``. There, unlike in the
-root, no reader of zarr stumbles on them, and they move and vanish with the store:
-identity.json (what is computed), lock, writer.json (who writes), partial (a file that is
-being written).
+``results/.lock`` and ``results/.writer`` are not part of zarr; readers of zarr do not look
+for files inside an array.
 """
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import secrets
 import shutil
+import socket
 from collections.abc import Mapping
+from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import zarr
+from filelock import FileLock, Timeout
+
 from wedgebrake.errors import InputError, OutputError
-from wedgebrake.sweeps.store_files import WriterLock, is_folder, is_there, reason, replace_file
-from wedgebrake.sweeps.store_identity import description, verify
-from wedgebrake.sweeps.store_layout import (
-    IDENTITY,
-    MARKER,
-    PARTIAL,
-    PRIVATE,
-    ChunkIndex,
-    Layout,
-    fault,
+from wedgebrake.sweeps.grid import ChunkIndex, Chunks
+from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.store_format import (
+    RESULTS,
+    StoreBackend,
+    canonical,
+    differences,
+    metadata,
+    pack,
+    plain,
 )
 
 if TYPE_CHECKING:
@@ -40,64 +43,67 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+_GROUP = "zarr.json"
+# In stores of an earlier format, which kept an array for each variable.
+_EARLIER = "status/.store/identity.json"
+_MOST_LINES = 8
+
 
 class Damage(NamedTuple):
-    """A file of a finished chunk that is not as it was written."""
+    """A chunk whose file is not as it was written."""
 
     chunk: ChunkIndex
-    variable: str
     why: str
 
 
 class SweepStore:
     """Results of a sweep on disk, written chunk by chunk by one process at a time.
 
-    ``SweepStore.open`` gives one; use it as a context manager, or ``close`` it.
+    Created by ``SweepStore.open``; a context manager that releases the store for other writers.
 
-    path    : the store's folder
-    layout  : what is in it. On a store that was there before, its chunks are those that it
-              has, whatever was asked for
-    damaged : what the last ``done`` found broken; empty before
+    path    : folder of the store
+    chunks  : its chunks. A store that is resumed keeps those that it has
+    damaged : chunks that ``completed`` found damaged
     """
 
-    def __init__(self, path: Path, layout: Layout, lock: WriterLock) -> None:
+    def __init__(self, path: Path, plan: Plan, lengths: Mapping[str, int], lock: _Lock) -> None:
         self.path = path
-        self.layout = layout
+        self.chunks = Chunks(plan.grid.sizes, lengths)
         self.damaged: list[Damage] = []
-        self._lock = lock
-        self._open = True
+        self._plan, self._lock = plan, lock
+        self._results: Any = zarr.open_array(path / RESULTS, mode="r+")
+        self._completed: set[ChunkIndex] = set()
 
     @classmethod
     def open(
-        cls, path: str | os.PathLike[str], layout: Layout, identity: Any, *, resume: bool = False
+        cls, path: str | os.PathLike[str], plan: Plan, chunks: Chunks, *, resume: bool = False
     ) -> Self:
-        """Create a store, or go on with one.
+        """Create a store, or resume one.
 
-        path     : the store's folder; the folder that it is in must exist
-        layout   : what is in it
-        identity : exactly what is computed, as nested dicts, lists, texts and numbers
-        resume   : False: ``path`` must not exist. True: it may, and must then be a store of
-                   the same identity
+        path   : folder of the store; its parent folder must exist
+        chunks : chunks of a new store
+        resume : False: ``path`` must not exist. True: it may exist, and must then be a store of
+                 the same sweep
 
-        Raises ``InputError`` for a path that exists (or, with ``resume``, is no such store,
-        is damaged, or is of another identity: the message says what differs) and where
-        another process is writing; ``OutputError`` where nothing can be written. Nothing is
-        created then.
+        Raises ``InputError`` if the path exists (with ``resume``, if it is not a store, is
+        damaged or belongs to another sweep) and if another process writes to it; ``OutputError``
+        if it cannot be written. In these cases nothing is changed.
         """
-        target = _as_path(path)
-        record = description(layout, identity)
-        _check_path(target, resume=resume)
-        if not os.path.lexists(target) and not _create(target, layout, record) and not resume:
-            raise _exists(target)
-        _check_kind(target)
-        lock = WriterLock(target / PRIVATE, target)
+        target = _absolute(path)
+        created = not os.path.lexists(target) and _create(target, metadata(plan, chunks.lengths))
+        if not (created or resume):
+            raise InputError(
+                f"path = {str(target)!r}: exists already. Go on with the sweep in it by"
+                " resume=True (--resume on the command line), or choose another name."
+            )
+        lengths = _verified_lengths(target, plan)
+        lock = _Lock(target)
         lock.acquire()
         try:
-            layout = verify(target, layout, record)
-            # Of a process that was killed while it wrote.
-            with contextlib.suppress(OSError):
-                (target / PARTIAL).unlink()
-            return cls(target, layout, lock)
+            # Files that a killed process was writing.
+            for partial in (target / RESULTS).rglob("*.partial"):
+                partial.unlink(missing_ok=True)
+            return cls(target, plan, lengths, lock)
         except BaseException:
             lock.release()
             raise
@@ -105,150 +111,129 @@ class SweepStore:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
-        """Let others write. ``dataset`` still works."""
-        self._open = False
+        """Release the store for other writers. ``dataset`` remains usable."""
         self._lock.release()
 
-    def done(self) -> set[ChunkIndex]:
-        """The chunks that are complete and whole, found by reading every one of their bytes.
+    def completed(self) -> set[ChunkIndex]:
+        """Return the chunks that are complete and intact, after reading all of them.
 
-        A finished chunk with a file that is missing, cut off or altered is not among them;
-        ``damaged`` says which and why, and writing the chunk again mends it. One file is in
-        memory at a time.
+        ``damaged`` then lists those that are not intact. Writing a chunk again repairs it.
         """
-        self.damaged = []
-        whole = set()
-        for index in self._finished():
-            found = [
-                Damage(index, name, why)
-                for name, key in self.layout.keys(index).items()
-                if (why := fault(self.path / key)) is not None
-            ]
-            self.damaged += found
-            if not found:
-                whole.add(index)
-        return whole
+        self.damaged, self._completed = [], set()
+        for index in self.chunks.indices():
+            if not self.path.joinpath(RESULTS, "c", "0", *map(str, index)).is_file():
+                continue
+            try:
+                self._results[self._region(index)]
+            except (OSError, RuntimeError, ValueError) as error:  # of the disk, zstd, the checksum
+                self.damaged.append(Damage(index, str(error)))
+            else:
+                self._completed.add(index)
+        return set(self._completed)
 
-    def write(self, index: ChunkIndex, arrays: Mapping[str, Any]) -> None:
-        """Put a chunk's results in the store; with return, the chunk is done.
+    def write(self, index: ChunkIndex, results: Mapping[str, Any]) -> None:
+        """Write the results of a chunk, an array for each variable.
 
-        index  : the chunk's number along each dim of the points
-        arrays : every variable -> its values at the points ``layout.slices(index)``
-
-        From one thread at a time. Raises ``OutputError`` where that fails, a full disk for
-        example; all other chunks are as they were, and of this one nothing is left.
+        Raises ``OutputError`` if that fails, for example on a full disk. Then the store is as
+        it was before.
         """
-        if not self._open:
-            raise ValueError(f"{self.path}: the store is closed.")
-        files = self.layout.encode(index, arrays)
-        marker = self.path / self.layout.key(MARKER, index)
+        if not (self.path / _GROUP).exists():
+            raise OutputError(
+                f"path = {str(self.path)!r}: cannot be written: the store is no longer there,"
+                " removed or moved while the sweep was running. If it was moved, give its new"
+                " name and resume=True (--resume on the command line)."
+            )
         try:
-            # Where the chunk is being mended: from here to the end it is not done.
-            marker.unlink(missing_ok=True)
-            for key, content in files.items():
-                replace_file(self.path / key, content, self.path / PARTIAL)
+            self._results[self._region(index)] = pack(self._plan, results)
         except OSError as error:
-            for key in reversed(files):
-                with contextlib.suppress(OSError):
-                    (self.path / key).unlink(missing_ok=True)
-            raise self._not_written(error) from None
+            raise OutputError(
+                f"path = {str(self.path)!r}: cannot be written ({_reason(error)}). The store is"
+                f" valid: {len(self._completed)} of {len(self.chunks.indices())} chunks are done."
+                " Remove the cause, for example make room on the disk; the same call with"
+                " resume=True (--resume on the command line) then goes on."
+            ) from None
+        self._completed.add(index)
 
     def dataset(self) -> xr.Dataset:
-        """All of the store, labelled; values are read from disk when they are used.
-
-        Points of chunks that are not done have ``status`` 0 and the fill values of the
-        other variables.
-        """
-        import numpy as np
+        """Return the labelled result, with values read from disk when they are used."""
         import xarray as xr
 
-        dataset = xr.open_dataset(self.path, engine="zarr", consolidated=False, chunks=None)
-        # In the order of the layout, not in that of the folder.
-        dataset = dataset[[variable.name for variable, _ in self.layout.variables]]
-        # Texts of any length on disk; of a fixed length in numpy and in netCDF.
-        texts = [name for name, one in dataset.coords.items() if one.dtype.kind in "OT"]
-        return dataset.assign_coords(
-            {
-                name: (name, np.array(dataset[name].values.tolist()), dataset[name].attrs)
-                for name in texts
-            }
-        )
+        return xr.open_dataset(self.path, engine=StoreBackend)
 
-    def _finished(self) -> list[ChunkIndex]:
-        """The chunks that have their marker, whole or not."""
-        return [
-            index
-            for index in self.layout.indices()
-            if is_there(self.path / self.layout.key(MARKER, index))
-        ]
+    def _region(self, index: ChunkIndex) -> tuple[slice, ...]:
+        return slice(None), *self.chunks.slices(index).values()
 
-    def _not_written(self, error: OSError) -> OutputError:
-        place = f"path = {str(self.path)!r}"
-        if not is_there(self.path / IDENTITY):
-            return OutputError(
-                f"{place}: cannot be written ({reason(error)}): the store is no longer there,"
-                " removed or moved while the sweep was running. Where it was moved, give its"
-                " new name and resume=True (--resume on the command line)."
+
+class _Lock:
+    """The exclusive right to write to a store."""
+
+    def __init__(self, store: Path) -> None:
+        # The thread that closes the store may be another one.
+        self._lock = FileLock(store / RESULTS / ".lock", timeout=0, thread_local=False)
+        # Apart from the file of the lock, which others cannot read on Windows.
+        self._writer = store / RESULTS / ".writer"
+        self._store = store
+
+    def acquire(self) -> None:
+        """Acquire the lock, or raise ``InputError`` with its present holder."""
+        try:
+            self._lock.acquire()
+        except Timeout:
+            raise InputError(
+                f"path = {str(self._store)!r}: {self._holder()} is writing in it. Wait until"
+                " it ends, or end it: what it has finished stays, and resume=True (--resume on"
+                " the command line) goes on with it. Or choose another name."
+            ) from None
+        except (OSError, NotImplementedError) as error:
+            raise OutputError(
+                f"path = {str(self._store)!r}: cannot be locked for writing ({_reason(error)})."
+                " Choose a folder that you may write to, on a disk that supports file locks."
+            ) from None
+        since = datetime.now(UTC).isoformat(sep=" ", timespec="seconds")
+        with suppress(OSError):  # it serves the message above only
+            self._writer.write_text(
+                f"process {os.getpid()} on {socket.gethostname()} (since {since})", "utf-8"
             )
-        return OutputError(
-            f"{place}: cannot be written ({reason(error)}). What is there is valid:"
-            f" {len(self._finished())} of {len(self.layout.indices())} chunks are done. Mend the"
-            " cause, for example make room on the disk; the same call with resume=True"
-            " (--resume on the command line) then goes on."
-        )
+
+    def release(self) -> None:
+        """Release the lock if it is held."""
+        if self._lock.is_locked:
+            with suppress(OSError):
+                self._writer.unlink()
+            self._lock.release()
+
+    def _holder(self) -> str:
+        with suppress(OSError, ValueError):
+            return self._writer.read_text("utf-8") or "another process"
+        return "another process"
 
 
-def _as_path(path: str | os.PathLike[str]) -> Path:
+def _absolute(path: str | os.PathLike[str]) -> Path:
     try:
-        # Absolute: the working directory may change while a sweep runs.
+        # The working directory may change during the sweep.
         target = Path(path).absolute()
-    except TypeError:
-        raise InputError(f"path = {path!r}: must be the name of a folder.") from None
-    except FileNotFoundError:
+    except (TypeError, FileNotFoundError):
         raise InputError(
-            f"path = {str(path)!r}: the working directory, to which it is relative, no longer"
-            " exists. Change to an existing directory, or give an absolute path."
+            f"path = {path!r}: must be the path of a folder. A relative path needs a working"
+            " directory that exists."
         ) from None
-    if "\0" in str(target):
-        raise InputError(f"path = {path!r}: no name of a folder has a null character.")
-    return target
-
-
-def _check_path(target: Path, *, resume: bool) -> None:
-    """Refuse what can be refused before anything is touched."""
-    if os.path.lexists(target):
-        if not resume:
-            raise _exists(target)
-    elif not is_folder(target.parent):
+    if not os.path.lexists(target) and not target.parent.is_dir():
         raise InputError(
             f"path = {str(target)!r}: the folder {str(target.parent)!r} does not exist. Create"
             " it, or choose a folder that exists."
         )
+    return target
 
 
-def _exists(target: Path) -> InputError:
-    return InputError(
-        f"path = {str(target)!r}: exists already. Go on with the sweep in it by resume=True"
-        " (--resume on the command line), or choose another name."
-    )
-
-
-def _create(target: Path, layout: Layout, record: dict[str, Any]) -> bool:
-    """Build the store beside its place and rename it; False where another process was first."""
+def _create(target: Path, files: Mapping[str, bytes]) -> bool:
+    """Write the files in a folder beside the target and rename it; False if that now exists."""
     beside = target.with_name(f".{target.name}.{secrets.token_hex(6)}.part")
-    files = {**layout.files, IDENTITY: json.dumps(record, indent=1).encode()}
     try:
         try:
-            beside.mkdir()
             for key, content in files.items():
                 (beside / key).parent.mkdir(parents=True, exist_ok=True)
                 (beside / key).write_bytes(content)
@@ -256,26 +241,60 @@ def _create(target: Path, layout: Layout, record: dict[str, Any]) -> bool:
         except BaseException:
             shutil.rmtree(beside, ignore_errors=True)
             raise
-    except OSError as error:
+    except (OSError, ValueError) as error:  # ValueError: a null character
         if os.path.lexists(target):
             return False
         raise OutputError(
-            f"path = {str(target)!r}: cannot be created ({reason(error)}). Choose a folder that"
+            f"path = {str(target)!r}: cannot be created ({_reason(error)}). Choose a folder that"
             " exists, that you may write to and that has room."
         ) from None
     return True
 
 
-def _check_kind(target: Path) -> None:
-    """Refuse a path that is no store of a sweep."""
-    if is_there(target / IDENTITY):
-        return
-    if not is_folder(target):
-        what = "is no folder"
-    elif any(is_there(target / name) for name in ("zarr.json", ".zgroup", ".zarray")):
-        what = f"is a zarr folder, but not the store of a sweep ({IDENTITY} is not in it)"
-    else:
-        what = f"is not the store of a sweep ({IDENTITY} is not in it)"
-    raise InputError(
-        f"path = {str(target)!r}: {what}; nothing in it was touched. Choose another name."
+def _verified_lengths(target: Path, plan: Plan) -> dict[str, int]:
+    """Return the chunk lengths of a store after comparing all of its metadata with the plan."""
+    if os.access(target / _EARLIER, os.F_OK):
+        raise InputError(
+            f"path = {str(target)!r}: is the store of an earlier version of wedgebrake, whose"
+            " format differs. Read it with xarray.open_zarr, resume it with that version, or"
+            " choose another name to compute the sweep again."
+        )
+    try:
+        stored = json.loads((target / _GROUP).read_bytes())["attributes"]
+        identity, lengths = stored["identity"], dict(stored["chunks"])
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError(
+            f"path = {str(target)!r}: is not the store of a sweep, or its {_GROUP} is damaged;"
+            " nothing in it was touched. Choose another name."
+        ) from None
+    lines = list(differences(identity, plain(plan.identity())))
+    if lines:
+        more = len(lines) - _MOST_LINES
+        lines = lines[:_MOST_LINES] + ([f"and {more} more"] if more > 0 else [])
+        text = "\n  ".join(["holds another sweep:", *lines])
+        raise InputError(
+            f"path = {str(target)!r}: {text}\nGive what it was computed with (and, where the"
+            " version differs, install that one) to go on with it, or choose another name."
+        )
+    if not all(type(lengths.get(dim)) is int and lengths[dim] > 0 for dim in plan.grid.sizes):
+        raise _damaged(target, _GROUP)
+    for key, content in metadata(plan, lengths).items():
+        try:
+            intact = canonical((target / key).read_bytes()) == canonical(content)
+        except (OSError, ValueError):
+            intact = False
+        if not intact:
+            raise _damaged(target, key)
+    return lengths
+
+
+def _damaged(target: Path, key: str) -> InputError:
+    return InputError(
+        f"path = {str(target)!r}: the store is damaged: {key} is not as it was written. Put that"
+        " file back from a copy, or choose another name to compute the sweep again."
     )
+
+
+def _reason(error: Exception) -> str:
+    """Return the message of an error as part of a sentence."""
+    return (getattr(error, "strerror", None) or str(error)).lower()

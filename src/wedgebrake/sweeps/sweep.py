@@ -1,8 +1,8 @@
-"""The front door of sweeps: a system, some parameters, one labelled result."""
+"""Sweeps over any number of parameters, in memory or into a store."""
 
 from __future__ import annotations
 
-import math
+import inspect
 import os
 import warnings
 from collections.abc import Callable, Iterator
@@ -16,26 +16,23 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.simulate import check_state, choose_method
-from wedgebrake.sweeps.axes import make_axes
-from wedgebrake.sweeps.grid import Grid
+from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
-from wedgebrake.sweeps.store_layout import ChunkIndex, Layout
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wedgebrake.sweeps.plan import Plan
-    from wedgebrake.sweeps.store import SweepStore
 
-# Points in a chunk of a store: about a second of work, and not too many files.
-_CHUNK = 4096
-_SLOW_CHUNK = 256
+# Most points of a chunk, with the exact and with other solvers: about a second of work.
+_CHUNK, _SLOW_CHUNK = 4096, 256
 _CHUNK_BYTES = 2**26
-_FEWEST, _PARTS = 16, 16
+# A grid is divided into at least so many chunks, if each has at least so many points.
+_FEWEST_CHUNKS, _FEWEST_POINTS = 16, 16
 
 
 class StoreWarning(UserWarning):
-    """A store was found damaged; what is damaged is computed again."""
+    """Part of a store is damaged and is computed again."""
 
 
 def sweep(
@@ -59,12 +56,12 @@ def sweep(
     progress: bool | Report | None = None,
     **parameters: Any,
 ) -> xr.Dataset:
-    """Poincare points and class of motion over any number of parameters.
+    """Compute Poincare points and class of motion over any number of parameters.
 
     Parameters
     ----------
     system : BrakedDriveline
-        What is changed.
+        The system whose parameters are changed.
     **parameters : array of float
         The swept values by name: SI parameters (``slope``, ``frequency``, ...), groups
         (``eta``, ``f``, ``F0``, ``alpha``), ``initial_angle``, ``initial_velocity``. Several
@@ -80,35 +77,36 @@ def sweep(
     method, rtol, step, max_events, max_steps
         As in ``simulate``.
     keep_points : bool
-        Whether the Poincare points are part of the result.
+        Include the Poincare points in the result.
     store : path
-        A folder (zarr) to which the result is written chunk by chunk.
+        A folder (zarr) to which the result is written chunk by chunk. Later,
+        ``xarray.open_dataset(path, engine="wedgebrake")`` reads it.
     resume : bool
-        Go on with a store that is there; its results stay as they are, bit for bit.
+        Continue in a store that exists; its results stay as they are, bit for bit.
     threads : int
-        How many; default one for each processor.
+        Number of threads; default one for each processor.
     client : distributed.Client
-        Spread the chunks over a Dask cluster (extra ``cluster``).
+        Distribute the chunks over a Dask cluster (extra ``cluster``).
     progress : bool or callable
         True shows points, rate and time left on standard error (the default with a store);
-        a callable gets a ``Progress``.
+        a callable receives a ``Progress``.
 
     Returns
     -------
     xarray.Dataset
         Over the swept names in the order given, then ``period``: angle [rad] and velocity
         [rad/s] at t = period/f_e; and for each point its ``status``, class of ``motion``
-        and of stick-slip, exponents and the rest of ``wedgebrake.sweeps.results``. With a
-        store it is read from there when used. A point that diverges, locks or cannot be
-        built says so in its status. Classes count periods 1/f_e of the torque, also where its
+        and of stick-slip, exponents and the other variables of ``wedgebrake.sweeps.results``.
+        With a store, values are read when they are used. ``status`` marks points that diverge,
+        lock or are not valid. Classes count periods 1/f_e of the torque, also where its
         amplitude is 0, see ``Motion``.
 
     Raises
     ------
     InputError
-        For arguments that are wrong, or a store that does not fit.
+        For invalid arguments, or a store of another sweep.
     OutputError
-        If the store cannot be written; what is in it stays valid.
+        If the store cannot be written; its contents remain valid.
     WedgebrakeError
         If the Dask cluster is lost. The store remains valid.
     """
@@ -136,7 +134,7 @@ def make_plan(
     keep_points: bool = True,
     **limits: Any,
 ) -> Plan:
-    """What a sweep is asked to compute, checked."""
+    """Return the definition of a sweep after validation of its arguments."""
     from wedgebrake.sweeps.plan import Plan
 
     if not isinstance(system, BrakedDriveline):
@@ -194,41 +192,49 @@ def execute(
         return _in_store(plan, work, report, store, resume)
 
 
-_Work = Callable[[Layout, list[ChunkIndex]], Iterator[tuple[ChunkIndex, Any]]]
+_EXECUTION = ("store", "resume", "threads", "client", "progress")
+
+
+def split_options(
+    options: dict[str, Any],
+) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Divide keyword arguments into parameters, settings of the plan, and of its execution."""
+    known = set(inspect.signature(sweep).parameters) - {"system", "parameters", "follow"}
+    if "follow" in options:
+        raise InputError("follow: only bifurcation and sweep follow a parameter.")
+    parameters = {name: value for name, value in options.items() if name not in known}
+    execution = {name: value for name, value in options.items() if name in _EXECUTION}
+    settings = {
+        name: value
+        for name, value in options.items()
+        if name not in parameters and name not in execution
+    }
+    return parameters, settings, execution
+
+
+_Work = Callable[[Chunks, list[ChunkIndex]], Iterator[tuple[ChunkIndex, Any]]]
 
 
 def _workers(plan: Plan, threads: int | None, client: Any) -> _Work:
-    """Function that computes the chunks of a plan, on a cluster or in threads of this machine."""
+    """Return a function that computes chunks of a plan, on a cluster or in threads."""
     from wedgebrake.sweeps.executor import Cluster, by_threads, processors
 
     if client is not None:
         return Cluster(plan, client).chunks
-    return lambda layout, wanted: by_threads(plan, layout, wanted, threads or processors())
+    return lambda chunks, wanted: by_threads(plan, chunks, wanted, threads or processors())
 
 
 def _in_memory(plan: Plan, work: _Work, report: Report | None) -> xr.Dataset:
-    import xarray as xr
-
-    layout = plan.layout(_chunk_size(plan))
-    _check_memory(layout)
-    arrays = {
-        one.name: np.full([layout.dims[dim] for dim in dims], one.fill, dtype=one.dtype)
-        for one, dims in layout.variables
-    }
+    _check_memory(plan)
+    chunks = plan.grid.chunks(_chunk_size(plan))
+    arrays = plan.empty_arrays()
     meter = Meter(plan.grid.points, 0, report)
-    for index, results in work(layout, layout.indices()):
-        where = tuple(layout.slices(index).values())
+    for index, results in work(chunks, chunks.indices()):
+        where = tuple(chunks.slices(index).values())
         for name, values in results.items():
             arrays[name][where] = values
-        meter.add(results["status"].size)
-    return xr.Dataset(
-        {
-            one.name: (tuple(dims), arrays[one.name], one.attributes())
-            for one, dims in layout.variables
-        },
-        coords={name: (name, values, attrs) for name, (values, attrs) in layout.coords.items()},
-        attrs=dict(layout.attrs),
-    )
+        meter.add(chunks.points(index))
+    return plan.dataset(arrays)
 
 
 def _in_store(
@@ -236,19 +242,21 @@ def _in_store(
 ) -> xr.Dataset:
     from wedgebrake.sweeps.store import SweepStore
 
-    with SweepStore.open(
-        path, plan.layout(_chunk_size(plan)), plan.identity(), resume=resume
-    ) as target:
-        layout = target.layout
-        done = target.done()
-        _say_damage(target)
-        wanted = [index for index in layout.indices() if index not in done]
-        resumed = sum(_points(layout, index) for index in done)
-        meter = Meter(plan.grid.points, resumed, report)
+    with SweepStore.open(path, plan, plan.grid.chunks(_chunk_size(plan)), resume=resume) as store:
+        chunks, completed = store.chunks, store.completed()
+        for damage in store.damaged:
+            warnings.warn(
+                f"{store.path}: chunk {damage.chunk} is damaged ({damage.why}) and is computed"
+                " again.",
+                StoreWarning,
+                stacklevel=4,
+            )
+        meter = Meter(plan.grid.points, sum(map(chunks.points, completed)), report)
         try:
-            for index, results in work(layout, wanted):
-                target.write(index, results)
-                meter.add(results["status"].size)
+            wanted = [index for index in chunks.indices() if index not in completed]
+            for index, results in work(chunks, wanted):
+                store.write(index, results)
+                meter.add(chunks.points(index))
         except BaseException as error:
             if not isinstance(error, Exception):  # Ctrl-C
                 error.add_note(
@@ -256,37 +264,22 @@ def _in_store(
                     " call with resume=True (--resume on the command line) goes on."
                 )
             raise
-        return target.dataset()
-
-
-def _say_damage(store: SweepStore) -> None:
-    for damage in store.damaged:
-        warnings.warn(
-            f"{store.path}: chunk {damage.chunk} is damaged ({damage.variable}: {damage.why}) and"
-            " is computed again.",
-            StoreWarning,
-            stacklevel=5,
-        )
-
-
-def _points(layout: Layout, index: ChunkIndex) -> int:
-    return math.prod(one.stop - one.start for one in layout.slices(index).values())
+        return store.dataset()
 
 
 def _chunk_size(plan: Plan) -> int:
-    """Points in a chunk: an amount of work that may be lost, not too many files."""
+    """Return the number of points of a chunk: work that may be lost against number of files."""
     slow = plan.method != "exact" or plan.protocol.automatic
-    share = max(_FEWEST, plan.grid.points // _PARTS)
-    record = 16 * (plan.protocol.recorded + 1) if plan.keep_points else 1
+    share = max(_FEWEST_POINTS, plan.grid.points // _FEWEST_CHUNKS)
+    record = max(1, 16 * plan.record_size)
     return max(1, min(_SLOW_CHUNK if slow else _CHUNK, share, _CHUNK_BYTES // record))
 
 
-def _check_memory(layout: Layout) -> None:
+def _check_memory(plan: Plan) -> None:
     """Refuse a result that would fill the memory of this machine."""
-    needed = sum(
-        math.prod(layout.dims[dim] for dim in dims) * np.dtype(one.dtype).itemsize
-        for one, dims in layout.variables
-    )
+    sizes = {True: plan.record_size, False: 1}
+    point = sum(np.dtype(one.dtype).itemsize * sizes[one.per_period] for one in plan.variables)
+    needed = point * plan.grid.points
     if needed > _memory() / 2:
         raise InputError(
             f"sweep: the result would take {needed / 2**30:.3g} GiB of memory, this machine has"
@@ -297,13 +290,13 @@ def _check_memory(layout: Layout) -> None:
 
 
 def _memory() -> float:
-    """Memory of this machine [bytes]; where it cannot be known, a modest one's."""
+    """Return the memory of this machine [bytes]; if it is unknown, a modest one."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
         return 8.0 * 2**30
 
 
-def _require(fits: bool, name: str, value: object, allowed: str) -> None:
-    if not fits:
+def _require(valid: bool, name: str, value: object, allowed: str) -> None:
+    if not valid:
         raise InputError(f"{name} = {shown(value)}: must be {allowed}.")

@@ -1,7 +1,7 @@
-"""Attractors of many runs, told apart a few runs at a time.
+"""Attractors of many runs, identified a few runs at a time.
 
-``wb.basins`` compares all motions with each other when all are known; here the motions that
-come are compared with a few of each attractor that is known.
+``wb.basins`` compares all motions with each other once all are computed; here new motions are
+compared with a few of each known attractor.
 """
 
 from __future__ import annotations
@@ -12,23 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import MotionClass
-from wedgebrake.sweeps.attractors import label
+from wedgebrake.figures.data.basins import Attractor
+from wedgebrake.sweeps.basins import label
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Codes = NDArray[np.int64]
 
-# Results that tell attractors apart.
+# Results by which attractors are compared.
 _COMPARED = (
     "motion", "order", "status", "size", "largest_exponent", "friction_power", "angle", "velocity"
 )  # fmt: skip
-# Of a motion that repeats itself one run tells all; of others the ground is known from several.
-_GROUND = 6
+# Runs kept of an aperiodic attractor; of a periodic one a single run is enough.
+_KEPT = 6
 
 
-class Attractors:
-    """The attractors that are known, by numbers from 0.
+class AttractorSet:
+    """Known attractors, numbered from 0.
 
     attributes : those of a sweep's dataset
     """
@@ -40,7 +41,7 @@ class Attractors:
         self._count = 0
 
     def add(self, runs: dict[str, NDArray[Any]]) -> tuple[Codes, dict[int, int]]:
-        """The attractors of some runs, (n,), and which known ones turned out to be another.
+        """Number the attractors of some runs, (n,); also return known numbers merged into others.
 
         runs : results of a sweep at n points, (n,) or (n, recorded)
 
@@ -55,23 +56,32 @@ class Attractors:
         aperiodic = np.isin(given["motion"], (MotionClass.QUASI_PERIODIC, MotionClass.CHAOTIC))
         new = numbers[len(self._owners) :]
         for row, number, wide in zip(_rows(given), new, aperiodic, strict=True):
-            if number >= 0 and self._owners.count(number) < (_GROUND if wide else 1):
+            if number >= 0 and self._owners.count(number) < (_KEPT if wide else 1):
                 self._known.append(row)
                 self._owners.append(int(number))
         return new, merged
 
-    def orbit(self, number: int) -> tuple[int, int, NDArray[np.float64]]:
-        """Class and order of an attractor, and its Poincare points (points, 2)."""
+    def found(self, numbers: Codes) -> list[Attractor]:
+        """The attractors among the numbers of some runs, with their shares."""
+        there, counts = np.unique(numbers, return_counts=True)
+        return [
+            self._attractor(int(number), count / numbers.size)
+            for number, count in zip(there, counts, strict=True)
+            if number >= 0
+        ]
+
+    def _attractor(self, number: int, share: float) -> Attractor:
         row = self._known[self._owners.index(number)]
-        order = int(row["order"]) or row["angle"].size
+        order = int(row["order"])
         points = np.stack([row["angle"], row["velocity"]], axis=1)
-        return int(row["motion"]), int(row["order"]), points[-min(order, len(points)) :]
+        shown = points[-min(order or len(points), len(points)) :]
+        return Attractor(number, int(row["motion"]), order, share, shown)
 
     def _numbers(self, found: Codes) -> tuple[Codes, dict[int, int]]:
-        """Numbers of this call as those that hold from call to call."""
+        """Translate the numbers of one call into those valid for all calls."""
         names: dict[int, int] = {}
         merged: dict[int, int] = {}
-        # The owners in rising order, so that what is merged goes to the lower number.
+        # In ascending order, so that merged attractors get the lower number.
         for place in np.argsort(self._owners, kind="stable"):
             one, owner = int(found[place]), self._owners[place]
             if one >= 0 and names.setdefault(one, owner) != owner:

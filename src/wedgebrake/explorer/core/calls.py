@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from wedgebrake.explorer.core import basins, diagram, regimes, stability
-from wedgebrake.explorer.core.axis import Axis
+from wedgebrake.explorer.core.axis import parameter_axis
 from wedgebrake.explorer.core.evaluation import judging
 from wedgebrake.explorer.core.limits import COARSE_MAP, COARSE_POINTS, FINE_MAP, FINE_POINTS
 from wedgebrake.explorer.core.machine import slow
@@ -63,7 +63,7 @@ def picture(desk: Desk) -> Picture:
         return Picture("regime_map", _axes(desk, regimes.parameters(desk), cells), judged)
     if desk.view.plate == "basins":
         judged.pop("initial", None)
-        return Picture("basins", _axes(desk, basins.PARAMETERS, cells), judged)
+        return Picture("basins", _axes(desk, basins.parameters(desk), cells), judged)
     stability.key(desk)  # refuses what has no such map
     return Picture("stability_map", _axes(desk, stability.parameters(desk), FINE_MAP), {})
 
@@ -71,7 +71,7 @@ def picture(desk: Desk) -> Picture:
 def _axes(
     desk: Desk, names: tuple[str, ...], counts: tuple[int, ...]
 ) -> dict[str, tuple[float, float, int, str]]:
-    found = {name: Axis.of(desk, name) for name in names}
+    found = {name: parameter_axis(desk, name) for name in names}
     return {
         name: (one.low, one.high, count, "log" if one.log else "linear")
         for (name, one), count in zip(found.items(), counts, strict=True)

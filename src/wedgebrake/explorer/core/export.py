@@ -25,7 +25,9 @@ from wedgebrake.figures.matplotlib.style import PAGE
 from wedgebrake.model.netcdf import netcdf
 from wedgebrake.model.part import shown
 from wedgebrake.solvers.simulate import simulate
-from wedgebrake.sweeps.maps import basins, bifurcation, regime_map
+from wedgebrake.sweeps.basins import basins
+from wedgebrake.sweeps.bifurcation import bifurcation
+from wedgebrake.sweeps.regime_map import regime_map
 
 if TYPE_CHECKING:
     import xarray as xr

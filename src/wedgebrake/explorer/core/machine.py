@@ -1,25 +1,28 @@
-"""The machine on the desk as pictures over its parameters compute it."""
+"""Inputs of sweeps over the parameters of the current study."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from typing import Any
 
-from wedgebrake.explorer.core.evaluation import method
-from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_STEPS
+from wedgebrake.explorer.core.axis import parameter_axis
+from wedgebrake.explorer.core.evaluation import judging, method
+from wedgebrake.explorer.core.limits import COARSE_MAP, FINE_MAP, MOST_EVENTS, MOST_STEPS
+from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep
 from wedgebrake.explorer.core.state import Desk
+from wedgebrake.figures.data.parameter_axis import ParameterAxis
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
 
-# One of many points may take so much less than the one run that is looked at.
+# The limits of one of many points are smaller by this factor than those of the single run.
 _SHARE = 4
 
 
 def following(system: BrakedDriveline) -> BrakedDriveline:
-    """The machine, where static friction equals kinetic friction so that it stays equal.
+    """The machine with static friction that follows kinetic friction if they are equal now.
 
-    As on the desk, where an edit of the one moves the other.
+    An edit of kinetic friction on the page moves static friction in the same way.
     """
     friction = system.friction
     fields = type(friction).model_fields
@@ -30,7 +33,7 @@ def following(system: BrakedDriveline) -> BrakedDriveline:
 
 
 def without(system: BrakedDriveline, names: Sequence[str]) -> str:
-    """All of a machine but the parameters that some names set, to be compared."""
+    """All of a machine except the parameters that some names set, as text to be compared."""
     dropped = {SETTERS[name].target if name in SETTERS else name for name in names}
     if "kinetic" in dropped and following(system) is not system:
         dropped.add("static")
@@ -47,9 +50,9 @@ def slow(desk: Desk) -> bool:
 
 
 def settings(desk: Desk) -> dict[str, Any]:
-    """Arguments of a sweep that say how each run is computed, plain and hashable."""
+    """Arguments of a sweep that set how each run is computed, plain and hashable."""
     run = desk.study.run
-    # The fixed steps of ode14x are as many as the time needs.
+    # The number of fixed steps of ode14x follows from the time.
     share = 1 if run.method == "ode14x" else _SHARE
     return {
         "initial": run.initial,
@@ -59,3 +62,37 @@ def settings(desk: Desk) -> dict[str, Any]:
         "max_events": min(run.max_events, MOST_EVENTS // _SHARE),
         "max_steps": min(run.max_steps, MOST_STEPS // share),
     }
+
+
+def sweep_key(desk: Desk, names: Sequence[str], *, initial: bool = True) -> Hashable:
+    """All inputs of a sweep over some parameters; of these, the ends of their axes alone.
+
+    initial : False if the initial state of the run is not an input
+    """
+    run = {name: value for name, value in settings(desk).items() if initial or name != "initial"}
+    return (
+        *(parameter_axis(desk, name) for name in names),
+        without(desk.system, names),
+        tuple(judging(desk).items()),
+        tuple(run.items()),
+    )
+
+
+def new_sweep(
+    desk: Desk, axes: Sequence[ParameterAxis], levels: Sequence[tuple[int, ...]], **options: Any
+) -> ProgressiveSweep:
+    """A sweep over some axes, as many values along each as in the last of the levels.
+
+    Raises ``InputError`` as ``wb.sweep`` does.
+    """
+    values = {axis.name: axis.values(count) for axis, count in zip(axes, levels[-1], strict=True)}
+    arguments = {**judging(desk), **settings(desk), **options}
+    return ProgressiveSweep(following(desk.system), values, levels, **arguments)
+
+
+def map_levels(few: bool) -> list[tuple[int, int]]:
+    """Rows and columns of the successive grids of a map; fewer for a slow solver."""
+    (width, height), (most_wide, most_high) = COARSE_MAP, FINE_MAP
+    if few:
+        return [(height // 4, width // 4), (height // 2, width // 2), (height, width)]
+    return [(height, width), (most_high // 2, most_wide // 2), (most_high, most_wide)]

@@ -15,15 +15,21 @@ from wedgebrake.model.brakes import BandBrake, ConventionalBrake, LeadingShoeBra
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import CoulombFriction, TabulatedFriction
+from wedgebrake.model.paper_machines import (
+    AS_PRINTED,
+    CORRECTED,
+    DIAGRAMS,
+    DURATION,
+    HERTZ,
+    KINETIC,
+    RESPONSES,
+    Assumptions,
+    Case,
+    Range,
+)
 from wedgebrake.model.part import shown
 from wedgebrake.model.study import Run, Study
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.paper.assumptions import AS_PRINTED, CORRECTED, WEDGE, Assumptions, Case
-from wedgebrake.paper.diagrams import HERTZ, PLANS, Plan
-from wedgebrake.paper.figures import responses
-from wedgebrake.paper.figures.responses import Rows
-from wedgebrake.paper.laboratory import DURATION
-from wedgebrake.paper.parameters import KINETIC
 
 START = "start"
 """Name of the preset to begin with."""
@@ -34,19 +40,6 @@ _RESPONSES, _DIAGRAMS, _OTHERS = (
     "Other machines",
 )
 _SYMBOLS = {"eta": "η", "f": "f", "F0": "F₀", "alpha": "α"}
-# The printed cases of figure 6: the laboratory adds a row to them.
-_PRINTED = Rows(responses.NO_STICK.cases, responses.STICK_SLIP.varied)
-_FIGURES: dict[int, Rows] = {
-    6: Rows(tuple(case.at(brake=WEDGE) for case in _PRINTED.cases), _PRINTED.varied),
-    7: _PRINTED,
-    9: responses.SLOPES,
-    10: responses.SLOPES.conventional(),
-    12: responses.FORCES,
-    13: responses.FORCES.conventional(),
-    15: responses.OVER_F,
-    16: responses.OVER_F.conventional(),
-    18: responses.ANGLES,
-}
 # The diagram whose axis a figure's cases lie on.
 _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
 
@@ -75,8 +68,8 @@ def preset(name: str) -> Preset:
 
 
 def _of_case(case: Case, over: str, assumptions: Assumptions = CORRECTED) -> Desk:
-    """A case of the paper as the paper runs it, with the diagram that it lies in."""
-    plan = PLANS[over]
+    """A case of the paper as the paper runs it, with the diagram that contains it."""
+    plan = DIAGRAMS[over]
     spans = MappingProxyType({plan.name: (plan.low, plan.high)})
     system = assumptions.system(case, "coulomb")
     return Desk.of(Study(system, Run(duration=DURATION)), View(axis=plan.name, spans=spans))
@@ -89,7 +82,7 @@ def _responses() -> Iterator[Preset]:
         _RESPONSES,
         partial(_of_case, Case(), "8a"),
     )
-    for number, rows in _FIGURES.items():
+    for number, rows in RESPONSES.items():
         for letter, case in zip("abcdef", rows.cases, strict=False):
             yield Preset(
                 f"fig{number}{letter}",
@@ -101,7 +94,7 @@ def _responses() -> Iterator[Preset]:
         "as-printed",
         "Fig. 9 b with the parameters as printed: diverges",
         _RESPONSES,
-        partial(_of_case, responses.SLOPES.cases[1], "8a", AS_PRINTED),
+        partial(_of_case, RESPONSES[9].cases[1], "8a", AS_PRINTED),
     )
 
 
@@ -120,7 +113,7 @@ def _equation(name: str, value: float) -> str:
 
 
 def _diagrams() -> Iterator[Preset]:
-    for name, plan in PLANS.items():
+    for name, plan in DIAGRAMS.items():
         yield Preset(
             f"fig{name}",
             f"Fig. {name[:-1]} {name[-1]}: {_over(plan)}" if name[-1].isalpha()
@@ -130,7 +123,7 @@ def _diagrams() -> Iterator[Preset]:
         )  # fmt: skip
 
 
-def _over(plan: Plan) -> str:
+def _over(plan: Range) -> str:
     """What a diagram shows: "wedge over η, −120 to 12"."""
     ends = f"{plan.low:g} to {plan.high:g}".replace("-", "−")
     return f"{plan.base.brake} over {_SYMBOLS[plan.name]}, {ends}"

@@ -1,4 +1,4 @@
-"""A sweep whose points are computed some at a time, coarse ones first.
+"""A sweep whose points are computed in steps, a coarse grid first.
 
 Each point is bitwise identical to that of ``wb.sweep`` on the same machine; only the order of
 computation differs.
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 Places = NDArray[np.int64]
 
-# How long a step takes [s]; points that are computed before it is known how fast they go.
 STEP = 0.08
-# Of points that went fast, so many times as many are dared at once.
+"""Duration of a step [s]."""
+# Number of points computed before their speed is known; growth of that number from batch to batch.
 _PROBE, _GROWTH = 4, 8
 
 
-class Filling:
-    """Points of a sweep over one or two parameters, as far as they are known.
+class ProgressiveSweep:
+    """Points of a sweep over one or two parameters, as far as they are computed.
 
     known   : over the parameters, bool
     results : name of a result -> values over the parameters in ascending order
@@ -49,8 +49,8 @@ class Filling:
         """Raises ``InputError`` as ``wb.sweep``.
 
         parameters : ascending values by name
-        levels     : points along each parameter of grids one after another, each of them part
-                     of the next; the last has all
+        levels     : points along each parameter of successive grids, each of them part of the
+                     next; the last has all
         """
         self._values = [np.asarray(one) for one in parameters.values()]
         sizes = [one.size for one in self._values]
@@ -63,16 +63,12 @@ class Filling:
         self.plan: Plan = make_plan("sweep", system, shuffled, **settings)
         self._parts = Parts(self.plan.system, self.plan.grid.axes)
         self._dims = list(self.plan.grid.sizes)
-        self._layout = self.plan.layout(1)
-        self.results: dict[str, NDArray[Any]] = {
-            one.name: np.full([self._layout.dims[dim] for dim in dims], one.fill, dtype=one.dtype)
-            for one, dims in self._layout.variables
-        }
+        self.results: dict[str, NDArray[Any]] = self.plan.empty_arrays()
         self.known = np.zeros(sizes, dtype=bool)
         self.level: tuple[int, ...] = (0,) * len(sizes)
 
     def steps(self, first: float = STEP, step: float = STEP) -> Iterator[None]:
-        """Compute all points, in steps of about so many seconds, none across a level."""
+        """Compute all points, in steps of a duration [s]; no step spans two levels."""
         pace = _Pace(first, _PROBE if self.plan.method == "exact" else 1)
         for runs, level in zip(self._runs(), self._levels, strict=True):
             for fixed, start, stop in runs:
@@ -90,30 +86,21 @@ class Filling:
             pace.restart(step)
 
     def dataset(self) -> xr.Dataset:
-        """As ``wb.sweep`` gives it, with all points that are not known marked so."""
-        import xarray as xr
-
-        coords = {name: (name, *one) for name, one in self._layout.coords.items()}
-        for dim, values in zip(self._dims, self._values, strict=True):
-            coords[dim] = (dim, values, self._layout.coords[dim][1])
-        return xr.Dataset(
+        """The dataset of ``wb.sweep``, with status NOT_COMPUTED at points that are not known."""
+        dataset = self.plan.dataset({name: one.copy() for name, one in self.results.items()})
+        return dataset.assign_coords(
             {
-                one.name: (tuple(dims), self.results[one.name].copy(), one.attributes())
-                for one, dims in self._layout.variables
-            },
-            coords=coords,
-            attrs=dict(self._layout.attrs),
+                dim: (dim, values, dataset[dim].attrs)
+                for dim, values in zip(self._dims, self._values, strict=True)
+            }
         )
 
-    def complete(self, name: str) -> tuple[list[Places], NDArray[Any]]:
-        """A result on the finest grid that is complete, with its places along each parameter."""
-        places = [
-            np.sort(places[:count]) for places, count in zip(self._orders, self.level, strict=True)
-        ]
-        return places, self.results[name][np.ix_(*places)]
+    def complete_places(self) -> list[Places]:
+        """Indices along each parameter of the finest grid that is complete."""
+        return [np.sort(one[:count]) for one, count in zip(self._orders, self.level, strict=True)]
 
     def _runs(self) -> Iterator[list[tuple[tuple[slice, ...], int, int]]]:
-        """For each level its points, in runs along the last parameter: (others, from, to)."""
+        """The points of each level in runs along the last parameter: (others, from, to)."""
         for before, after in pairwise([(0,) * len(self._dims), *self._levels]):
             if len(after) == 1:
                 yield [((), before[0], after[0])]
@@ -124,7 +111,7 @@ class Filling:
             ]
 
     def _compute(self, where: tuple[slice, ...]) -> None:
-        """Compute some points, and put them where they belong in ascending order."""
+        """Compute some points, and store them in ascending order of the parameters."""
         chunk = Chunk(self.plan, self._parts, dict(zip(self._dims, where, strict=True)))
         for work in chunk.work:
             work()
@@ -135,19 +122,19 @@ class Filling:
 
 
 class _Pace:
-    """How many points fit into what is left of a step, by how long the last ones took."""
+    """Number of points that fit into the rest of a step, from the time that the last ones took."""
 
     def __init__(self, seconds: float, probe: int) -> None:
         self._next, self._rate = probe, 0.0
         self.restart(seconds)
 
     def restart(self, seconds: float) -> None:
-        """Begin a step of so many seconds."""
+        """Begin a step of a duration [s]."""
         self._end = time.perf_counter() + seconds
         self._fresh = True
 
     def count(self) -> int:
-        """Points to compute now; 0 where the step is over. At least one in each step."""
+        """Number of points to compute now; 0 at the end of the step. At least one in each step."""
         self._before = time.perf_counter()
         if not self._rate:
             return self._next
@@ -155,16 +142,16 @@ class _Pace:
         return max(min(fit, self._next), int(self._fresh))
 
     def took(self, count: int) -> None:
-        """So many have been computed since they were asked for."""
+        """Record that so many points have been computed since ``count`` was called."""
         self._rate = count / max(time.perf_counter() - self._before, 1e-6)
         self._next, self._fresh = _GROWTH * count, False
 
 
 def order(count: int, levels: Sequence[int]) -> Places:
-    """The order in which places 0 ... count - 1 are computed, (count,).
+    """The order in which the points 0 ... count - 1 are computed, (count,).
 
-    The first ``levels[i]`` of them are evenly spaced, for each i, and those that a level adds
-    come so that they spread evenly from the beginning.
+    The first ``levels[i]`` of them are evenly spaced, for each i; those that a level adds are
+    spread evenly at any time.
     """
     offset = count // levels[0] // 2
     taken: list[int] = []

@@ -1,52 +1,33 @@
-"""The map of regimes: the class of motion over two parameters."""
+"""The regime map: the class of motion over two parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator
-from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wedgebrake.explorer.core import cells, legend
-from wedgebrake.explorer.core.axis import Axis
-from wedgebrake.explorer.core.evaluation import judging
-from wedgebrake.explorer.core.machine import following, settings, slow, without
-from wedgebrake.explorer.core.progressive_sweep import STEP, Filling
-from wedgebrake.explorer.core.stability_limit import stability_limit
+from wedgebrake.explorer.core.axis import parameter_axis
+from wedgebrake.explorer.core.machine import map_levels, new_sweep, slow, sweep_key
+from wedgebrake.explorer.core.progressive_sweep import STEP
 from wedgebrake.explorer.core.state import Desk, axes
-from wedgebrake.figures.matplotlib import class_styles
+from wedgebrake.figures.data.class_map import ClassMap
+from wedgebrake.figures.data.class_styles import MOTIONS, motion_codes
+from wedgebrake.figures.data.legend import LIMIT_ENTRY, class_entries
+from wedgebrake.figures.data.partial import PartialMap, hover_boxes, nearest_known
+from wedgebrake.figures.data.stability_limit import limit_lines
+from wedgebrake.figures.data.swept_axis import SweptAxis, arranged
 
-_SLOW = 2.5  # steps of a slow solver are so much longer
+if TYPE_CHECKING:
+    import xarray as xr
 
-
-@dataclass(frozen=True, eq=False)
-class Regimes:
-    """Classes of motion as far as they are known.
-
-    codes        : (rows up, columns across), the unknown cells as the nearest known one
-    shown        : the same in runs along rows, each with its words
-    known, whole : cells computed, of so many
-    limit        : lines along which sliding loses linear stability, in places
-    legend       : the classes that occur
-    """
-
-    x: Axis
-    y: Axis
-    codes: cells.Codes
-    shown: cells.Runs
-    known: int
-    whole: int
-    limit: list[cells.Line]
-    legend: list[legend.Chip]
-
-    @property
-    def progress(self) -> str:
-        """How much is known."""
-        return f"{self.known} of {self.whole} cells" if self.known < self.whole else ""
+# Steps of a slow solver are longer by this factor.
+_SLOW = 2.5
 
 
 def parameters(desk: Desk) -> tuple[str, str]:
-    """What the map goes over, across and up: as wished, or others that the machine has."""
+    """The parameters of the map, across and up: the selected ones, or others of the machine."""
     possible = axes(desk.system)
     across = desk.view.across if desk.view.across in possible else possible[-1]
     up = desk.view.up if desk.view.up in possible and desk.view.up != across else None
@@ -55,57 +36,39 @@ def parameters(desk: Desk) -> tuple[str, str]:
 
 
 def key(desk: Desk) -> Hashable:
-    """All that the map depends on, of its own parameters the ends alone."""
-    names = parameters(desk)
-    return (
-        *(Axis.of(desk, name) for name in names),
-        without(desk.system, names),
-        tuple(judging(desk).items()),
-        tuple(settings(desk).items()),
-    )
+    """All inputs of the map; of its own parameters the ends of the axes alone."""
+    return sweep_key(desk, parameters(desk))
 
 
-def work(desk: Desk) -> Iterator[Regimes]:
-    """The map as it fills up.
+def work(desk: Desk) -> Iterator[PartialMap]:
+    """Compute the map, coarse cells first.
 
     Raises ``InputError`` for two parameters of which one sets the other, and where no value of
     one can be taken.
     """
-    x, y = (Axis.of(desk, name) for name in parameters(desk))
-    some = slow(desk)
-    levels = cells.levels(some)
-    high, wide = levels[-1]
-    filling = Filling(
-        following(desk.system), {y.name: y.values(high), x.name: x.values(wide)}, levels,
-        **judging(desk), keep_points=False, **settings(desk),
-    )  # fmt: skip
-    step = STEP * (_SLOW if some else 1.0)
-    limit: list[cells.Line] = []
-    level = filling.level
-    for _ in filling.steps(step, step):
-        if filling.level != level:
-            # Fewer points are enough for the line than for the classes.
-            limit = limit or _limit(filling, x, y)
-            level = filling.level
-        yield _picture(filling, x, y, limit)
+    x, y = (parameter_axis(desk, name) for name in parameters(desk))
+    sweep = new_sweep(desk, (y, x), map_levels(slow(desk)), keep_points=False)
+    step = STEP * (_SLOW if slow(desk) else 1.0)
+    limit: list[NDArray[np.float64]] = []
+    level = sweep.level
+    for _ in sweep.steps(step, step):
+        dataset = sweep.dataset()
+        if sweep.level != level:
+            level = sweep.level
+            up, across = sweep.complete_places()
+            complete = dataset.isel({y.name: up, x.name: across})
+            limit = limit_lines(complete, *_axes(complete))
+        columns, rows = _axes(dataset)
+        found = arranged(motion_codes(dataset), columns, rows).astype(np.int64)
+        legend = class_entries(found[sweep.known], MOTIONS, shares=True)
+        legend += [LIMIT_ENTRY] if limit else []
+        codes = nearest_known(found, sweep.known)
+        data = ClassMap(columns, rows, codes, MOTIONS, legend, limit)
+        known, whole = int(sweep.known.sum()), sweep.known.size
+        yield PartialMap((x, y), data, hover_boxes((x, y), data), known, whole)
 
 
-def _picture(filling: Filling, x: Axis, y: Axis, limit: list[cells.Line]) -> Regimes:
-    found = class_styles.classes(filling.dataset()).to_numpy().astype(np.int64)
-    codes = cells.stand_in(found, filling.known)
-    entries = legend.present(found[filling.known])
-    if limit:
-        entries.append((legend.LINE, "linear stability limit"))
-    return Regimes(
-        x=x, y=y, codes=codes,
-        shown=cells.rows(codes, x, y, lambda code: legend.words(class_styles.MOTION_LOOKS[code])),
-        known=int(filling.known.sum()), whole=filling.known.size, limit=limit, legend=entries,
-    )  # fmt: skip
-
-
-def _limit(filling: Filling, x: Axis, y: Axis) -> list[cells.Line]:
-    """The limit of linear stability, from the finest grid that is complete."""
-    (up, across), damping = filling.complete("sliding_damping")
-    high, wide = filling.known.shape
-    places = x.places(wide)[across], y.places(high)[up]
-    return stability_limit(filling.plan.system, x, y, places, damping)
+def _axes(dataset: xr.Dataset) -> tuple[SweptAxis, SweptAxis]:
+    """Axes across and up: the second and the first dimension."""
+    y, x = (SweptAxis.of(dataset, str(name)) for name in dataset["motion"].dims)
+    return x, y

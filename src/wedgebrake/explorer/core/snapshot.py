@@ -1,4 +1,4 @@
-"""The motion of the machine on the desk: one run, judged, and what pictures of it need."""
+"""The motion of the current machine: one run, its class, and the contents of its pictures."""
 
 from __future__ import annotations
 
@@ -17,6 +17,11 @@ from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.evaluation import judging
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.state import Desk
+from wedgebrake.figures.data.history import History
+from wedgebrake.figures.data.motion import MotionFigures
+from wedgebrake.figures.data.phase import Phase
+from wedgebrake.figures.data.section import Section
+from wedgebrake.figures.data.spectrum import Spectrum
 from wedgebrake.model.brakes import ConventionalBrake
 from wedgebrake.solvers.simulate import simulate
 
@@ -36,6 +41,13 @@ _FEWEST = 600
 # Of a run that met its limit, so much is run once more, for the pictures.
 _SHARE = 0.1
 _LIMITS = ("event_limit", "step_limit")
+_AT_A_LIMIT = "Stopped at a limit of the explorer: the beginning."
+# Sentences for a run that ended early.
+_ENDINGS = {
+    "diverged": "The motion grows without bound.",
+    "no_forward_solution": "The brake locked itself.",
+    **dict.fromkeys(_LIMITS, _AT_A_LIMIT),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,46 +55,22 @@ class Moment:
     """What a machine does; of a run that ended early, what there is.
 
     status, message  : how the simulation ended, as in the attributes of a response
-    time, angle, velocity, torque, drive, sticking
-                     : (n,) the last shown periods [s] [rad] [rad/s], torque of the brake and of
-                       the drive [N m], whether the brake sticks; all empty below 2 samples. Of
-                       a run that met a limit, of its beginning
     settled          : (r,) velocity over the recorded periods [rad/s]; empty where the run
                        ended early
-    sticks           : (k, 3) start, end [s], sign of the sliding velocity before (0: none)
-    section_angle, section_velocity : (m,) Poincare points of the recorded periods
-    frequency, amplitude : (l,) spectrum of the velocity over the recorded periods, up to the
-                       highest shown frequency [Hz], [rad/s]; empty where there is none
-    forcing, natural : frequencies [Hz]; forcing 0: no torque acts, natural 0: no spring
+    figures          : contents of its pictures
     motion           : the class of the motion, with the evidence
     stability        : the linear verdict
     braking          : torque of the brake over the recorded periods; nan where there is none
-    drive_speed      : of the shaft [rad/s]; the brake sticks at the velocity -drive_speed
-    release_speed    : sliding speed beyond which the brake is released [rad/s]; inf: none
     ghost            : the same machine with a conventional brake of the same radius
     """
 
     status: str
     message: str
-    time: FloatArray
-    angle: FloatArray
-    velocity: FloatArray
-    torque: FloatArray
-    drive: FloatArray
-    sticking: NDArray[np.bool_]
-    sticks: FloatArray
+    figures: MotionFigures
     settled: FloatArray
-    section_angle: FloatArray
-    section_velocity: FloatArray
-    frequency: FloatArray
-    amplitude: FloatArray
-    forcing: float
-    natural: float
     motion: Motion
     stability: Stability
     braking: BrakeTorque
-    drive_speed: float
-    release_speed: float
     ghost: Moment | None = None
 
 
@@ -104,26 +92,16 @@ def look(desk: Desk, *, settle: bool = False) -> Moment:
 def _look(desk: Desk, settle: bool) -> Moment:
     run = _Run(desk)
     recorded, seen = run.response()
-    forcing = desk.system.excitation.frequency
-    natural = desk.system.driveline.natural_frequency / (2.0 * math.pi)
-    complete = recorded.attrs["status"] == "completed"
-    frequency, amplitude = run.spectrum(recorded, forcing, natural) if complete else _NO_LINES
+    status = recorded.attrs["status"]
+    complete = status == "completed"
     return Moment(
-        status=recorded.attrs["status"],
+        status=status,
         message=recorded.attrs["message"],
-        **_samples(seen, run.first_shown - run.early),
+        figures=run.figures(recorded, seen),
         settled=run.settled(recorded) if complete else np.empty(0),
-        section_angle=_section(recorded, desk, "poincare_angle"),
-        section_velocity=_section(recorded, desk, "poincare_velocity"),
-        frequency=frequency,
-        amplitude=amplitude,
-        forcing=forcing if desk.system.excitation.amplitude > 0.0 else 0.0,
-        natural=natural,
         motion=run.judged(recorded, settle),
         stability=stability(desk.system),
         braking=run.braking(recorded) if complete else _NO_TORQUE,
-        drive_speed=desk.system.driveline.drive_speed,
-        release_speed=desk.system.actuation.release_speed,
     )
 
 
@@ -212,17 +190,39 @@ class _Run:
         first = np.searchsorted(response["time"], self.first_recorded - self.early)
         return np.asarray(response["velocity"])[first:]
 
-    def spectrum(
-        self, response: xr.Dataset, forcing: float, natural: float
-    ) -> tuple[FloatArray, FloatArray]:
-        """(frequency [Hz], amplitude [rad/s]) over the recorded periods."""
-        if not self.resolved:
-            return _NO_LINES
-        lines = spectrum(response, start=self.first_recorded - self.early)
-        frequency = lines["frequency"].to_numpy()
-        highest = max(_NATURALS * natural, _FORCINGS * forcing) * (1.0 + 1e-9)
-        shown = slice(int(np.searchsorted(frequency, highest, side="right")))
-        return frequency[shown], lines["amplitude"].to_numpy()[shown]
+    def figures(self, recorded: xr.Dataset, seen: xr.Dataset) -> MotionFigures:
+        """Contents of the pictures: of the last shown periods, and of the recorded ones."""
+        time = seen["time"].to_numpy()
+        time = time[int(np.searchsorted(time, self.first_shown - self.early)) :]
+        if time.size < 2:
+            seen, time = seen.isel(time=slice(0)), np.zeros(1)
+        history = History.between(seen, float(time[0]), float(time[-1]))
+        numbers = recorded["period"].to_numpy()
+        settled = recorded["poincare_time"].to_numpy()[
+            numbers >= self.desk.transient + min(numbers, default=0)
+        ]
+        complete = recorded.attrs["status"] == "completed"
+        return MotionFigures(
+            history=history,
+            phase=Phase.over(self.system, history),
+            section=Section.of(recorded, start=float(settled[0]) if settled.size else math.inf),
+            spectrum=self.spectrum(recorded, complete=complete),
+            completed=complete,
+            ending=_ENDINGS.get(recorded.attrs["status"], ""),
+        )
+
+    def spectrum(self, response: xr.Dataset, *, complete: bool) -> Spectrum:
+        """Spectrum of the velocity over the recorded periods; empty where there is none."""
+        forcing = self.system.excitation.frequency
+        natural = self.system.driveline.natural_frequency / (2.0 * math.pi)
+        highest = max(_NATURALS * natural, _FORCINGS * forcing)
+        if complete and self.resolved:
+            lines = spectrum(response, start=self.first_recorded - self.early)
+            return Spectrum.of(lines, highest)
+        acts = self.system.excitation.amplitude > 0.0
+        return Spectrum(
+            np.empty(0), np.empty(0), highest, forcing=forcing if acts else 0.0, natural=natural
+        )
 
     def braking(self, response: xr.Dataset) -> BrakeTorque:
         """Torque of the brake over the recorded periods."""
@@ -232,43 +232,8 @@ class _Run:
             return _NO_TORQUE
 
 
-_NO_LINES = (np.empty(0), np.empty(0))
 _NO_TORQUE = BrakeTorque(mean=math.nan, mean_size=math.nan, peak=math.nan)
 
 
 def _state(point: FloatArray) -> State:
     return float(point[0]), float(point[1])
-
-
-def _samples(response: xr.Dataset, first: float) -> dict[str, Any]:
-    """The samples of a response from a time on [s], and its sticks."""
-    time = response["time"].to_numpy()
-    shown = slice(int(np.searchsorted(time, first)), None)
-    if time[shown].size < 2:
-        shown = slice(0)
-    found = {
-        "time": "time",
-        "angle": "angle",
-        "velocity": "velocity",
-        "torque": "brake_torque",
-        "drive": "drive_torque",
-    }
-    values = {name: response[variable].to_numpy()[shown] for name, variable in found.items()}
-    sticking = response["sticking"].to_numpy()[shown] != 0
-    names = ("stick_start", "stick_end", "stick_entry")
-    sticks = np.column_stack([response[name].to_numpy().astype(float) for name in names])
-    time = values["time"]
-    if time.size:
-        inside = (sticks[:, 1] >= time[0]) & (sticks[:, 0] <= time[-1])
-        sticks = sticks[inside]
-        np.clip(sticks[:, :2], time[0], time[-1], out=sticks[:, :2])
-    else:
-        sticks = sticks[:0]
-    return {**values, "sticking": sticking, "sticks": sticks}
-
-
-def _section(response: xr.Dataset, desk: Desk, name: str) -> FloatArray:
-    """Of the Poincare points, those of the recorded periods."""
-    numbers = response["period"].to_numpy()
-    first = numbers[0] if numbers.size else 0
-    return np.asarray(response[name].to_numpy()[numbers >= first + desk.transient])

@@ -213,9 +213,10 @@ def _undriven(desk: Desk, moment: Moment) -> tuple[str, str, str, str] | None:
         return "steady", "no vibration", "Does not vibrate", "good"
     cycles = _cycles(velocity)
     hertz, change = "", ""
-    if cycles >= _FEW and moment.amplitude.size > 1 and moment.natural > 0.0:
-        place = int(np.argmax(moment.amplitude[1:])) + 1
-        hertz = f" at {moment.frequency[place]:.3g} Hz"
+    spectrum = moment.figures.spectrum
+    if cycles >= _FEW and spectrum.amplitude.size > 1 and spectrum.natural > 0.0:
+        place = int(np.argmax(spectrum.amplitude[1:])) + 1
+        hertz = f" at {spectrum.frequency[place]:.3g} Hz"
         if abs(late - early) > _CHANGE * early:
             change = "growing" if late > early else "shrinking"
         else:

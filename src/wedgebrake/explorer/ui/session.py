@@ -19,17 +19,17 @@ from wedgebrake.explorer.core.snapshot import Moment, look
 from wedgebrake.explorer.core.state import Desk
 from wedgebrake.explorer.core.studies import opened
 from wedgebrake.explorer.core.verdict import verdict
-from wedgebrake.explorer.ui.plots import new_plate
-from wedgebrake.explorer.ui.plots.history import History
-from wedgebrake.explorer.ui.plots.phase import Phase
-from wedgebrake.explorer.ui.plots.section import Section
-from wedgebrake.explorer.ui.plots.spectrum import Spectrum
+from wedgebrake.explorer.ui.parameter_plots import ParameterPlot
 from wedgebrake.explorer.ui.widgets.brake_animation import Stage
 from wedgebrake.explorer.ui.widgets.header import Header
 from wedgebrake.explorer.ui.widgets.machine import Machine
 from wedgebrake.explorer.ui.widgets.page import Page
 from wedgebrake.explorer.ui.widgets.tabs import Atlas
 from wedgebrake.explorer.ui.widgets.verdict_strip import VerdictStrip
+from wedgebrake.figures.bokeh.history import HistoryChart
+from wedgebrake.figures.bokeh.phase import PhaseChart
+from wedgebrake.figures.bokeh.section import SectionChart
+from wedgebrake.figures.bokeh.spectrum import SpectrumChart
 from wedgebrake.model.study import read_study
 
 _LOG = logging.getLogger("wedgebrake.explorer")
@@ -65,8 +65,8 @@ class Explorer(pn.viewable.Viewer):
         self._header = Header(self.hear, presets)
         self._machine = Machine(self.hear)
         self._strip = VerdictStrip()
-        history, section, spectrum = History(), Section(), Spectrum()
-        phase = Phase(history)
+        history, section, spectrum = HistoryChart(), SectionChart(), SpectrumChart()
+        phase = PhaseChart(history)
         self._charts = (history, phase, section, spectrum)
         self._stage = Stage()
         self._plates: dict[str, Any] = {}
@@ -238,8 +238,9 @@ class Explorer(pn.viewable.Viewer):
     def _show_moment(self, number: int, moment: Moment) -> None:
         with pn.io.hold():
             self._say_files()
+            ghost = moment.ghost.figures if moment.ghost is not None else None
             for chart in self._charts:
-                chart.show(moment)
+                chart.show(moment.figures, ghost)
             self._stage.show(self._desk, moment)
             self._strip.show(verdict(self._desk, moment))
             self._page.seen(motion=number)
@@ -290,7 +291,7 @@ class Explorer(pn.viewable.Viewer):
     def _plate(self, name: str) -> Any:
         """Return a plate, created on first use: each costs as much as all charts of a motion."""
         if name not in self._plates:
-            plate = self._plates[name] = new_plate(name)
+            plate = self._plates[name] = ParameterPlot(name)
             plate.figure.on_event(Tap, self._tapped)
             self._atlas.hang(name, plate.figure)
         return self._plates[name]

@@ -1,21 +1,26 @@
-"""The bifurcation diagram: Poincare points of a sweep over one parameter, and what they are."""
+"""The bifurcation diagram: Poincare points over one parameter, with their classes below."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.figures.matplotlib import (
-    caption,
-    class_bands,
-    class_styles,
-    density,
-    heatmap,
-    style,
+from wedgebrake.figures.data import caption, class_styles
+from wedgebrake.figures.data.bifurcation import BifurcationDiagram
+from wedgebrake.figures.data.class_styles import (
+    CODES,
+    DIFFER,
+    EMPTY,
+    MOTIONS,
+    STICK_CLASSES,
+    ClassStyle,
 )
+from wedgebrake.figures.data.swept_axis import SweptAxis, runs
+from wedgebrake.figures.matplotlib import density, style
+from wedgebrake.figures.matplotlib.class_map import draw_classes, draw_hatching, set_axes
 from wedgebrake.figures.matplotlib.layout import page
-from wedgebrake.figures.matplotlib.sweep_record import Record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,12 +30,13 @@ if TYPE_CHECKING:
 _SHADE = "Shade: share of the points of a parameter, logarithmic."
 
 # Sizes [inch]: margins beside the axes together; label and ticks of the parameter with what
-# lies between panels; the exponents.
+# lies between panels; the exponents; a band of classes, for each branch.
 _MARGINS, _BETWEEN = 0.85, 0.75
-_EXPONENT = 0.95
-
+_EXPONENT, _BAND = 0.95, 0.13
 # Share of the exponents that may lie below the axis.
 _DEEP = 0.03
+# A motion is named inside its band where that is this wide [pt] for each character.
+_CHARACTER = 4.6
 
 
 def bifurcation(
@@ -60,46 +66,47 @@ def bifurcation(
     Raises ``InputError`` for a dataset that is no sweep over one parameter, or keeps no
     points.
     """
-    record = Record.of(dataset, quantity)
+    data = BifurcationDiagram.of(dataset, quantity)
     if exponent is None:
-        exponent = bool(np.any(np.isfinite(record.exponent)))
-    with style.use():
-        sentences = [*caption.about(dataset, [record.x.name]), _SHADE]
-        return _compose(record, sentences, exponent, width)
-
-
-def _compose(record: Record, sentences: list[str], exponent: bool, width: float) -> Figure:
-    """Diagrams, exponents, strips and legends below each other."""
-    inside, number = width - _MARGINS, len(record.branches)
-    diagram = (0.30 if number > 1 else 0.38) * max(width, 5.5)
-    rows = [diagram] * number + [_EXPONENT] * exponent + [class_bands.ROW * number] * 2
-    legends = _legends(record, exponent)
-    with page(width, rows, legends, sentences, beside=_MARGINS, more=_BETWEEN) as (figure, grid):
+        exponent = bool(np.any(np.isfinite(data.exponent)))
+    inside, number = width - _MARGINS, len(data.branches)
+    height = (0.30 if number > 1 else 0.38) * max(width, 5.5)
+    rows = [height] * number + [_EXPONENT] * exponent + [_BAND * number] * 2
+    legends = data.legends(exponent=exponent)
+    sentences = [*caption.sentences(dataset, [data.x.name]), _SHADE]
+    with (
+        style.use(),
+        page(width, rows, legends, sentences, beside=_MARGINS, more=_BETWEEN) as (figure, grid),
+    ):
         engine: Any = figure.get_layout_engine()
         engine.set(h_pad=0.025, hspace=0.0)
         panels = [figure.add_subplot(grid[0])]
         panels += [figure.add_subplot(grid[row], sharex=panels[0]) for row in range(1, len(rows))]
         for branch in range(number):
-            _draw_diagram(panels[branch], record, branch, (72.0 * inside, 72.0 * diagram))
+            _draw_points(panels[branch], data, branch, (72.0 * inside, 72.0 * height))
         if exponent:
-            _draw_exponent(panels[-3], record)
-        class_bands.draw(panels[-2], panels[-1], record, 72.0 * inside)
-        _finish(panels, record)
+            _draw_exponents(panels[-3], data)
+        _draw_bands(panels[-2], data, data.motions, MOTIONS, "motion")
+        _name_motions(panels[-2], data, 72.0 * inside)
+        _draw_bands(panels[-1], data, data.sticks, STICK_CLASSES, "sticks")
+        _finish(panels, data)
     return figure
 
 
-def _draw_diagram(axes: Axes, record: Record, branch: int, size: tuple[float, float]) -> None:
-    """One branch on axes of a width and height [pt]."""
-    one, span = record.branches[branch], (record.low, record.high)
-    heatmap.set_axes(axes, record.x, None)
+def _draw_points(
+    axes: Axes, data: BifurcationDiagram, branch: int, size: tuple[float, float]
+) -> None:
+    """Draw one branch on axes of a width and height [pt]."""
+    one, span = data.branches[branch], (data.low, data.high)
+    set_axes(axes, data.x, None)
     axes.set_xlabel("")
-    axes.set_ylabel(style.SECTION[record.quantity])
+    axes.set_ylabel(style.SECTION[data.quantity])
     axes.set_ylim(span)
-    _shade(axes, record, record.empty[branch], class_styles.EMPTY.colour)
-    _shade(axes, record, record.differs, class_styles.DIFFER.colour)
-    if not np.all(record.empty[branch]):
-        density.draw(axes, record.x, record.points[branch], span, one.shades, size)
-    for value, _ in record.limits:
+    _shade(axes, data.x, data.empty[branch], EMPTY.colour)
+    _shade(axes, data.x, data.differs, DIFFER.colour)
+    if not np.all(data.empty[branch]):
+        density.draw(axes, data.x, data.points[branch], span, one.shades, size)
+    for value, _ in data.limits:
         axes.axvline(value, color=style.LIMIT, linewidth=0.9, linestyle=style.DASHES, zorder=3)
     if one.direction:
         axes.annotate(
@@ -113,68 +120,91 @@ def _draw_diagram(axes: Axes, record: Record, branch: int, size: tuple[float, fl
         )
 
 
-def _shade(axes: Axes, record: Record, where: np.ndarray, colour: str) -> None:
-    """Bands over the cells of some parameters, behind the points."""
-    for first, last in heatmap.runs(where):
-        if where[first]:
-            edges = record.x.edges[first], record.x.edges[last + 1]
+def _shade(axes: Axes, x: SweptAxis, chosen: np.ndarray, colour: str) -> None:
+    """Fill the cells of chosen values, behind the points."""
+    for first, last in runs(chosen):
+        if chosen[first]:
+            edges = x.edges[first], x.edges[last + 1]
             axes.axvspan(*edges, facecolor=colour, edgecolor="none", linewidth=0.0, zorder=0.5)
 
 
-def _draw_exponent(axes: Axes, record: Record) -> None:
-    """The largest exponents with their standard errors, and zero."""
+def _draw_exponents(axes: Axes, data: BifurcationDiagram) -> None:
+    """Draw the largest exponents with bands of their standard errors, and zero."""
     axes.set_ylabel(r"exponent $\lambda_1$" + "\n[1/s]")
     axes.axhline(0.0, color=style.GREY, linewidth=0.5, zorder=1.5)
-    finite = record.exponent[np.isfinite(record.exponent)]
+    finite = data.exponent[np.isfinite(data.exponent)]
     if not finite.size:
         style.say(axes, "no exponents")
         return
-    for branch, values, error in zip(record.branches, record.exponent, record.error, strict=True):
-        _draw_values(axes, record.x.values, values, error, branch.colour)
-    # The few deepest, of motions that forget their start in a stick, say little.
+    for branch, exponent, error in zip(data.branches, data.exponent, data.error, strict=True):
+        values = np.where(np.isfinite(exponent), exponent, np.nan)
+        width = np.nan_to_num(error, posinf=0.0)
+        band: Any = {"facecolor": branch.colour, "edgecolor": "none", "alpha": 0.3}
+        axes.fill_between(data.x.values, values - width, values + width, **band, zorder=2)
+        dots: Any = {"marker": "o", "markersize": 0.9, "markeredgewidth": 0.0}
+        axes.plot(data.x.values, values, color=branch.colour, linewidth=0.6, **dots, zorder=3)
+    # The few deepest belong to motions whose sticks erase the initial state: they say little.
     top, low = float(np.max(finite)), float(np.quantile(finite, _DEEP))
     axes.set_ylim(*style.margins(min(low, 0.0), max(top, 0.0), 0.0, share=0.1))
     style.few_ticks(axes, y=3)
 
 
-def _draw_values(
-    axes: Axes, x: np.ndarray, values: np.ndarray, error: np.ndarray, colour: str
+def _draw_bands(
+    axes: Axes,
+    data: BifurcationDiagram,
+    codes: np.ndarray,
+    styles: Sequence[ClassStyle],
+    word: str,
 ) -> None:
-    """A line through values, in a band of their errors."""
-    values = np.where(np.isfinite(values), values, np.nan)
-    error = np.nan_to_num(error, posinf=0.0)
-    axes.fill_between(
-        x,
-        values - error,
-        values + error,
-        facecolor=colour,
-        edgecolor="none",
-        alpha=0.3,
-        zorder=2,
+    """Draw one row of classes for each branch, the first at the top."""
+    rows = len(data.branches)
+    draw_hatching(axes)
+    y = SweptAxis.between(np.arange(rows + 1.0))
+    axes.set_ylim(0.0, rows)
+    draw_classes(axes, data.x, y, codes[::-1], styles)
+    for edge in y.edges[1:-1]:
+        axes.axhline(edge, color="black", linewidth=0.4, zorder=3)
+    axes.set_yticks(
+        y.values, labels=[f"{word} {branch.name}".strip() for branch in reversed(data.branches)]
     )
-    axes.plot(
-        x,
-        values,
-        color=colour,
-        linewidth=0.6,
-        marker="o",
-        markersize=0.9,
-        markeredgewidth=0.0,
-        zorder=3,
-    )
+    axes.tick_params(axis="y", length=0)
 
 
-def _finish(panels: list[Axes], record: Record) -> None:
-    """Ticks of the parameter, its label below, and the sides of the linear limit above."""
+def _name_motions(axes: Axes, data: BifurcationDiagram, width: float) -> None:
+    """Write T, 2T, 3T, ... on runs of one periodic motion, on axes of a width [pt]."""
+    edges = data.x.positions(data.x.edges)
+    scale = width / (edges[-1] - edges[0])
+    for branch, codes in enumerate(data.motions):
+        orders = np.where(np.isin(codes, list(class_styles.PERIODIC)), data.orders[branch], 0)
+        orders[codes == CODES["period_1"]] = 1
+        for first, last in runs(orders):
+            name = class_styles.period(orders[first])
+            available = scale * (edges[last + 1] - edges[first])
+            if orders[first] < 1 or available < _CHARACTER * (len(name) - 1):
+                continue
+            axes.text(
+                data.x.at(0.5 * (edges[first] + edges[last + 1])),
+                len(data.branches) - branch - 0.54,
+                name,
+                ha="center",
+                va="center",
+                fontsize=5.5,
+                color=MOTIONS[codes[first]].text_colour,
+                zorder=4,
+            )
+
+
+def _finish(panels: list[Axes], data: BifurcationDiagram) -> None:
+    """Draw ticks and label of the parameter below, and name the sides of the limit above."""
     for axes in panels[:-1]:
         axes.tick_params(axis="x", labelbottom=False)
     for axes in panels[-2:]:
         axes.tick_params(axis="x", direction="out", top=False)
     panels[-2].tick_params(axis="x", bottom=False)
-    panels[-1].set_xlabel(record.x.label)
-    if len(record.limits) != 1:
+    panels[-1].set_xlabel(data.x.label)
+    if len(data.limits) != 1:
         return
-    value, stable_right = record.limits[0]
+    value, stable_right = data.limits[0]
     words = ("linearly unstable", "stable") if stable_right else ("linearly stable", "unstable")
     for word, side, shift in zip(words, ("right", "left"), (-3.0, 3.0), strict=True):
         panels[0].annotate(
@@ -187,29 +217,3 @@ def _finish(panels: list[Axes], record: Record) -> None:
             va="bottom",
             fontsize=style.SMALL,
         )
-
-
-def _legends(record: Record, exponent: bool) -> list[tuple[str, list[Any]]]:
-    """Legends of the strips, with their headings, and of what else is in the diagram."""
-    return [
-        ("motion", class_styles.present(record.motions, class_styles.MOTION_LOOKS, shares=False)),
-        ("sticks", class_styles.present(record.sticks, class_styles.STICK_LOOKS, shares=False)),
-        ("", _marks(record, exponent)),
-    ]
-
-
-def _marks(record: Record, exponent: bool) -> list[Any]:
-    """The legend of what is in the diagram besides the points."""
-    from matplotlib.lines import Line2D
-
-    entries = [class_styles.limit_entry()] if record.limits else []
-    if np.any(record.differs):
-        entries.append(class_styles.swatch(class_styles.DIFFER))
-    if np.any(record.empty):
-        entries.append(class_styles.swatch(class_styles.EMPTY))
-    if exponent and len(record.branches) > 1:
-        entries += [
-            Line2D([], [], color=one.colour, linewidth=0.9, label=f"{one.direction} (exponent)")
-            for one in record.branches
-        ]
-    return entries

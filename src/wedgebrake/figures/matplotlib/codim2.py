@@ -1,22 +1,21 @@
-"""Boundaries: lines of bifurcations of periodic orbits in the plane of two parameters."""
+"""Curves of bifurcations of periodic orbits over two parameters."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from wedgebrake.errors import InputError
-from wedgebrake.figures.matplotlib import caption, class_styles, heatmap, style
+from wedgebrake.figures.data import caption, class_styles, codim2
+from wedgebrake.figures.data.swept_axis import label
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import HIGHEST, page
+from wedgebrake.figures.matplotlib.legend import line_options
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-# Widths of a line and of the other colour on both sides of it [pt].
-_LINE, _CASING = 1.0, 2.4
 
 
 def boundary(
@@ -33,94 +32,30 @@ def boundary(
 
     Raises ``InputError`` for datasets that are no boundaries, or over other parameters.
     """
-    names = parameters(dataset, "dataset")
-    every = [dataset, *checked(boundaries, names)]
+    names = codim2.parameters(dataset, "dataset")
+    curves = codim2.curves_over([dataset], names) + codim2.curves_over(boundaries, names)
     with style.use():
-        rows, sentences = [min(0.75 * width, HIGHEST)], caption.about(dataset, names)
-        with page(width, rows, [("", entries(every))], sentences) as (figure, grid):
+        rows, legends = [min(0.75 * width, HIGHEST)], [("", codim2.entries(curves))]
+        with page(width, rows, legends, caption.sentences(dataset, names)) as (figure, grid):
             axes = figure.add_subplot(grid[0])
-            spans = json.loads(dataset.attrs["ranges"])
-            for name, way in zip(names, "xy", strict=True):
-                getattr(axes, f"set_{way}label")(heatmap.label(dataset[name]))
-                getattr(axes, f"set_{way}lim")(spans[dataset.attrs["parameters"].index(name)])
+            for name, way, span in zip(
+                names, "xy", json.loads(dataset.attrs["ranges"]), strict=True
+            ):
+                getattr(axes, f"set_{way}label")(label(dataset[name]))
+                getattr(axes, f"set_{way}lim")(span)
             style.few_ticks(axes)
-            draw(axes, names, every)
+            draw_curves(axes, curves)
         return figure
 
 
 def draw(axes: Axes, names: Sequence[str], boundaries: Sequence[xr.Dataset]) -> None:
-    """Lines on axes of two parameters, the first of ``names`` to the right."""
-    for one in boundaries:
-        across, up = (one[name].to_numpy() for name in names)
-        axes.plot(across, up, **_line(str(one.attrs["bifurcation"])), zorder=3.2)
+    """Draw boundaries on given axes of two parameters, the first of ``names`` to the right."""
+    draw_curves(axes, codim2.curves_over(list(boundaries), names))
 
 
-def entries(boundaries: Sequence[xr.Dataset]) -> list[Any]:
-    """Legend entries of the kinds that are there, each with the periods of its orbits."""
-    from matplotlib.lines import Line2D
-
-    found: dict[str, set[int]] = {}
-    for one in boundaries:
-        orders = found.setdefault(str(one.attrs["bifurcation"]), set())
-        orders.add(int(one.attrs["order"]))
-    return [
-        Line2D(
-            [],
-            [],
-            label=f"{kind} of {', '.join(map(class_styles.period, sorted(found[kind])))}",
-            **_line(kind),
+def draw_curves(axes: Axes, curves: Sequence[codim2.BifurcationCurve]) -> None:
+    """Draw each curve in the line of its kind, on axes of the same two parameters."""
+    for one in curves:
+        axes.plot(
+            *one.points.T, **line_options(class_styles.BIFURCATIONS[one.kind].line), zorder=3.2
         )
-        for kind in class_styles.BIFURCATIONS
-        if kind in found
-    ]
-
-
-def checked(boundaries: Any, names: Sequence[str]) -> list[xr.Dataset]:
-    """Boundaries over two parameters, in any order of them.
-
-    Raises ``InputError`` for anything else.
-    """
-    if not isinstance(boundaries, list | tuple):
-        raise InputError(
-            f"boundaries = {type(boundaries).__name__}: must be a list of results of"
-            " wb.boundary(...)."
-        )
-    for place, one in enumerate(boundaries):
-        own = parameters(one, f"boundaries[{place}]")
-        if set(own) != set(names):
-            raise InputError(
-                f"boundaries[{place}]: is a line over {' and '.join(own)}, but the picture is one"
-                f" over {' and '.join(names)}. Follow it over these with wb.boundary(...)."
-            )
-    return list(boundaries)
-
-
-def parameters(dataset: Any, argument: str) -> list[str]:
-    """The two parameters of a boundary.
-
-    Raises ``InputError`` for a dataset that is none, by the name of the argument.
-    """
-    attributes = getattr(dataset, "attrs", {})
-    if attributes.get("kind") != "boundary":
-        raise InputError(
-            f"{argument} = {type(dataset).__name__}: must be the result of wb.boundary(...)."
-        )
-    return [str(name) for name in attributes["parameters"]]
-
-
-def _line(kind: str) -> dict[str, Any]:
-    """How the line of a kind is drawn: in two colours, to be seen on every other."""
-    from matplotlib.patheffects import Normal, Stroke
-
-    mark = class_styles.BIFURCATIONS[kind]
-    inner, outer = ("white", "black") if mark.friction else ("black", "white")
-    unbroken = {"dash_offset": 0.0, "dash_list": None}
-    casing = Stroke(linewidth=_CASING, foreground=outer, dashes=unbroken)
-    return {
-        "color": inner,
-        "linewidth": _LINE,
-        "linestyle": mark.dashes,
-        "dash_capstyle": "butt",
-        "solid_capstyle": "butt",
-        "path_effects": [casing, Normal()],
-    }

@@ -7,26 +7,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.figures.matplotlib import heatmap, style
-from wedgebrake.figures.matplotlib.heatmap import Axis
+from wedgebrake.figures.data.swept_axis import SweptAxis
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.class_map import draw_cells
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Height of a cell [pt]; parameters closer than the second become cells too, others marks of at
-# most the third.
+# Height of a cell [pt]. Values closer than the second size are drawn as cells, others as marks of
+# at most the third size.
 _CELL, _CLOSE, _MARK = 0.7, 2.2, 1.9
 
 
 def draw(
     axes: Axes,
-    x: Axis,
+    x: SweptAxis,
     points: np.ndarray,
     span: tuple[float, float],
     shades: Sequence[str],
     size: tuple[float, float],
 ) -> None:
-    """Cells of colour, or marks where parameters are few.
+    """Draw cells of colour, or marks where values of the parameter are few.
 
     points : (n, period); NaN where there is none
     span   : lowest and highest value shown
@@ -38,29 +39,29 @@ def draw(
     rows = max(8, int(size[1] / _CELL))
     columns, edges = _columns(x, int(size[0] / _CELL))
     share = _shares(points, columns, edges.size - 1, rows, span)
-    how: dict[str, Any] = {
+    options: dict[str, Any] = {
         "cmap": LinearSegmentedColormap.from_list("density", shades),
         "norm": LogNorm(1.0 / max(2, points.shape[1]), 1.0, clip=True),
     }
     spacing = size[0] / x.values.size
     if spacing > _CLOSE:
-        _draw_marks(axes, x, share, span, min(_MARK, max(_CELL, 0.6 * spacing)), how)
+        _draw_marks(axes, x, share, span, min(_MARK, max(_CELL, 0.6 * spacing)), options)
         return
-    up = heatmap.between(np.linspace(*span, rows + 1))
-    heatmap.draw_cells(
-        axes, heatmap.between(edges, log=x.log), up, np.ma.masked_equal(share.T, 0.0), **how
+    up = SweptAxis.between(np.linspace(*span, rows + 1))
+    draw_cells(
+        axes, SweptAxis.between(edges, log=x.log), up, np.ma.masked_equal(share.T, 0.0), **options
     )
 
 
 def _draw_marks(
     axes: Axes,
-    x: Axis,
+    x: SweptAxis,
     share: np.ndarray,
     span: tuple[float, float],
     size: float,
-    how: dict[str, Any],
+    options: dict[str, Any],
 ) -> None:
-    """A mark [pt] in the middle of each cell with points, the darkest in front."""
+    """Draw a mark [pt] in the middle of each cell with points, the darkest in front."""
     column, row = np.nonzero(share)
     order = np.argsort(share[column, row], kind="stable")
     column, row = column[order], row[order]
@@ -73,17 +74,17 @@ def _draw_marks(
         linewidths=0.0,
         zorder=2.0,
         rasterized=column.size > style.RASTER_FROM,
-        **how,
+        **options,
     )
 
 
-def _columns(x: Axis, most: int) -> tuple[np.ndarray, np.ndarray]:
-    """The column of each parameter and the columns' edges: its cell, or of several one."""
+def _columns(x: SweptAxis, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """The column of each value and the edges of the columns: one cell, or one for several."""
     if x.values.size <= most:
         return np.arange(x.values.size), x.edges
     first, last = x.ends()
     edges = np.linspace(first, last, most + 1)
-    column = np.searchsorted(edges, x.places(x.values), side="right") - 1
+    column = np.searchsorted(edges, x.positions(x.values), side="right") - 1
     return np.clip(column, 0, most - 1), x.at(edges)
 
 

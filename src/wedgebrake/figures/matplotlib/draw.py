@@ -76,8 +76,8 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
 
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
-    from wedgebrake.figures.matplotlib.heatmap import axes_of
-    from wedgebrake.figures.matplotlib.stability import VARIABLES as STABILITY
+    from wedgebrake.figures.data.stability import VARIABLES as STABILITY
+    from wedgebrake.figures.data.swept_axis import swept_parameters
 
     names = getattr(dataset, "data_vars", {})
     kind = getattr(dataset, "attrs", {}).get("kind")
@@ -93,7 +93,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         from wedgebrake.figures.matplotlib.stability import stability_map
 
         return stability_map, (dataset,)
-    swept = axes_of(dataset)
+    swept = swept_parameters(dataset)
     if swept:
         return _of_sweep(swept, "attractor" in names), (dataset,)
     if "stick_start" in names and "time" in dataset.coords:

@@ -1,4 +1,4 @@
-"""The page of a picture of a sweep: panels, legends below them, above them what was computed."""
+"""Figures with panels, legends below them and a caption above them."""
 
 from __future__ import annotations
 
@@ -6,18 +6,20 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from wedgebrake.figures.data.legend import LegendEntry
 from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.legend import handles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
-# A panel that is alone is at most so high [inch].
+# Largest height of a single panel [inch].
 HIGHEST = 4.0
-# Size of captions [pt]; height of a line of a legend, and space above the legend [inch].
+# Size of captions [pt]; height of a line of a legend, and space above a legend [inch].
 _CAPTION = 6.0
 _LINE = 0.135
 _ABOVE = 0.06
@@ -27,49 +29,50 @@ _ABOVE = 0.06
 def page(
     width: float,
     rows: Sequence[float],
-    legends: Sequence[tuple[str, list[Any]]],
+    legends: Sequence[tuple[str, list[LegendEntry]]],
     sentences: Sequence[str],
     *,
     beside: float = 0.2,
     more: float = 0.5,
     across: int = 1,
 ) -> Iterator[tuple[Figure, GridSpec]]:
-    """A new figure and its grid, ``rows`` times ``across`` places for panels to be drawn in.
+    """A new figure and its grid of ``rows`` times ``across`` panels.
 
     width, rows  : of the figure, and the heights of its panels [inch]
     legends      : heading and entries of each
     sentences    : of the caption
-    beside, more : width that legends leave free, height that labels and ticks need [inch]
+    beside, more : width beside legends, height of labels and ticks [inch]
+    across       : number of panels in a row
     """
-    room = width - beside
+    inside = width - beside
     legends = [one for one in legends if one[1]]
-    below = [_legend_height(entries, room) for _, entries in legends]
+    below = [_legend_height(entries, inside) for _, entries in legends]
     height = sum(rows) + sum(below) + _caption_height(sentences, width) + more
     figure = style.new_figure(width, height)
     heights = [*rows, *below]
     grid = figure.add_gridspec(len(heights), across, height_ratios=heights)
     yield figure, grid
     for row, (heading, entries) in enumerate(legends, start=len(rows)):
-        _draw_legend(figure.add_subplot(grid[row, :]), entries, room, heading)
+        _draw_legend(figure.add_subplot(grid[row, :]), entries, inside, heading)
     write_caption(figure, sentences)
 
 
 def write_caption(figure: Figure, sentences: Sequence[str]) -> None:
-    """The sentences above all that is on a figure."""
+    """Write the sentences at the top of a figure."""
     lines = caption_lines(sentences, float(figure.get_figwidth()))
     figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=_CAPTION, linespacing=1.35)
 
 
 def caption_lines(sentences: Sequence[str], width: float) -> list[str]:
-    """The sentences in lines for a width [inch]; each begins a line."""
-    room = 72.0 * width / _CAPTION - 2.0
+    """The sentences broken into lines of a width [inch]; each begins a line."""
+    longest = 72.0 * width / _CAPTION - 2.0
     lines: list[str] = []
     for sentence in sentences:
         line = ""
         # A formula is one word.
         for word in re.findall(r"(?:\$[^$]*\$|[^\s$])+", sentence):
             longer = f"{line} {word}".strip()
-            if line and _length(longer) > room:
+            if line and _length(longer) > longest:
                 lines.append(line)
                 longer = word
             line = longer
@@ -82,34 +85,34 @@ def _caption_height(sentences: Sequence[str], width: float) -> float:
     return 1.45 * _CAPTION / 72.0 * len(caption_lines(sentences, width))
 
 
-def _legend_height(entries: Sequence[Any], width: float) -> float:
+def _legend_height(entries: Sequence[LegendEntry], width: float) -> float:
     """Height of a legend [inch], with the space above it."""
     return math.ceil(len(entries) / _columns(entries, width)) * _LINE + _ABOVE
 
 
-def _columns(entries: Sequence[Any], width: float) -> int:
-    """How many columns of a legend fit in a width [inch]."""
-    words = [str(one.get_label()) for one in entries]
-    room = width / (style.SMALL / 72.0)
+def _columns(entries: Sequence[LegendEntry], width: float) -> int:
+    """The number of columns of a legend that fit in a width [inch]."""
+    words = [one.label for one in entries]
+    available = width / (style.SMALL / 72.0)
     for columns in range(len(words), 1, -1):
         longest = [max(map(_length, words[start::columns])) for start in range(columns)]
-        if sum(longest) + columns * 3.0 <= room:
+        if sum(longest) + columns * 3.0 <= available:
             return columns
     return 1
 
 
 def _length(words: str) -> float:
-    """About how long words are [em], formulas included."""
+    """Approximate length of words with formulas [em]."""
     seen = re.sub(r"\\[a-zA-Z]+|[\^]", "x", words)
     return 0.58 * len(re.sub(r"[${}_\\]", "", seen))
 
 
-def _draw_legend(axes: Axes, entries: list[Any], width: float, heading: str) -> None:
-    """A legend of a width [inch] in axes of its own, read row by row; its heading at the left."""
+def _draw_legend(axes: Axes, entries: list[LegendEntry], width: float, heading: str) -> None:
+    """Draw a legend of a width [inch] row by row in its own axes, its heading at the left."""
     axes.set_axis_off()
     columns = _columns(entries, width)
     legend = axes.legend(
-        handles=[one for start in range(columns) for one in entries[start::columns]],
+        handles=handles([one for start in range(columns) for one in entries[start::columns]]),
         loc="lower left",
         bbox_to_anchor=(0.0, 0.0),
         ncols=columns,
@@ -128,6 +131,6 @@ def _draw_legend(axes: Axes, entries: list[Any], width: float, heading: str) -> 
         va="center",
         fontsize=style.TICKS,
     )
-    # The axes were made for them: they are not to push the other axes about.
+    # These axes were made for them; they must not move the other axes.
     for artist in (legend, title):
         artist.set_in_layout(False)

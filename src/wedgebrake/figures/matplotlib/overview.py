@@ -1,4 +1,4 @@
-"""Four pictures of one response on a page, with what was computed in the title."""
+"""Four pictures of one response on a page, with a title on machine, method and time spans."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from wedgebrake.analysis.spectrum import is_driven
 from wedgebrake.analysis.spectrum import spectrum as spectrum_of
 from wedgebrake.analysis.sticking import span, steady_start
 from wedgebrake.errors import InputError
-from wedgebrake.figures.matplotlib import caption, history, phase, section, spectrum, style
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.data.history import last_periods
+from wedgebrake.figures.matplotlib import history, phase, section, spectrum, style
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 PERIODS = 12.0
 """Torque periods in the history."""
 
-# A vibration whose last fifth is smaller than this share of it fades.
+# A vibration fades if its last fifth is smaller than this share of it.
 _FADED = 0.5
 # Characters in a line of the title.
 _COLUMNS = 130
@@ -38,12 +40,12 @@ def overview(
 ) -> Figure:
     """History, phase portrait, Poincare section and spectrum of a response: a new figure.
 
-    system, response : what was simulated, and what ``simulate`` gave
+    system, response : the system, and its response by ``simulate``
     verdict          : a sentence for the title, for example on stability
     start            : beginning of the steady motion [s] for portrait, section and spectrum;
-                       default the last fifth of the response, or all of it where it vibrates
-                       freely: no torque acts, and no turning shaft keeps it vibrating. The
-                       history then shows all of it too.
+                       default the last fifth of the response, or all of a free vibration,
+                       which no torque and no turning shaft sustains. The history then
+                       shows all of it too.
 
     Raises ``InputError`` for a dataset that is no response or a start outside it.
     """
@@ -72,7 +74,7 @@ def overview(
 
 
 def _is_free(system: BrakedDriveline, response: xr.Dataset) -> bool:
-    """Whether a response is told by its beginning, because nothing keeps it vibrating."""
+    """Tell a free vibration, shown from its start: nothing sustains it."""
     if is_driven(response):
         return False
     if system.driveline.drive_speed == 0.0:
@@ -83,9 +85,9 @@ def _is_free(system: BrakedDriveline, response: xr.Dataset) -> bool:
 
 
 def _draw_spectrum(axes: Axes, response: xr.Dataset, low: float) -> None:
-    """The spectrum of the steady motion, or why there is none.
+    """Draw the spectrum of the steady motion, or state why there is none.
 
-    What dies away at the start would stand there as a broad floor between the lines.
+    The initial transient would appear as a broad floor between the lines.
     """
     try:
         lines = spectrum_of(response, start=low)
@@ -104,9 +106,9 @@ def title(
     low: float,
     periods: float | None = PERIODS,
 ) -> list[str]:
-    """Lines: machine and groups; method and time spans; how it ended; the verdict."""
+    """Lines of the title: machine and groups; method and time spans; an early end; verdict."""
     begin, end = span(response)
-    seen, _ = history.window(response, periods)
+    seen, _ = last_periods(response, periods)
     when = [style.moment(time, end - begin) for time in (begin, end, seen, low)]
     options = json.loads(response.attrs.get("options", "{}"))
     how = caption.method_words(str(response.attrs.get("method", "")))

@@ -35,7 +35,7 @@ def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> 
     Returns the path.
 
     Raises ``InputError`` for another suffix or a width outside 16 to 20000, ``OutputError``
-    where nothing can be written.
+    if the file cannot be written.
     """
     target = Path(path)
     kind = target.suffix.lower().removeprefix(".")
@@ -51,7 +51,7 @@ def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> 
 
 
 def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
-    """What stands in the file of a figure.
+    """Content of a figure's file.
 
     kind  : "png", "svg" or "pdf"
     width : of a PNG [pixels]
@@ -71,7 +71,7 @@ def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
 
 
 def paint(figure: Figure, dpi: float) -> bytes:
-    """PNG of a figure: the bytes of ``savefig``, but drawn once instead of twice."""
+    """PNG of a figure: the bytes of ``savefig``, drawn once instead of twice."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     content = io.BytesIO()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wedgebrake.errors import InputError
-from wedgebrake.figures.matplotlib import caption, style
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.data.spectrum import Spectrum
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import write_caption
 
 if TYPE_CHECKING:
@@ -39,59 +40,34 @@ def spectrum(lines: xr.Dataset, largest: float | None = None, *, hertz: bool = F
 def draw(
     axes: Axes, lines: xr.Dataset, largest: float | None = None, *, hertz: bool = False
 ) -> None:
-    """The same on axes of your own."""
-    if "amplitude" not in getattr(lines, "data_vars", {}):
-        raise InputError(
-            f"lines = {type(lines).__name__}: must be the result of wb.spectrum(response)."
-        )
-    forcing = lines.attrs.get("forcing_frequency", 0.0)
-    natural = lines.attrs.get("natural_frequency", 0.0)
-    frequency = lines["frequency"].to_numpy()
-    if largest is None:
-        largest = 4.0 * max(forcing, natural) or float(frequency[-1])
-    shown = frequency <= largest * (1.0 + 1e-12)
-    amplitude = lines["amplitude"].to_numpy()[shown]
-    unit = 1.0 if hertz or natural == 0.0 else natural
-    quantity = lines.attrs.get("quantity", "velocity")
+    """Draw the same on existing axes."""
+    data = Spectrum.of(lines, largest)
+    unit = 1.0 if hertz or data.natural == 0.0 else data.natural
     axes.set_xlabel("frequency $f$  [Hz]" if unit == 1.0 else "frequency $f/f_n$  [1]")
-    axes.set_ylabel(f"amplitude of {style.short(quantity)}  [{lines['amplitude'].units}]")
-    top = float(np.max(amplitude, initial=0.0))
-    if top == 0.0:
+    axes.set_ylabel(f"amplitude of {style.short(data.quantity)}  [{data.unit}]")
+    if data.top == 0.0:
         style.say(axes, "no motion in this time span")
         return
-    floor = top * 10.0**-_DECADES
+    floor = data.top * 10.0**-_DECADES
+    low = max(floor, float(np.min(data.amplitude[data.amplitude > 0.0])))
     axes.set_yscale("log")
-    axes.set_xlim(0.0, largest / unit)
-    low = max(floor, float(np.min(amplitude[amplitude > 0.0])))
-    axes.set_ylim(0.5 * min(low, 0.1 * top), 3.0 * top)
-    axes.plot(
-        frequency[shown] / unit,
-        np.maximum(amplitude, 1e-3 * floor),
-        color=style.MOTION,
-        linewidth=0.7,
-        zorder=3,
-        rasterized=amplitude.size > style.RASTER_FROM,
+    axes.set_xlim(0.0, data.highest / unit)
+    axes.set_ylim(0.5 * min(low, 0.1 * data.top), 3.0 * data.top)
+    amplitude = np.maximum(data.amplitude, 1e-3 * floor)
+    style.plot_line(
+        axes, data.frequency / unit, amplitude, color=style.MOTION, linewidth=0.7, zorder=3
     )
     style.few_ticks(axes)
-    style.legend_above(axes, _mark(axes, forcing, natural, unit))
-
-
-def _mark(axes: Axes, forcing: float, natural: float, unit: float) -> list[Any]:
-    """Lines at the forcing and the natural frequency, behind the spectrum."""
-    handles: list[Any] = []
-    for value, symbol, colour, dashes in (
-        (forcing, "f_e", style.FORCING, (0, (5, 2))),
-        (natural, "f_n", style.NATURAL, (0, (1, 1.2))),
-    ):
-        if value > 0.0:
-            handles.append(
-                axes.axvline(
-                    value / unit,
-                    color=colour,
-                    linewidth=0.9,
-                    linestyle=dashes,
-                    zorder=2,
-                    label=f"${symbol} = {style.number(value)}$ Hz",
-                )
-            )
-    return handles
+    handles = [
+        axes.axvline(
+            mark.frequency / unit,
+            color=mark.colour,
+            linewidth=0.9,
+            linestyle=(0, mark.dashes),
+            zorder=2,
+            label=f"$f_{mark.subscript} = {style.number(mark.frequency)}$ Hz",
+        )
+        for mark in data.marks
+        if mark.frequency > 0.0
+    ]
+    style.legend_above(axes, handles)

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import DirectionStability, stability, stability_map
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.paper.assumptions import AS_PRINTED, CONVENTIONAL, WEDGE, Case
+from wedgebrake.model.paper_machines import AS_PRINTED, CONVENTIONAL, KINETIC, WEDGE, Case
 from wedgebrake.paper.figures import layout
-from wedgebrake.paper.parameters import KINETIC
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

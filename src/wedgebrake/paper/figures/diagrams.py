@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.figures.matplotlib import class_styles, style
+from wedgebrake.figures.data import class_styles
+from wedgebrake.figures.data.limits import extent
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.model.paper_machines import DURATION
 from wedgebrake.paper.diagrams import COLUMNS, PLANS, Diagram, Plan, diagram
 from wedgebrake.paper.figures import layout, words
-from wedgebrake.paper.laboratory import DURATION, METHOD_WORDS, Laboratory
+from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,46 +26,30 @@ FloatArray = NDArray[np.float64]
 _HEIGHT = 1.75
 # Size of a dot [pt].
 _DOT = 1.0
-# Speed [rad/s] up to which the scale of a resonance's companion is linear.
-_LINEAR = 1.0
+# The figure in which one column is far higher than the others, so that a second scale is needed,
+# and the speed [rad/s] up to which that scale is linear.
+_RESONANCE, _LINEAR = 14, 1.0
 # Width of a digit of the limits' numbers [inch], with some space.
 _DIGIT = 0.062
 
 
-@dataclass(frozen=True)
-class Panels:
-    """A figure of bifurcation diagrams, a column a plan.
-
-    plans     : names among the paper's diagrams
-    resonance : whether one column towers above the others, so that a second scale is needed
-    """
-
-    plans: tuple[str, ...]
-    resonance: bool = False
-
-
-OVER_SLOPE = Panels(("8a", "8b"))
-OVER_FORCE = Panels(("11a", "11b"))
-OVER_FREQUENCY = Panels(("14a", "14b"), resonance=True)
-OVER_ANGLE = Panels(("17",))
-
-
-def draw(panels: Panels, number: int, laboratory: Laboratory) -> Figure:
-    """The figure: a row for the laboratory's method and one for the exact solution.
+def draw(number: int, laboratory: Laboratory) -> Figure:
+    """Draw a figure: a row for the laboratory's method and one for the exact solution.
 
     With a resonance the first row has a linear axis, the others are logarithmic beyond 1 rad/s.
     """
-    plans = [PLANS[name] for name in panels.plans]
+    plans = [plan for name, plan in PLANS.items() if name.rstrip("ab") == str(number)]
+    letters = ("(a) ", "(b) ") if len(plans) > 1 else ("",)
     laboratories = words.compared(laboratory)
     grid = [
         [diagram(one, plan.base, plan.name, list(plan.values(COLUMNS))) for plan in plans]
         for one in laboratories
     ]
-    rows = [(line, one, panels.resonance) for line, one in zip(grid, laboratories, strict=True)]
-    if panels.resonance:
+    rows = [(line, one, number == _RESONANCE) for line, one in zip(grid, laboratories, strict=True)]
+    if number == _RESONANCE:
         rows.insert(0, (grid[0], laboratory, False))
     figure, axes = layout.sheet(
-        _title(number, plans, grid, laboratories),
+        _title(number, plans, letters, grid, laboratories),
         [_HEIGHT] * len(rows),
         [1.0] * len(plans),
         left=0.74,
@@ -71,48 +57,40 @@ def draw(panels: Panels, number: int, laboratory: Laboratory) -> Figure:
         between=0.12,
     )
     limits = [_limits([row[column] for row in grid]) for column in range(len(plans))]
-    for line, (diagrams, one, stretched) in zip(axes, rows, strict=True):
+    for line, (diagrams, one, logarithmic) in zip(axes, rows, strict=True):
         label = METHOD_WORDS[one.method].replace(", ", "\n")
-        label += stretched * f"\nlogarithmic beyond {_LINEAR:g}"
+        label += logarithmic * f"\nlogarithmic beyond {_LINEAR:g}"
         layout.row_label(line[0], label, away=26.0)
         for column, (panel, shown) in enumerate(zip(line, diagrams, strict=True)):
             panel.set_ylim(*limits[column])
-            if stretched:
-                layout.stretch(panel, limits[column], _LINEAR)
-            _dots(panel, shown, plans[column].limits)
+            if logarithmic:
+                style.logarithmic_beyond(panel, _LINEAR, limits[column])
+            _draw_points(panel, shown, plans[column].limits)
             if line is not axes[-1]:
                 layout.bare(panel)
-    for column, plan in enumerate(plans):
-        top, bottom = axes[0][column], axes[-1][column]
-        layout.head(
-            top,
-            f"{_letter(column, plans)}{style.SECTION['velocity']}, {plan.base.brake} brake",
-            raised=17.0,
-        )
-        _numbers(top, plan.limits)
+    for top, bottom, plan, letter in zip(axes[0], axes[-1], plans, letters, strict=True):
+        title = f"{letter}{style.SECTION['velocity']}, {plan.base.brake} brake"
+        layout.head(top, title, raised=17.0)
+        _number_limits(top, plan.limits)
         bottom.set_xlabel(style.named(plan.name, "", "1"), labelpad=1.5)
     return figure
-
-
-def _letter(column: int, plans: Sequence[Plan]) -> str:
-    """The letter of a column, if there are several."""
-    return f"({'ab'[column]}) " if len(plans) > 1 else ""
 
 
 def _title(
     number: int,
     plans: Sequence[Plan],
+    letters: Sequence[str],
     grid: Sequence[Sequence[Diagram]],
     laboratories: Sequence[Laboratory],
 ) -> list[str]:
-    """What is shown, how it was computed, and by which protocol."""
+    """Sentences on the machine, the assumptions, the methods and the protocol."""
     name = plans[0].name
     brakes = ", ".join(
-        f"{_letter(column, plans)}{words.brake(plan.base).lower()}"
-        for column, plan in enumerate(plans)
+        f"{letter}{words.brake(plan.base).lower()}"
+        for letter, plan in zip(letters, plans, strict=True)
     )
-    every = [column for line in grid for one in line for column in one.columns]
-    short = "" if all(column.completed for column in every) else " Grey: the run did not last."
+    complete = all(column.completed for line in grid for one in line for column in one.columns)
+    short = "" if complete else " Grey: the run ended early."
     methods = "; ".join(METHOD_WORDS[one.method] for one in laboratories)
     groups = words.groups(plans[0].base, words.others(name))
     return [
@@ -127,20 +105,18 @@ def _title(
 
 
 def _limits(diagrams: Sequence[Diagram]) -> tuple[float, float]:
-    """The one velocity axis of diagrams [rad/s]."""
+    """Limits of velocity of several diagrams [rad/s]."""
     found = [column.velocity for one in diagrams for column in one.columns if column.completed]
-    if not found:
-        return -1.0, 1.0
-    every = np.concatenate(found)
-    return style.margins(float(every.min()), float(every.max()), 0.0, share=0.04)
+    return style.margins(*extent(*found), 0.0, share=0.04) if found else (-1.0, 1.0)
 
 
-def _dots(axes: Axes, shown: Diagram, limits: Sequence[float]) -> None:
-    """All points of a diagram, in one go."""
+def _draw_points(axes: Axes, shown: Diagram, limits: Sequence[float]) -> None:
+    """Draw all points of a diagram at once, with the stated limits."""
     low, high = float(shown.values[0]), float(shown.values[-1])
     axes.set_xlim(*style.margins(low, high, 0.0, share=0.01))
     lasted = np.array([column.completed for column in shown.columns])
-    _shade(axes, shown.values, ~lasted, class_styles.EMPTY.colour)
+    empty = class_styles.EMPTY.colour
+    _shade(axes, shown.values, ~lasted, empty)
     if shown.name == "alpha":
         _shade_locking(axes)
     for limit in limits:
@@ -152,25 +128,17 @@ def _dots(axes: Axes, shown: Diagram, limits: Sequence[float]) -> None:
             *(0.5, 0.5, f"no run lasted {DURATION:g} s: {', '.join(ends)}"),
             transform=axes.transAxes,
             ha="center",
-            bbox={"facecolor": class_styles.EMPTY.colour, "edgecolor": "none"},
+            bbox={"facecolor": empty, "edgecolor": "none"},
         )
         axes.set_yticks([])
     places = np.repeat(shown.values, [column.velocity.size for column in shown.columns])
-    axes.plot(
-        places,
-        np.concatenate([column.velocity for column in shown.columns]),
-        linestyle="none",
-        marker="o",
-        markersize=_DOT,
-        markeredgewidth=0.0,
-        color=style.MOTION,
-        rasterized=True,
-        zorder=3,
-    )
+    velocity = np.concatenate([column.velocity for column in shown.columns])
+    look = {"color": style.MOTION, "rasterized": True, "zorder": 3}
+    style.plot_points(axes, places, velocity, _DOT, **look)
 
 
 def _shade_locking(axes: Axes) -> None:
-    """A band over the wedges that lock themselves, tan(alpha_w) <= mu_k."""
+    """Shade the wedges that lock themselves, tan(alpha_w) <= mu_k."""
     axes.axvspan(axes.get_xlim()[0], 1.0, **_band(style.PALE_GREY))
     axes.annotate(
         "self-locking",
@@ -186,7 +154,7 @@ def _shade_locking(axes: Axes) -> None:
 
 
 def _shade(axes: Axes, values: FloatArray, where: NDArray[np.bool_], colour: str) -> None:
-    """Bands about some values, behind the points."""
+    """Shade bands about some values, behind the points."""
     low, high = axes.get_xlim()
     edges = np.concatenate(([low], 0.5 * (values[1:] + values[:-1]), [high]))
     axes.fill_between(
@@ -203,8 +171,8 @@ def _band(colour: str) -> dict[str, Any]:
     return {"facecolor": colour, "edgecolor": "none", "linewidth": 0.0, "zorder": 0.5}
 
 
-def _numbers(axes: Axes, limits: Sequence[float]) -> None:
-    """The limits in figures above their lines, at two heights where they would touch."""
+def _number_limits(axes: Axes, limits: Sequence[float]) -> None:
+    """Write the limits above their lines, at two heights where they would touch."""
     low, high = axes.get_xlim()
     inch = layout.inches(axes)[0] / (high - low)
     end, level = -math.inf, 0

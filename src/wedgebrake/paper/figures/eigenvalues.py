@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import DirectionStability, stability
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.paper.assumptions import AS_PRINTED, CONVENTIONAL, Case
+from wedgebrake.model.paper_machines import AS_PRINTED, CONVENTIONAL, Case
 from wedgebrake.paper.figures import layout
 
 if TYPE_CHECKING:

@@ -1,8 +1,7 @@
-"""Panels in rows and columns at fixed places, and the title above them."""
+"""Panels in rows and columns at fixed positions, their ticks and labels, and the title."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +19,8 @@ _LINE, _ABOVE = 0.125, 0.06
 # Width of a letter of tick labels [inch].
 _LETTER = 0.068
 
-# Margins of the panels, and the space between columns and rows [inch]. Nothing is laid out
-# by measuring text: that takes longer than drawing.
+# Margins of the panels, and the space between columns and rows [inch]. Text is not
+# measured for the layout: that takes longer than drawing.
 LEFT, RIGHT, BOTTOM, TOP = 0.55, 0.14, 0.36, 0.22
 ACROSS, BETWEEN = 0.42, 0.2
 
@@ -37,7 +36,7 @@ def sheet(
     across: float = ACROSS,
     between: float = BETWEEN,
 ) -> tuple[Figure, list[list[Axes]]]:
-    """A new figure with its title, and its panels, row by row.
+    """Create a figure with its title, and its panels, row by row.
 
     sentences : of the title
     heights   : of the rows [inch]
@@ -81,7 +80,7 @@ def inches(axes: Axes) -> tuple[float, float]:
 
 
 def ticks(axes: Axes, x: int, y: int) -> None:
-    """About ``x`` and ``y`` round numbers on those of the axes that are linear; 0: as it is."""
+    """Set about ``x`` and ``y`` round ticks on linear axes; 0 leaves an axis as it is."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 
     room = inches(axes)[0] / _LETTER
@@ -101,37 +100,30 @@ def _figures(value: float) -> str:
     return f"{value:g}".replace("e+0", "e").replace("e+", "e").replace("-", "\N{MINUS SIGN}")
 
 
-def stretch(axes: Axes, limits: tuple[float, float], linear: float) -> None:
-    """A vertical scale, linear up to ``linear`` from 0 and logarithmic beyond, with limits."""
-    from matplotlib.ticker import FixedLocator, NullLocator
-
-    axes.set_yscale("symlog", linthresh=linear, linscale=0.7)
-    axes.set_ylim(*limits)
-    decades = math.ceil(math.log10(max(*map(abs, limits), 10.0 * linear) / linear))
-    stride = math.ceil(decades / 3)
-    first = 0 if stride == 1 else stride
-    powers = [linear * 10.0**n for n in range(first, decades, stride)]
-    axes.yaxis.set_major_locator(FixedLocator([*(-p for p in powers[::-1]), 0.0, *powers]))
-    axes.yaxis.set_minor_locator(NullLocator())
+def zero_lines(axes: Axes, *, vertical: bool = False) -> None:
+    """Draw a thin line at zero, upright too if ``vertical``."""
+    axes.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=1)
+    if vertical:
+        axes.axvline(0.0, color=style.GREY, linewidth=0.4, zorder=1)
 
 
 def bare(axes: Axes) -> None:
-    """Without tick labels below: another row has them."""
+    """Remove the tick labels below: another row has them."""
     axes.tick_params(axis="x", labelbottom=False)
 
 
 def head(axes: Axes, words: str, *, raised: float = 3.0) -> None:
-    """Words above the axes, ``raised`` points, from their left end on."""
+    """Write above the axes, ``raised`` points, from their left end on."""
     _beside(axes, words, (0.0, 1.0), (0.0, raised), ha="left", va="bottom")
 
 
 def row_label(axes: Axes, words: str, *, away: float = 30.0) -> None:
-    """Words at the left of a row, upwards, ``away`` points from its first axes."""
+    """Write at the left of a row, upwards, ``away`` points from its first axes."""
     _beside(axes, words, (0.0, 0.5), (-away, 0.0), ha="right", va="center", rotation=90)
 
 
 def note(axes: Axes, words: str, side: str, colour: str) -> None:
-    """Small words above the axes, at their left or right end."""
+    """Write small text above the axes, at their left or right end."""
     place = 0.0 if side == "left" else 1.0
     _beside(axes, words, (place, 1.0), (0.0, 1.5), ha=side, va="bottom", color=colour, fontsize=6.0)
 

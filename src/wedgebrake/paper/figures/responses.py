@@ -1,4 +1,4 @@
-"""Dynamic responses, a row a case: phase portrait, velocity, Poincare map, spectrum."""
+"""Dynamic responses, one row per case: phase portrait, velocity, Poincaré map, spectrum."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.spectrum import frequencies, spectrum
+from wedgebrake.figures.data.history import History
+from wedgebrake.figures.data.limits import extent
+from wedgebrake.figures.data.spectrum import Spectrum
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.paper.assumptions import CONVENTIONAL, Case
-from wedgebrake.paper.diagrams import FREQUENCIES, PLANS
+from wedgebrake.model.paper_machines import DURATION, RESPONSES, Rows
 from wedgebrake.paper.figures import layout, words
-from wedgebrake.paper.laboratory import DURATION, STEADY, Laboratory, Steady
-from wedgebrake.paper.parameters import KINETIC
-from wedgebrake.paper.signal_features import rests
+from wedgebrake.paper.laboratory import STEADY, Laboratory, Steady
+from wedgebrake.paper.signal_features import visible_sticks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,50 +39,9 @@ _LINEAR = 1.0
 _POINT = 0.02
 
 _EXACT = style.ORANGE
-_EXACT_WORDS = "#8A5F00"
+_EXACT_TEXT = "#8A5F00"
 """The same orange, dark enough to be read."""
 _HEIGHT = 1.02
-
-
-@dataclass(frozen=True)
-class Rows:
-    """A figure of responses.
-
-    cases   : one a row
-    varied  : the groups that differ between them
-    section : whether there is a Poincare map
-    """
-
-    cases: tuple[Case, ...]
-    varied: tuple[str, ...]
-    section: bool = True
-
-    def conventional(self) -> Rows:
-        """The same with the conventional brake."""
-        cases = tuple(case.at(brake=CONVENTIONAL) for case in self.cases)
-        return Rows(cases, self.varied, self.section)
-
-
-STICK_SLIP = Rows(
-    (
-        Case(eta=0.0, F0=0.12),
-        Case(eta=0.0, F0=0.036),
-        Case(eta=0.0, F0=0.09),
-        Case(eta=0.0, f=1.89, F0=0.114),
-    ),
-    ("f", "F0"),
-    section=False,
-)
-"""Figure 6 as printed; its second row is the first with the F_0 at which it does not stick."""
-NO_STICK = Rows(
-    (STICK_SLIP.cases[0], *STICK_SLIP.cases[2:]), ("f", "F0"), section=False
-).conventional()
-SLOPES = Rows(tuple(Case(eta=eta) for eta in (-6.0, -24.0, -30.0, -60.0)), ("eta",))
-FORCES = Rows(tuple(Case(F0=F0) for F0 in (0.015, 0.024, 0.031, 0.042, 0.067, 0.120)), ("F0",))
-OVER_F = Rows(tuple(PLANS["14a"].base.at(f=f) for f in FREQUENCIES), ("f",))
-ANGLES = Rows(
-    tuple(PLANS["17"].base.at(alpha=math.tan(angle) / KINETIC) for angle in (0.2, 1.0)), ("alpha",)
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,21 +58,33 @@ class _Run:
 
     @property
     def word(self) -> str:
-        """The class of stick-slip, or how the run ended."""
+        """Class of stick-slip, or how the run ended."""
         if self.completed:
-            return rests(self.response).word.removesuffix(" stick-slip")
+            return visible_sticks(self.response).kind.removesuffix(" stick-slip")
         return f"{self.steady.status.replace('_', ' ')} at {self.steady.end:.3g} s"
 
-    def tail(self, length: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Time, angle and velocity of the last ``length`` seconds of the run."""
+    def tail(self, length: float) -> History:
+        """Last ``length`` seconds of the run."""
         times = self.response["time"].to_numpy()
-        first = int(np.searchsorted(times, times[-1] - length - 1e-9)) if times.size else 0
-        angle, velocity = (self.response[name].to_numpy() for name in ("angle", "velocity"))
-        return times[first:], angle[first:], velocity[first:]
+        end = float(times[-1]) if times.size else 0.0
+        return History.between(self.response, end - length - 1e-9, end)
 
 
-def draw(rows: Rows, number: int, laboratory: Laboratory) -> Figure:
-    """The figure: the laboratory's method in blue, over the exact solution in orange."""
+def rows_of(number: int) -> tuple[Rows, bool]:
+    """Rows of a figure, and whether it has a Poincaré map.
+
+    Figure 6 repeats its first case with the F_0 at which it does not stick.
+    """
+    rows = RESPONSES[number]
+    if number == 6:
+        first, *others = rows.cases
+        rows = Rows((first, first.at(F0=0.036), *others), rows.varied)
+    return rows, number not in (6, 7)
+
+
+def draw(number: int, laboratory: Laboratory) -> Figure:
+    """Draw a figure: the laboratory's method in blue, over the exact solution in orange."""
+    rows, section = rows_of(number)
     laboratories = words.compared(laboratory)
     runs = [
         [
@@ -129,105 +101,95 @@ def draw(rows: Rows, number: int, laboratory: Laboratory) -> Figure:
                 f"{words.printed(number, first)}."
             ),
             words.assumptions(laboratory.assumptions),
-            f"{words.both(laboratories)} {_protocol(rows)}",
+            f"{words.both(laboratories)} {_protocol(section)}",
         ],
         [_HEIGHT] * len(rows.cases),
-        (1.0, 1.75, 0.9, 1.25) if rows.section else (1.0, 2.0, 1.3),
+        (1.0, 1.75, 0.9, 1.25) if section else (1.0, 2.0, 1.3),
         left=0.72,
     )
-    shared = {_velocity, _spectrum}
-    drawers = [_portrait, _velocity, *([_section] if rows.section else []), _spectrum]
+    theta, speed = r"$\theta$  [rad]", r"$\dot\theta$  [rad/s]"
+    columns = [
+        (_portrait, "phase portrait: " + speed, theta),
+        (_velocity, "velocity " + speed, "periods of the torque before the end"),
+        (_section, "Poincaré map: " + speed, r"$\theta_n$  [rad]"),
+        (_spectrum, "amplitude of " + speed, "frequency $f/f_n$  [1]"),
+    ]
+    if not section:
+        columns.pop(2)
     for place, (case, line) in enumerate(zip(rows.cases, panels, strict=True)):
         of_case = [column[place] for column in runs]
         layout.row_label(line[0], words.row(case, rows.varied))
-        for axes, drawer in zip(line, drawers, strict=True):
-            drawer(axes, of_case)
-            if drawer in shared and line is not panels[-1]:
+        for axes, (draw_panel, _, _) in zip(line, columns, strict=True):
+            draw_panel(axes, of_case)
+            if draw_panel in (_velocity, _spectrum) and line is not panels[-1]:
                 layout.bare(axes)
-    _label(panels, rows)
+    for top, bottom, (_, above, below) in zip(panels[0], panels[-1], columns, strict=True):
+        layout.head(top, above, raised=10.0)
+        bottom.set_xlabel(below, labelpad=1.5)
     return figure
 
 
-def _protocol(rows: Rows) -> str:
-    """What of a run is shown where."""
-    section = f" Poincaré map: {words.SECTION}." if rows.section else ""
+def _protocol(section: bool) -> str:
+    """Parts of a run that the panels show."""
+    points = f" Poincaré map: {words.SECTION}." if section else ""
     return (
         f"{DURATION:g} s from rest. Portrait: last {DURATION - STEADY:g} s."
-        f" Velocity: last {_PERIODS} periods; above: class of stick-slip.{section}"
+        f" Velocity: last {_PERIODS} periods; above: class of stick-slip.{points}"
         f" Spectrum: all {DURATION:g} s (Hann); dashed $f_e$, dotted $f_n$."
     )
 
 
-def _label(panels: list[list[Axes]], rows: Rows) -> None:
-    """What the columns show, above and below them."""
-    theta, speed = r"$\theta$  [rad]", r"$\dot\theta$  [rad/s]"
-    heads = [
-        ("phase portrait: " + speed, theta),
-        ("velocity " + speed, "periods of the torque before the end"),
-        ("Poincaré map: " + speed, r"$\theta_n$  [rad]"),
-        ("amplitude of " + speed, "frequency $f/f_n$  [1]"),
-    ]
-    if not rows.section:
-        heads.pop(2)
-    for top, bottom, (above, below) in zip(panels[0], panels[-1], heads, strict=True):
-        layout.head(top, above, raised=10.0)
-        bottom.set_xlabel(below, labelpad=1.5)
-
-
 def _pens(runs: list[_Run], thick: float, thin: float) -> list[tuple[_Run, dict[str, Any]]]:
-    """How each run is drawn: the exact solution below, wider."""
+    """Pen of each run: the exact solution below, wider."""
     pens = [{"color": style.MOTION, "linewidth": thin, "zorder": 3}]
     pens.append({"color": _EXACT, "linewidth": thick, "zorder": 2})
     return list(zip(runs, pens, strict=False))[::-1]
 
 
-def _limit(runs: list[_Run]) -> list[_Run]:
-    """The runs that set the limits: all, unless some grew without bound."""
+def _deciding(runs: list[_Run]) -> list[_Run]:
+    """Runs that set the limits: all, unless some ended early."""
     return runs if all(run.completed for run in runs) else runs[:1]
 
 
-def _span(arrays: list[FloatArray], least: float = 0.0) -> tuple[float, float]:
-    found = np.concatenate(arrays)
-    if not found.size:
+def _limits(arrays: list[FloatArray], least: float = 0.0) -> tuple[float, float]:
+    if not any(one.size for one in arrays):
         return -1.0, 1.0
-    return style.margins(float(np.min(found)), float(np.max(found)), least)
+    return style.margins(*extent(*arrays), least)
 
 
 def _portrait(axes: Axes, runs: list[_Run]) -> None:
     """Velocity over angle."""
-    axes.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=1)
-    for run, pen in _pens(runs, 1.0, 0.4):
-        _, angle, velocity = run.tail(DURATION - STEADY)
-        axes.plot(angle, velocity, **pen)
-    tails = [run.tail(DURATION - STEADY) for run in _limit(runs)]
-    axes.set_xlim(*_span([tail[1] for tail in tails]))
-    axes.set_ylim(*_span([tail[2] for tail in tails]))
-    for run, pen in _pens(runs, 2.6, 2.0):
-        _, angle, velocity = run.tail(DURATION - STEADY)
-        if angle.size and np.ptp(angle) < _POINT * np.ptp(axes.get_xlim()):
+    layout.zero_lines(axes)
+    tails = [run.tail(DURATION - STEADY) for run in _deciding(runs)]
+    axes.set_xlim(*_limits([tail.angle for tail in tails]))
+    axes.set_ylim(*_limits([tail.velocity for tail in tails]))
+    smallest = _POINT * np.ptp(axes.get_xlim())
+    for (run, pen), (_, dot) in zip(_pens(runs, 1.0, 0.4), _pens(runs, 2.6, 2.0), strict=True):
+        tail = run.tail(DURATION - STEADY)
+        axes.plot(tail.angle, tail.velocity, **pen)
+        if tail.angle.size and np.ptp(tail.angle) < smallest:
             # A rest is a point, of which a line would show nothing.
-            size = pen.pop("linewidth")
-            axes.plot(angle[-1], velocity[-1], marker="o", markersize=size, **pen)
+            size = dot.pop("linewidth")
+            axes.plot(tail.angle[-1], tail.velocity[-1], marker="o", markersize=size, **dot)
     layout.ticks(axes, 2, 5)
 
 
 def _velocity(axes: Axes, runs: list[_Run]) -> None:
     """Velocity in time, counted in periods of the torque before the end of the run."""
     forcing = frequencies(runs[0].response)["forcing_frequency"]
-    window = _PERIODS / forcing
-    end = runs[0].steady.end
-    axes.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=1)
+    window, end = _PERIODS / forcing, runs[0].steady.end
+    layout.zero_lines(axes)
     for run, pen in _pens(runs, 1.3, 0.6):
-        times, _, velocity = run.tail(window + run.steady.end - end)
-        axes.plot((times - end) * forcing, velocity, **pen)
-    limits = _span([run.tail(window)[2] for run in _limit(runs)])
+        tail = run.tail(window + run.steady.end - end)
+        axes.plot((tail.time - end) * forcing, tail.velocity, **pen)
+    limits = _limits([run.tail(window).velocity for run in _deciding(runs)])
     axes.set_ylim(*limits)
     if not runs[0].completed:
-        layout.stretch(axes, limits, _LINEAR)
+        style.logarithmic_beyond(axes, _LINEAR, limits)
     axes.set_xlim(-_PERIODS, 0.0)
     layout.ticks(axes, _PERIODS // 2, 5)
     for run, side, colour in zip(
-        runs, ("left", "right"), (style.MOTION, _EXACT_WORDS), strict=False
+        runs, ("left", "right"), (style.MOTION, _EXACT_TEXT), strict=False
     ):
         layout.note(axes, run.word, side, colour)
 
@@ -239,21 +201,13 @@ def _section(axes: Axes, runs: list[_Run]) -> None:
         style.say(axes, "no steady\nmotion")
         return
     for run, pen in _pens(runs, 2.6, 1.4):
-        axes.plot(
-            run.steady.angle,
-            run.steady.velocity,
-            linestyle="none",
-            marker="o",
-            markersize=pen.pop("linewidth"),
-            markeredgewidth=0.0,
-            **pen,
-        )
+        size = pen.pop("linewidth")
+        style.plot_points(axes, run.steady.angle, run.steady.velocity, size, **pen)
     tails = [run.tail(DURATION - STEADY) for run in done]
-    for limit, values, place in (
-        (axes.set_xlim, [run.steady.angle for run in done], 1),
-        (axes.set_ylim, [run.steady.velocity for run in done], 2),
-    ):
-        limit(_span(values, _LEAST * float(np.ptp(np.concatenate([t[place] for t in tails])))))
+    for set_limits, name in ((axes.set_xlim, "angle"), (axes.set_ylim, "velocity")):
+        low, high = extent(*(getattr(tail, name) for tail in tails))
+        points = [getattr(run.steady, name) for run in done]
+        set_limits(_limits(points, _LEAST * (high - low)))
     layout.ticks(axes, 2, 5)
 
 
@@ -267,11 +221,10 @@ def _spectrum(axes: Axes, runs: list[_Run]) -> None:
         if run.response.sizes["time"] < 2:
             continue
         lines = spectrum(run.response)
-        frequency, amplitude = lines["frequency"].to_numpy(), lines["amplitude"].to_numpy()
-        shown = frequency <= _HIGHEST * natural
-        axes.plot(frequency[shown] / natural, np.maximum(amplitude[shown], _NOTHING), **pen)
-        if run in _limit(runs):
-            top = max(top, float(np.max(amplitude)))
+        shown = Spectrum.of(lines, _HIGHEST * natural)
+        axes.plot(shown.frequency / natural, np.maximum(shown.amplitude, _NOTHING), **pen)
+        if run in _deciding(runs):
+            top = max(top, float(np.max(lines["amplitude"])))
     if top == 0.0:
         style.say(axes, "no motion")
         return

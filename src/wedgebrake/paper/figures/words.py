@@ -1,25 +1,24 @@
-"""The words of the titles: the machine, the assumptions, the method, the protocol."""
+"""Text of the titles: machine, assumptions, method and protocol."""
 
 from __future__ import annotations
 
 import math
 
-from wedgebrake.figures.matplotlib import caption
-from wedgebrake.paper.assumptions import WEDGE, Assumptions, Case
-from wedgebrake.paper.diagrams import HERTZ, PRINTED_F0
-from wedgebrake.paper.laboratory import DURATION, METHOD_WORDS, STEADY, Laboratory
+from wedgebrake.figures.data import caption
+from wedgebrake.model.paper_machines import DURATION, HERTZ, PRINTED_F0, WEDGE, Assumptions, Case
+from wedgebrake.paper.laboratory import METHOD_WORDS, STEADY, Laboratory
 
 GROUPS = ("eta", "f", "F0", "alpha")
 SECTION = rf"$t = {STEADY:g}\,\mathrm{{s}} + n/f_e$ up to {DURATION:g} s"
 
 
 def brake(case: Case) -> str:
-    """The brake of a case."""
+    """Name of a case's brake."""
     return f"{case.brake.capitalize()} brake"
 
 
 def groups(case: Case, names: tuple[str, ...] = GROUPS) -> str:
-    """Groups of a case as equations; the wedge angle only of wedge brakes."""
+    """Groups of a case as equations; the wedge angle of wedge brakes only."""
     shown = {name: getattr(case, name) for name in names}
     if case.brake != WEDGE:
         shown.pop("alpha", None)
@@ -27,19 +26,19 @@ def groups(case: Case, names: tuple[str, ...] = GROUPS) -> str:
 
 
 def others(*varied: str) -> tuple[str, ...]:
-    """The groups that are not varied."""
+    """Groups that are not varied."""
     return tuple(name for name in GROUPS if name not in varied)
 
 
 def printed(number: int, case: Case) -> str:
-    """What the paper prints for F_0 instead, in brackets, of figures where that is another."""
+    """Printed F_0 in brackets, for figures where it differs."""
     if number not in (14, 15, 16) or case.F0 == PRINTED_F0:
         return ""
     return f" (printed: {groups(case.at(F0=PRINTED_F0), ('F0',))})"
 
 
 def row(case: Case, varied: tuple[str, ...]) -> str:
-    """The groups that tell the rows of a figure apart, one a line; whole hertz where they are."""
+    """Groups in which the rows of a figure differ, one per line, with whole hertz."""
     lines = [groups(case, (name,)) for name in varied]
     hertz = case.f / HERTZ
     if varied == ("f",) and math.isclose(hertz, round(hertz)):
@@ -48,7 +47,7 @@ def row(case: Case, varied: tuple[str, ...]) -> str:
 
 
 def assumptions(chosen: Assumptions) -> str:
-    """What the paper leaves unsaid, in formulas."""
+    """Assumptions as formulas."""
     words = f"Assumed: {chosen.words()}."
     for plain, formula in (
         ("c =", "$c$ ="),
@@ -61,7 +60,7 @@ def assumptions(chosen: Assumptions) -> str:
 
 
 def both(laboratories: list[Laboratory]) -> str:
-    """The methods with their colours."""
+    """Methods with their colours."""
     return " ".join(
         f"{colour}: {METHOD_WORDS[one.method]}."
         for colour, one in zip(("Blue", "Orange"), laboratories, strict=False)
@@ -69,7 +68,7 @@ def both(laboratories: list[Laboratory]) -> str:
 
 
 def compared(laboratory: Laboratory) -> list[Laboratory]:
-    """The laboratory and, unless it is that already, the exact solution beside it."""
+    """Laboratories to compare: the given one and, unless it is that, the exact solution."""
     if laboratory.method == "exact":
         return [laboratory]
     return [laboratory, laboratory.like(method="exact")]

@@ -1,4 +1,4 @@
-"""What stands in the report, as plain data: nothing here computes or draws."""
+"""Contents of the report as plain data: nothing here computes or draws."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Study:
 
 @dataclass(frozen=True)
 class Made:
-    """What a report was made with.
+    """Provenance of a report.
 
     command  : what makes it again
     versions : of the programs, by name

@@ -11,9 +11,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.paper.assumptions import AS_PRINTED
+from wedgebrake.model.paper_machines import AS_PRINTED, DURATION
 from wedgebrake.paper.claims import Finding, Verdict
-from wedgebrake.paper.laboratory import DURATION, STEADY
+from wedgebrake.paper.laboratory import STEADY
 from wedgebrake.paper.report.content import Report, chapters, compared, counts, score
 
 TITLE = "Chen and Xi (2014), recomputed"
@@ -70,7 +70,7 @@ def page(report: Report) -> str:
 
 
 def lead(findings: Sequence[Finding]) -> str:
-    """What came of the audit, in a sentence."""
+    """Result of the audit, in a sentence."""
     found = counts(findings)
     printed, corrected, against, unclear = (found[verdict] for verdict in _LOOKS)
     return (
@@ -81,7 +81,7 @@ def lead(findings: Sequence[Finding]) -> str:
 
 
 def outcome(finding: Finding) -> str:
-    """What came of a statement, in a sentence or two."""
+    """Result of a statement, in a sentence or two."""
     if finding.verdict is Verdict.REPRODUCED:
         return "Holds as printed; nothing was changed."
     if finding.verdict is Verdict.UNDECIDABLE:
@@ -93,13 +93,13 @@ def outcome(finding: Finding) -> str:
 
 
 def symbols(text: object) -> Markup:
-    """A text for the page, with the indices of its symbols set low and minus signs as such."""
+    """Markup of a text, with the indices of its symbols set low and true minus signs."""
     safe = _MINUS.sub("\N{MINUS SIGN}", str(escape(text)))
     return Markup(_INDEX.sub(r"\1<sub>\2</sub>", safe))  # noqa: S704 - escaped above
 
 
 def _source(png: bytes) -> str:
-    """A picture as the address of itself."""
+    """Address of a picture that contains it."""
     return "data:image/png;base64," + base64.b64encode(png).decode()
 
 

@@ -1,181 +1,178 @@
-"""What a smooth motion adds up to: heat, range, and time inside the band.
+"""Sums over a smooth motion: heat, range, and time inside the stick band.
 
 A stick is a passage through the band about zero sliding speed that lasts (theory, section 6).
 """
 
 import math
+from typing import Any, NamedTuple
 
-import numpy as np
-
-from wedgebrake.dynamics.brake_torque import brake_torque, smooth_brake
+from wedgebrake.dynamics.brake_torque import brake_torque
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.dynamics.harmonic import Harmonic, Phase, phase_at
-from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import Entry, enter, state_at
-from wedgebrake.dynamics.linear_flow import acceleration as linear_acceleration
-from wedgebrake.solvers.smooth.dense_output import NODES, PARTS, WEIGHTS, inside
-from wedgebrake.solvers.smooth.dense_output import look as seen
-from wedgebrake.solvers.smooth.runge_kutta import ROWS, SUMS, acceleration, drive_at
-from wedgebrake.solvers.smooth.runge_kutta import step as advance
-from wedgebrake.solvers.smooth.trajectory import (
-    TRAIL_SIZE,
-    TRAIL_STRETCH,
-    TRAIL_THETA,
-    TRAIL_TIME,
-    TRAIL_W,
-)
+from wedgebrake.dynamics.harmonic import Phase, phase_at
+from wedgebrake.dynamics.jit import chosen_by_class, compiled
+from wedgebrake.dynamics.linear_flow import Entry, acceleration, enter, forcing_of, state_at
+from wedgebrake.dynamics.motion_sums import count_stick, widen
+from wedgebrake.solvers.smooth import dense_output
+from wedgebrake.solvers.smooth.dense_output import NODES, PARTS, WEIGHTS, Inside, SeriesRecord
+from wedgebrake.solvers.smooth.runge_kutta import RungeKutta, acceleration_at, step
 
-# Entries of the sums.
-(
-    HEAT,  # of the brake's torque on the sliding velocity [J]
-    LOW_THETA,  # extreme values met
-    HIGH_THETA,
-    LOW_W,
-    HIGH_W,
-    REST_TIME,  # in sticks that have ended [s]
-    STICKS_FORWARD,  # ended ones, entered from w > w_rest
-    STICKS_BACKWARD,
-    SINCE,  # when the band was entered that has not been left [s]; nan: none
-    SIDE,  # from where
-) = range(10)
-ENTRIES = 10
-
-# The motion is looked at so often in a radian of its fastest rate, at least.
+# Samples in a radian of the fastest rate of the motion, at least.
 _CELL = 0.5
 # Secant steps to where the motion turns: there its extremes are flat.
 _REFINED = 4
 
 
 @compiled
-def clear(sums):
-    """Begin to count."""
-    sums[:] = 0.0
-    sums[SINCE] = math.nan
-    sums[LOW_THETA] = sums[LOW_W] = math.inf
-    sums[HIGH_THETA] = sums[HIGH_W] = -math.inf
-
-
-@compiled
-def leave(sums, now, shortest):
-    """The band is left at the time ``now`` [s]: a stick, if it lasted."""
-    lasted = now - sums[SINCE]
+def leave_band(sums, now, shortest):
+    """Count the passage through the band that ends at the time ``now`` [s], if it is a stick."""
+    lasted = now - sums.band_entered
     if lasted > shortest:
-        sums[REST_TIME] += lasted
-        if sums[SIDE] > 0.0:
-            sums[STICKS_FORWARD] += 1.0
-        elif sums[SIDE] < 0.0:
-            sums[STICKS_BACKWARD] += 1.0
-    sums[SINCE] = math.nan
+        sums.rest_time += lasted
+        count_stick(sums, sums.band_side)
+    sums.band_entered = math.nan
 
 
 @compiled
-def passages(log, rows, before, shortest, sums):
+def count_passages(log, rows, before, shortest, sums):
     """Count the sticks of a period that began ``before`` [s] after the first one."""
     for row in log[:rows]:
-        if row.kind == EventKind.BAND_ENTERED and math.isnan(sums[SINCE]):
-            sums[SINCE], sums[SIDE] = before + row.time, row.side
+        if row.kind == EventKind.BAND_ENTERED and math.isnan(sums.band_entered):
+            sums.band_entered, sums.band_side = before + row.time, row.side
         elif row.kind == EventKind.BAND_LEFT:
-            leave(sums, before + row.time, shortest)
+            leave_band(sums, before + row.time, shortest)
+
+
+class _Step(NamedTuple):
+    """A step of the trail, and what its motion is computed from.
+
+    record : what ``dense_output.expand_trail`` made of the trail
+    entry  : ``Entry`` of a linear stretch
+    number : of the numeric step in the trail
+    """
+
+    problem: Any
+    record: Any
+    row: Any
+    entry: Entry
+    number: int
 
 
 @compiled
-def _inside(plant, pair, past, number, linear, line, start, row, tau, look, scratch):
-    """(theta, w, w', brake torque) in the step of a ``row``, a time tau after it begins.
+def _inside_runge_kutta(method, row, number, tau):  # noqa: ARG001 - one signature
+    """``Inside`` of a Runge-Kutta step, a time tau after it begins."""
+    angle, velocity = row.angle, row.velocity
+    a = acceleration_at(method, row.time, angle, velocity)
+    if tau > 0.0:
+        end = step(method, row.time, angle, velocity, a, tau)
+        angle, velocity, a = end.angle, end.velocity, end.acceleration
+    torque = brake_torque(method.brake, velocity - method.driveline.rest_velocity)
+    return Inside(angle, velocity, a, torque)
 
-    start : ``Entry`` of a linear stretch
-    look  : number of the look, in order through the step; -1: another time. Then the torque in
-            a series step is left out, and given as 0
+
+@compiled
+def _inside_series(record, row, number, tau):
+    """``Inside`` of a step by series, a time tau after it begins; without the torque."""
+    angle, velocity, a = dense_output.inside(record, number, row.size, tau)
+    return Inside(angle, velocity, a, 0.0)
+
+
+@compiled
+def _runge_kutta_node(method, row, number, part, node, inertia):  # noqa: ARG001 - one signature
+    """``Inside`` of a Runge-Kutta step at a node of one of its parts."""
+    tau = row.size * (part + NODES[node]) / PARTS
+    return _inside_runge_kutta(method, row, number, tau)
+
+
+@compiled
+def _series_node(record, row, number, part, node, inertia):  # noqa: ARG001 - one signature
+    """``Inside`` of a step by series at a node of one of its parts."""
+    return dense_output.at_node(record, number, part, node, inertia)
+
+
+_numeric_inside = chosen_by_class({SeriesRecord: _inside_series, RungeKutta: _inside_runge_kutta})
+_numeric_node = chosen_by_class({SeriesRecord: _series_node, RungeKutta: _runge_kutta_node})
+
+
+@compiled
+def _entered(problem, row):
+    """``Entry`` of a linear stretch; of another one, none."""
+    if problem.stretches[row.stretch].linear:
+        piece, forcing = problem.pieces[row.stretch], forcing_of(problem.driveline, problem.torque)
+        return enter(piece, forcing, row.angle, row.velocity, phase_at(forcing, row.time))
+    return Entry(row.angle, row.velocity, Phase(0.0, 1.0), 0.0, 0.0, 0.0, 0.0)
+
+
+@compiled
+def _inside(passed, tau):
+    """``Inside`` of a step, a time tau after it begins."""
+    problem, row, entry = passed.problem, passed.row, passed.entry
+    if not problem.stretches[row.stretch].linear:
+        return _numeric_inside(passed.record, row, passed.number, tau)
+    piece, forcing = problem.pieces[row.stretch], forcing_of(problem.driveline, problem.torque)
+    phase = phase_at(forcing, row.time + tau)
+    angle, velocity = entry.angle, entry.velocity
+    if tau > 0.0:
+        angle, velocity = state_at(piece, forcing, entry, tau, phase)
+    a = acceleration(piece, forcing, angle, velocity, phase)
+    return Inside(angle, velocity, a, piece.offset + piece.slope * velocity)
+
+
+@compiled
+def _widen_by_extreme(passed, early, low, late, high, of_angle, sums):
+    """Include an extreme of angle or velocity between two samples, by secants (Illinois).
+
+    early, late : times of the samples;  low, high : derivatives there
     """
-    inertia, _, _, amplitude, omega, w_rest = plant
-    begin, theta0, w0 = row[TRAIL_TIME], row[TRAIL_THETA], row[TRAIL_W]
-    if linear[int(row[TRAIL_STRETCH])]:
-        forcing = Harmonic(amplitude / inertia, omega)
-        phase = phase_at(forcing, begin + tau)
-        theta, w = state_at(line, forcing, start, tau, phase)
-        torque = line.offset + line.slope * w
-        return theta, w, linear_acceleration(line, forcing, theta, w, phase), torque
-    theta, w, a, torque = theta0, w0, 0.0, 0.0
-    if pair is not None:
-        laws, numbers, tableau, _ = pair
-        a = acceleration(plant, laws, numbers, drive_at(plant, begin), theta0, w0)
-        theta, w, a, _, _ = advance(
-            plant, laws, numbers, tableau[0], tableau[1], begin, theta0, w0, a, tau,
-            scratch[0, :ROWS], scratch[1, :ROWS], scratch[2, :ROWS], scratch[3],
-        )  # fmt: skip
-        torque = brake_torque(smooth_brake(laws, numbers), w - w_rest)
-    if past is not None:
-        if look >= 0:
-            theta, w, a, torque = seen(past, number, look // NODES.size, look % NODES.size)
-            torque *= inertia
+    for _ in range(_REFINED):
+        at = late - high * (late - early) / (high - low)
+        here = _inside(passed, at)
+        widen(sums, here.angle, here.velocity)
+        middle = here.velocity if of_angle else here.acceleration
+        if (middle < 0.0) == (high < 0.0):
+            late, high, low = at, middle, 0.5 * low
         else:
-            theta, w, a = inside(past, number, row[TRAIL_SIZE], tau)
-    return theta, w, a, torque
+            early, low, high = at, middle, 0.5 * high
 
 
 @compiled
-def _widen(sums, theta, w):
-    sums[LOW_THETA], sums[HIGH_THETA] = min(sums[LOW_THETA], theta), max(sums[HIGH_THETA], theta)
-    sums[LOW_W], sums[HIGH_W] = min(sums[LOW_W], w), max(sums[HIGH_W], w)
+def _add_step(passed, sums):
+    """Add a step."""
+    problem, row = passed.problem, passed.row
+    driveline, rest = problem.driveline, problem.driveline.rest_velocity
+    linear = problem.stretches[row.stretch].linear
+    fastest = max(
+        problem.torque.angular_frequency, math.sqrt(driveline.stiffness / driveline.inertia)
+    )
+    parts = 1 + int(row.size * fastest / _CELL) if linear else PARTS
+    before, time = _inside(passed, 0.0), 0.0
+    widen(sums, row.angle, row.velocity)
+    for sample in range(parts * NODES.size + 1):
+        part, node = sample // NODES.size, sample % NODES.size
+        tau = row.size * (part + NODES[node]) / parts if part < parts else row.size
+        if part < parts and not linear:
+            here = _numeric_node(passed.record, row, passed.number, part, node, driveline.inertia)
+        else:
+            here = _inside(passed, tau)
+        if part < parts:
+            sums.heat += row.size / parts * WEIGHTS[node] * here.torque * (here.velocity - rest)
+        widen(sums, here.angle, here.velocity)
+        low, high = before.acceleration, here.acceleration
+        if (low < 0.0) != (high < 0.0):
+            _widen_by_extreme(passed, time, low, tau, high, False, sums)
+        low, high = before.velocity, here.velocity
+        if (low < 0.0) != (high < 0.0):
+            _widen_by_extreme(passed, time, low, tau, high, True, sums)
+        before, time = here, tau
 
 
 @compiled
-def add(plant, pair, past, linear, table, trail, left, sums):
-    """Add ``left`` rows of a trail to the ``sums`` (ENTRIES,).
+def add(record, problem, trail, left, sums):
+    """Add ``left`` rows of a trail to ``sums``, of dtype ``motion_sums.SUMS``.
 
-    plant, pair, linear, table : as for ``smooth.run``
-    past : None, or what ``past.see`` found; one of pair and past is None
+    record : as in ``_Step``
     """
-    inertia, _, stiffness, amplitude, omega, w_rest = plant
-    forcing, w2 = Harmonic(amplitude / inertia, omega), stiffness / inertia
-    fastest = max(omega, math.sqrt(w2))
-    scratch = np.empty((4, SUMS))
-    start = Entry(0.0, 0.0, Phase(0.0, 1.0), 0.0, 0.0, 0.0, 0.0)
-    number = -1
+    number = 0
     for row in trail[:left]:
-        stretch, begin, whole = int(row[TRAIL_STRETCH]), row[TRAIL_TIME], row[TRAIL_SIZE]
-        theta0, w0, line = row[TRAIL_THETA], row[TRAIL_W], table[stretch]
-        parts, a = PARTS, 0.0
-        if linear[stretch]:
-            parts = 1 + int(whole * fastest / _CELL)
-            phase = phase_at(forcing, begin)
-            start = enter(line, forcing, theta0, w0, phase)
-            a = linear_acceleration(line, forcing, theta0, w0, phase)
-        else:
-            if pair is not None:
-                laws, numbers, _, _ = pair
-                a = acceleration(plant, laws, numbers, drive_at(plant, begin), theta0, w0)
-            if past is not None:
-                number += 1
-                _, _, a = inside(past, number, whole, 0.0)
-        _widen(sums, theta0, w0)
-        before, w_before, a_before = 0.0, w0, a
-        for look in range(parts * NODES.size + 1):
-            part, k = look // NODES.size, look % NODES.size
-            tau = whole * (part + NODES[k]) / parts if part < parts else whole
-            theta, w, a, torque = _inside(
-                plant, pair, past, number, linear, line, start, row, tau,
-                look if part < parts else -1, scratch,
-            )  # fmt: skip
-            if part < parts:
-                sums[HEAT] += whole / parts * WEIGHTS[k] * torque * (w - w_rest)
-            _widen(sums, theta, w)
-            # Between two looks, where the velocity turns, and where the angle does.
-            for turns in range(2):
-                low = a_before if turns == 0 else w_before
-                high = a if turns == 0 else w
-                if (low < 0.0) == (high < 0.0):
-                    continue
-                early, late = before, tau
-                for _ in range(_REFINED):
-                    # Secant, kept off the ends (Illinois).
-                    at = late - high * (late - early) / (high - low)
-                    theta1, w1, a1, _ = _inside(
-                        plant, pair, past, number, linear, line, start, row, at, -1, scratch
-                    )
-                    _widen(sums, theta1, w1)
-                    middle = a1 if turns == 0 else w1
-                    if (middle < 0.0) == (high < 0.0):
-                        late, high, low = at, middle, 0.5 * low
-                    else:
-                        early, low, high = at, middle, 0.5 * high
-            before, w_before, a_before = tau, w, a
+        _add_step(_Step(problem, record, row, _entered(problem, row), number), sums)
+        if not problem.stretches[row.stretch].linear:
+            number += 1

@@ -1,53 +1,35 @@
-"""Series steps seen again: the derivative of each, and the motion inside.
+"""Steps by series after the fact: the motion inside each, and its derivative.
 
-What a motion adds up to and how deviations grow is asked of the trail that ``smooth.run`` left.
-Its series steps know nothing of each other any more, so they are expanded side by side, in
-vector lanes; each is cut in ``PARTS``, within which deviations have a series too:
+Sums over a motion and the growth of deviations are computed from the trail that
+``trajectory.run`` left. Its steps by series are independent of each other then, so that they
+are expanded side by side, in vector lanes; each is cut into ``PARTS``, within which deviations
+have a series too:
 
     J y' + (c + dM/dv) y + k x = 0,  x' = y
 
-with dM/dv from the series of the motion. ``record`` holds ``OUTPUTS`` for each part of each step.
+with dM/dv from the series of the motion. A record is an array of the outputs of each part of
+each step, (rows, DENSE_ROWS, WIDTH); as in ``taylor``, a row of lanes is one vector, and
+``DENSE`` names the rows.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.actuator import commanded_force
+from wedgebrake.dynamics.deviations import Deviations
+from wedgebrake.dynamics.harmonic import phase_at
+from wedgebrake.dynamics.jit import chosen_by_class, compiled
+from wedgebrake.dynamics.linear_flow import forcing_of
+from wedgebrake.solvers.smooth import taylor
+from wedgebrake.solvers.smooth.problem import TanhLaw, sliding_side
+from wedgebrake.solvers.smooth.runge_kutta import RungeKutta
 from wedgebrake.solvers.smooth.simd_codegen import traced
-from wedgebrake.solvers.smooth.taylor import (
-    ACCELS,
-    DAMPING,
-    DRIVE,
-    DRIVE1,
-    FORCE,
-    INPUTS,
-    LONGEST,
-    ORDER,
-    RATE,
-    RATE1,
-    REST,
-    SLOPE,
-    STIFFNESS,
-    THETA,
-    THETA1,
-    THETAS,
-    W1,
-    WS,
-    W,
-    aim,
-    expand,
-    load,
-    results,
-    state,
-)
-from wedgebrake.solvers.smooth.trajectory import (
-    TRAIL_SIZE,
-    TRAIL_STRETCH,
-    TRAIL_THETA,
-    TRAIL_TIME,
-    TRAIL_W,
-)
+from wedgebrake.solvers.smooth.steps import Taylor
+from wedgebrake.solvers.smooth.taylor import INPUT, INPUT_ROWS, ORDER, OUTPUT, OUTPUT_ROWS
 
-# A series of deviations gets along with half of what the motion's does: its law is the slope.
+# The series of deviations needs half the step of the motion's: its law is the slope.
 PARTS = 2
 # Steps side by side: half of the lanes of a motion, as each step has twice the numbers.
 WIDTH = 4
@@ -55,47 +37,70 @@ WIDTH = 4
 _X, _WEIGHT = np.polynomial.legendre.leggauss(4)
 NODES, WEIGHTS = 0.5 * (1.0 + _X), 0.5 * _WEIGHT
 
-# After the outputs of the step: the derivative of its end by its beginning, row by row, what the
-# last terms of that are (over the deviation), and at each node theta, w, w' and torque over J.
-_DERIVATIVE = ACCELS + ORDER
-_LAST = _DERIVATIVE + 4
-_LOOKS = _LAST + 1
-OUTPUTS = _LOOKS + 4 * NODES.size
+
+class _Dense(NamedTuple):
+    """Outputs of a part of a step, after those of the step."""
+
+    derivative: Any  # of the end by the begin: angle by angle, angle by velocity, ...
+    remainder: Any  # largest of the last terms of the derivative, over the deviation
+    nodes: Any  # for each node: angle, velocity, acceleration, brake torque over the inertia
 
 
-def formula(maths, get):
-    """All outputs of a part of a step, whose size is the input LONGEST; for ``trace``."""
-    drive, thetas, ws, accels, gains, rates = expand(maths, get)
-    h, slope = get(LONGEST), get(SLOPE)
-    looks = []
+DENSE = _Dense(OUTPUT_ROWS, OUTPUT_ROWS + 4, OUTPUT_ROWS + 5)
+DENSE_ROWS = DENSE.nodes + 4 * NODES.size
+
+
+class SeriesRecord(NamedTuple):
+    """Series of the steps of a trail: their law, and the outputs of their parts."""
+
+    law: TanhLaw
+    series: NDArray[np.float64]
+
+
+class Inside(NamedTuple):
+    """A state inside a step, with the torque of the brake [N m]."""
+
+    angle: float
+    velocity: float
+    acceleration: float
+    torque: float
+
+
+def formula(maths: Any, rows: list[Any]) -> list[Any]:
+    """All outputs of a part of a step, whose size is ``longest_size``; for ``traced``."""
+    given = taylor.Inputs(*rows)
+    series, h = taylor.expand(maths, given), given.longest_size
+    _, angles, velocities, accels, gains, _ = series
+    nodes = []
     for node in NODES:
         tau = float(node) * h
-        theta, w, a, gain = thetas[ORDER], ws[ORDER], accels[ORDER - 1], gains[ORDER - 1]
+        angle, velocity, a, gain = angles[ORDER], velocities[ORDER], accels[ORDER - 1], gains[ORDER]
         for n in range(ORDER - 1, -1, -1):
-            theta, w = theta * tau + thetas[n], w * tau + ws[n]
+            angle, velocity = angle * tau + angles[n], velocity * tau + velocities[n]
+            gain = gain * tau + gains[n]
             if n > 0:
-                a, gain = a * tau + accels[n - 1], gain * tau + gains[n - 1]
-        looks += [theta, w, a, (get(FORCE) + slope * (w - get(REST))) * gain]
-    derivative = _derivative(maths, get, ws, gains, rates)
-    return [*results(h, drive, thetas, ws, accels), *derivative, *looks]
+                a = a * tau + accels[n - 1]
+        pressed = commanded_force(given.force, given.slope, velocity - given.rest_velocity)
+        nodes += [angle, velocity, a, pressed * gain]
+    return [*taylor.results(h, series), *_derivative(maths, given, series), *nodes]
 
 
-def _derivative(maths, get, ws, gains, rates):
-    """The derivative over a part, row by row, and how large its last terms are."""
-    h, slope = get(LONGEST), get(SLOPE)
-    pressed = get(FORCE) + slope * (ws[0] - get(REST))
+def _derivative(maths: Any, given: taylor.Inputs, series: taylor.Series) -> list[Any]:
+    """The derivative over a part, row by row, and the size of its last terms."""
+    h, velocities, gains, rates = given.longest_size, series.velocities, series.gains, series.rates
+    pressed = commanded_force(given.force, given.slope, velocities[0] - given.rest_velocity)
     slopes = []
     for n in range(ORDER):
         moved = gains[n]
         for j in range(1, n + 1):
-            moved = moved + ws[j] * rates[n - j]
-        slopes.append(slope * moved + pressed * rates[n])
-    slopes[0] = slopes[0] + get(DAMPING)
+            moved = moved + velocities[j] * rates[n - j]
+        slopes.append(given.slope * moved + pressed * rates[n])
+    slopes[0] = slopes[0] + given.damping
     columns, last = [], 0.0
-    for x, y, size in ((1.0, 0.0, maths.sqrt(get(STIFFNESS)) + 1e-300), (0.0, 1.0, 1.0)):
+    for x, y, size in ((1.0, 0.0, maths.sqrt(given.stiffness) + 1e-300), (0.0, 1.0, 1.0)):
         xs, ys = [x], [y]
         for n in range(ORDER):
-            push = get(STIFFNESS) * xs[n]
+            push = given.stiffness * xs[n]
             for j in range(n + 1):
                 push = push + slopes[n - j] * ys[j]
             ys.append(push * (-1.0 / (n + 1.0)))
@@ -114,7 +119,7 @@ def _derivative(maths, get, ws, gains, rates):
     return [xx, xy, yx, yy, last]
 
 
-_together = traced(formula, WIDTH)
+_together = traced(formula, INPUT_ROWS, WIDTH)
 
 
 @compiled
@@ -124,113 +129,151 @@ def expand_lanes(inputs, outputs):
 
 
 @compiled
-def _all_parts(inputs, record, group):
-    """The parts of WIDTH steps, the first of which are aimed at."""
+def _all_parts(inputs, series, group):
+    """Expand the parts of WIDTH steps, at the begins of which the inputs are aimed."""
     for part in range(PARTS):
-        outputs = record[PARTS * group + part]
+        outputs = series[PARTS * group + part]
         expand_lanes(inputs, outputs)
         for lane in range(WIDTH):
-            inputs[THETA, lane], inputs[W, lane] = outputs[THETA1, lane], outputs[W1, lane]
-            inputs[DRIVE, lane], inputs[RATE, lane] = outputs[DRIVE1, lane], outputs[RATE1, lane]
+            inputs[INPUT.angle, lane] = outputs[OUTPUT.angle, lane]
+            inputs[INPUT.velocity, lane] = outputs[OUTPUT.velocity, lane]
+            inputs[INPUT.drive, lane] = outputs[OUTPUT.drive, lane]
+            inputs[INPUT.drive_rate, lane] = outputs[OUTPUT.drive_rate, lane]
 
 
 @compiled
-def room_for(steps):
-    """Rows of a record of so many steps."""
-    return PARTS * (steps // WIDTH + 1)
+def _empty_record(taylor, problem, steps):  # noqa: ARG001 - one signature
+    """``SeriesRecord`` with room for so many steps."""
+    series = np.empty((PARTS * (steps // WIDTH + 1), DENSE_ROWS, WIDTH))
+    return SeriesRecord(problem.law, series)
 
 
 @compiled
-def see(plant, law, kinks, linear, trail, left, record):
-    """Expand the series steps among ``left`` rows of a trail into ``record``.
+def _stages_suffice(runge_kutta, problem, steps):  # noqa: ARG001 - one signature
+    """The method itself: the trail holds the stages."""
+    return runge_kutta
 
-    plant, law, kinks, linear : as for ``smooth.run``
-    record : (room_for(left), OUTPUTS, WIDTH)
-    """
-    inputs = np.ones((INPUTS, WIDTH))
+
+empty_record = chosen_by_class({Taylor: _empty_record, RungeKutta: _stages_suffice})
+"""(method, problem, steps) -> what the motion inside the steps of a trail is computed from."""
+
+
+@compiled
+def _loaded(problem, law):
+    """Inputs of WIDTH lanes with the numbers of a machine."""
+    inputs = np.ones((INPUT_ROWS, WIDTH))
     for lane in range(WIDTH):
-        load(plant, law, inputs, lane)
+        taylor.load(problem.driveline, problem.torque, law, inputs, lane)
+    return inputs
+
+
+@compiled
+def _aim(problem, law, stretch, time, inputs, lane):
+    """Set drive and slope of a part that begins at a time, in a stretch."""
+    forcing = forcing_of(problem.driveline, problem.torque)
+    slope = law.actuator.slope / problem.driveline.inertia
+    inputs[INPUT.slope, lane] = sliding_side(problem, problem.stretches[stretch]) * slope
+    taylor.drive(inputs, lane, forcing, phase_at(forcing, time))
+
+
+@compiled
+def _expand(record, problem, trail, left):
+    """Expand the steps by series among ``left`` rows of a trail into a ``SeriesRecord``."""
+    law, series = record
+    inputs = _loaded(problem, law)
     number = 0
-    for i in range(left):
-        stretch = int(trail[i, TRAIL_STRETCH])
-        if linear[stretch]:
+    for row in trail[:left]:
+        if problem.stretches[row.stretch].linear:
             continue
-        side, lane = 1.0 if kinks[stretch, 0] >= plant[5] else -1.0, number % WIDTH
-        t, theta, w = trail[i, TRAIL_TIME], trail[i, TRAIL_THETA], trail[i, TRAIL_W]
-        aim(plant, law, side, t, theta, w, inputs, lane)
-        inputs[LONGEST, lane] = trail[i, TRAIL_SIZE] / PARTS
+        lane = number % WIDTH
+        _aim(problem, law, row.stretch, row.time, inputs, lane)
+        inputs[INPUT.angle, lane], inputs[INPUT.velocity, lane] = row.angle, row.velocity
+        inputs[INPUT.longest_size, lane] = row.size / PARTS
         number += 1
         if lane == WIDTH - 1:
-            _all_parts(inputs, record, number // WIDTH - 1)
+            _all_parts(inputs, series, number // WIDTH - 1)
     if number % WIDTH > 0:
-        _all_parts(inputs, record, number // WIDTH)
+        _all_parts(inputs, series, number // WIDTH)
 
 
 @compiled
-def look(record, number, part, node):
-    """(theta, w, w', torque over J) at a node of a part of a step, by its number."""
-    outputs, lane = record[PARTS * (number // WIDTH) + part], number % WIDTH
-    row = _LOOKS + 4 * node
-    return (
+def _no_series(runge_kutta, problem, trail, left):
+    """Nothing: the trail holds the stages."""
+
+
+expand_trail = chosen_by_class({SeriesRecord: _expand, RungeKutta: _no_series})
+"""(record, problem, trail, left) -> None: expand the steps of a trail into the record."""
+
+
+@compiled
+def at_node(record, number, part, node, inertia):
+    """``Inside`` at a node of a part of a step, by its number."""
+    outputs, lane = record.series[PARTS * (number // WIDTH) + part], number % WIDTH
+    row = DENSE.nodes + 4 * node
+    return Inside(
         outputs[row, lane],
         outputs[row + 1, lane],
         outputs[row + 2, lane],
-        outputs[row + 3, lane],
+        inertia * outputs[row + 3, lane],
     )
 
 
 @compiled
 def inside(record, number, size, tau):
-    """(theta, w, w') in a step of a size, a time tau after it begins."""
+    """(angle, velocity, acceleration) in a step of a size, a time tau after it begins."""
     part = min(int(PARTS * tau / size), PARTS - 1)
-    outputs = record[PARTS * (number // WIDTH) + part]
-    return state(outputs, number % WIDTH, tau - part * size / PARTS)
+    outputs = record.series[PARTS * (number // WIDTH) + part]
+    return taylor.state(outputs, number % WIDTH, tau - part * size / PARTS)
 
 
 @compiled
-def _multiply(outputs, lane, matrix):
-    """``matrix`` becomes the derivative over a part times itself."""
-    xx, xy = outputs[_DERIVATIVE, lane], outputs[_DERIVATIVE + 1, lane]
-    yx, yy = outputs[_DERIVATIVE + 2, lane], outputs[_DERIVATIVE + 3, lane]
-    for j in range(2):
-        x, y = matrix[0, j], matrix[1, j]
-        matrix[0, j], matrix[1, j] = xx * x + xy * y, yx * x + yy * y
+def _multiplied(outputs, lane, deviations):
+    """The derivative over a part times deviations."""
+    row = DENSE.derivative
+    xx, xy = outputs[row, lane], outputs[row + 1, lane]
+    yx, yy = outputs[row + 2, lane], outputs[row + 3, lane]
+    x1, y1, x2, y2 = deviations
+    return Deviations(xx * x1 + xy * y1, yx * x1 + yy * y1, xx * x2 + xy * y2, yx * x2 + yy * y2)
 
 
 @compiled
-def _again(plant, law, side, t, theta, w, rest, rtol, matrix):
-    """Deviations through a part that is too long for them, in smaller ones."""
-    inputs, outputs = np.ones((INPUTS, WIDTH)), np.empty((OUTPUTS, WIDTH))
-    for lane in range(WIDTH):
-        load(plant, law, inputs, lane)
+def _in_smaller_parts(record, problem, row, part, outputs, lane, deviations):
+    """Deviations through a part that is too long for them, in smaller ones.
+
+    outputs : of the part, in a lane
+    """
+    law, rtol = record.law, problem.tolerances.relative
+    time, rest = row.time + part * row.size / PARTS, row.size / PARTS
+    angle, velocity = outputs[OUTPUT.angles, lane], outputs[OUTPUT.velocities, lane]
+    inputs, smaller = _loaded(problem, law), np.empty((DENSE_ROWS, WIDTH))
     size = 0.5 * rest
     while rest > 0.0:
-        aim(plant, law, side, t, theta, w, inputs, 0)
-        inputs[LONGEST, 0] = min(size, rest)
-        expand_lanes(inputs, outputs)
-        size, lost = inputs[LONGEST, 0], outputs[_LAST, 0]
+        _aim(problem, law, row.stretch, time, inputs, 0)
+        inputs[INPUT.angle, 0], inputs[INPUT.velocity, 0] = angle, velocity
+        inputs[INPUT.longest_size, 0] = min(size, rest)
+        expand_lanes(inputs, smaller)
+        size, lost = inputs[INPUT.longest_size, 0], smaller[DENSE.remainder, 0]
         following = size * min(2.0, 0.9 * (rtol / (lost + 1e-300)) ** (1.0 / ORDER))
-        # What asks for more than a hundredth of the way is rounding: gone all the same.
+        # Errors that ask for less than a hundredth of the way are rounding: accept them.
         if lost > rtol and size > 0.01 * rest:
             size = max(following, 0.01 * rest)
             continue
-        _multiply(outputs, 0, matrix)
-        theta, w = outputs[THETA1, 0], outputs[W1, 0]
-        t += size
+        deviations = _multiplied(smaller, 0, deviations)
+        angle, velocity = smaller[OUTPUT.angle, 0], smaller[OUTPUT.velocity, 0]
+        time += size
         rest = rest - size if size < rest else 0.0
         size = following
+    return deviations
 
 
 @compiled
-def carry(plant, law, rtol, kinks, row, record, number, matrix):
-    """``matrix``, deviations in its columns, through a step that a ``row`` of the trail tells."""
-    lane, part_size = number % WIDTH, row[TRAIL_SIZE] / PARTS
+def propagate_step(record, problem, row, number, deviations):
+    """Deviations through the step by series of a ``row`` of the trail, by its number."""
+    lane = number % WIDTH
     for part in range(PARTS):
-        outputs = record[PARTS * (number // WIDTH) + part]
-        if outputs[_LAST, lane] <= rtol:
-            _multiply(outputs, lane, matrix)
-            continue
-        side = 1.0 if kinks[int(row[TRAIL_STRETCH]), 0] >= plant[5] else -1.0
-        theta, w = outputs[THETAS, lane], outputs[WS, lane]
-        t = row[TRAIL_TIME] + part * part_size
-        _again(plant, law, side, t, theta, w, part_size, rtol, matrix)
+        outputs = record.series[PARTS * (number // WIDTH) + part]
+        if outputs[DENSE.remainder, lane] <= problem.tolerances.relative:
+            deviations = _multiplied(outputs, lane, deviations)
+        else:
+            deviations = _in_smaller_parts(record, problem, row, part, outputs, lane, deviations)
+    return deviations

@@ -11,7 +11,7 @@ from numba import njit, types
 from wedgebrake.dynamics.brake_torque import LAW_SIGNATURE, SHAPE_SIZE, gather
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import Brake
-from wedgebrake.model.friction import CustomFriction, SmoothedFriction, SmoothFriction
+from wedgebrake.model.friction import CustomFriction, SmoothFriction
 
 Shape = tuple[float, ...]
 
@@ -62,14 +62,15 @@ def _name(function: Callable[..., float]) -> str:
 
 def friction_law(friction: SmoothFriction) -> tuple[Any, Shape]:
     """(compiled m(v_r, shape), shape) of a smooth friction law."""
-    if isinstance(friction, SmoothedFriction):
-        return compiled_law(SmoothedFriction.law), _padded(friction.shape())
     if isinstance(friction, CustomFriction):
         return _custom_law(friction.law), _padded(friction.shape())
-    raise InputError(
-        f"friction = {type(friction).__name__}: not a law that the solver knows. Use"
-        " SmoothedFriction, or CustomFriction with your own function."
-    )
+    law = getattr(type(friction), "law", None)
+    if law is None:
+        raise InputError(
+            f"friction = {type(friction).__name__}: has no law. State law(speed, shape) as a"
+            " static method, as SmoothedFriction does, or use CustomFriction with your function."
+        )
+    return compiled_law(law), _padded(friction.shape())
 
 
 def brake_law(brake: Brake) -> tuple[Any, Shape]:

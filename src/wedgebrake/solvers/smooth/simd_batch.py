@@ -1,49 +1,39 @@
-"""Several smooth motions side by side: series steps in vector lanes, one system in each.
+"""Several smooth motions side by side: steps by series in vector lanes, one system in each.
 
-What ``smooth.run`` does with series, for a transient: no log, no looking. The lanes are
-independent; a lane's numbers depend on nothing in the others. A lane that leaves the steep
-layer goes on alone, in closed form, until it is back; then all step together again.
+The motion is that of ``trajectory.run`` by series, for a transient: without log or samples. The
+lanes are independent; a lane's numbers depend on nothing in the others. A lane that leaves the
+steep layer goes on alone, in closed form, until it is back; then all step together again.
 """
 
 import math
 
 import numpy as np
 
-from wedgebrake.dynamics.enums import FlowForm, Outcome, SearchEnd
-from wedgebrake.dynamics.harmonic import Harmonic, phase_at, rate, value
+from wedgebrake.dynamics.enums import Outcome, SearchEnd
+from wedgebrake.dynamics.harmonic import Harmonic, phase_at
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import acceleration as linear_acceleration
-from wedgebrake.solvers.event_driven.event_search import Motion, slip
+from wedgebrake.dynamics.records import record
+from wedgebrake.dynamics.section import phase_at_return
+from wedgebrake.solvers.smooth import taylor
+from wedgebrake.solvers.smooth.problem import POLE, Tolerances, stretch_at
 from wedgebrake.solvers.smooth.simd_codegen import traced
-from wedgebrake.solvers.smooth.taylor import (
-    A1,
-    ACCELS,
-    DRIVE,
-    DRIVE1,
-    INPUTS,
-    LAST,
-    LONGEST,
-    OUTPUTS,
-    RATE,
-    RATE1,
-    SIZE,
-    SLOPE,
-    THETA,
-    THETA1,
-    W1,
-    W,
-    acceleration,
-    crossing,
-    formula,
-    limit,
-    load,
-    state,
-)
-from wedgebrake.solvers.smooth.trajectory import POLE, SERIES_SHARE, stretch_at
+from wedgebrake.solvers.smooth.steps import FIRST_STEP, Limits, Point, linear_step
+from wedgebrake.solvers.smooth.taylor import INPUT, INPUT_ROWS, OUTPUT, OUTPUT_ROWS
+from wedgebrake.solvers.smooth.trajectory import TINY
 
 WIDTH = 8
 
-_together = traced(formula, WIDTH)
+# A lane: its system (torque, slope of the actuation force and stiffness over the inertia), and
+# how far it has come. Angle and velocity are in the inputs of steps. ``stalled``: the last step
+# had no length; ``stepped``: a step in lanes is to be accepted.
+LANE = record(
+    "forcing angular_frequency period slope stiffness rest_velocity band divergence_velocity"
+    " relative_tolerance angle_tolerance velocity_tolerance longest_step time",
+    whole="stretch outcome completed steps",
+    fields=[("stalled", np.bool_), ("stepped", np.bool_), ("going", np.bool_)],
+)
+
+_together = traced(taylor.formula, INPUT_ROWS, WIDTH)
 
 
 @compiled
@@ -53,152 +43,152 @@ def step_lanes(inputs, outputs):
 
 
 @compiled
-def _alone(plant, edges, piece, stretch, w_diverged, inputs, lane, t, t_end, max_steps):
-    """A lane through a linear stretch, in closed form: (what, t, a, steps); its w is changed."""
-    forcing = Harmonic(plant[3] / plant[0], plant[4])
-    theta, w = inputs[THETA, lane], inputs[W, lane]
-    low = edges[stretch - 1] if stretch > 0 else -math.inf
-    high = edges[stretch] if stretch < edges.size else math.inf
-    if piece.damping < 0.0:
-        low, high = max(low, -w_diverged), min(high, w_diverged)
-    phase = phase_at(forcing, t)
-    a = linear_acceleration(piece, forcing, theta, w, phase)
-    start = Motion(t, phase, theta, w, a)
-    hit, (t, phase, theta, w, a), spent = slip(piece, forcing, low, high, start, t_end, max_steps)
-    inputs[THETA, lane], inputs[W, lane] = theta, w
-    inputs[DRIVE, lane], inputs[RATE, lane] = value(forcing, phase), rate(forcing, phase)
-    return hit, t, a, spent
+def _harmonic(lane):
+    """The torque of a lane over its inertia."""
+    return Harmonic(lane.forcing, lane.angular_frequency)
 
 
 @compiled
-def _stepped(plants, lane, low, high, outputs, tiny, stalled, inputs, t):
-    """A lane after a step in lanes, cut at a kink: (what, size, a); its state is changed.
+def _begin(lane, stretches, acceleration, velocity):
+    """Set a lane at the phase 0, where it has an acceleration."""
+    force = lane.forcing * lane.angular_frequency
+    rising = acceleration > 0.0
+    if acceleration == 0.0:
+        rising = force > lane.stiffness * velocity
+    lane.stretch = stretch_at(stretches, velocity, rising)
+    lane.time, lane.stalled, lane.stepped, lane.going = 0.0, False, False, True
+    lane.outcome, lane.completed, lane.steps = Outcome.COMPLETED, 0, 0
 
-    size : negative where the step was below ``tiny``
+
+@compiled
+def _accept(lane, number, stretch, inputs, outputs):
+    """Accept a step in lanes: (end, acceleration); ends the lane where it was too small."""
+    length, tiny = lane.period, TINY * lane.period
+    limits = Limits(length, stretch.kink_below, stretch.kink_above, tiny, lane.stalled)
+    size, hit, a = taylor.accept(inputs, outputs, number, limits)
+    lane.stepped, lane.stalled = False, size == 0.0
+    if size < 0.0:
+        lane.outcome, lane.going = Outcome.STEP_LIMIT, False
+        return hit, a
+    lane.time = length if length - lane.time - size <= 0.4 * tiny else lane.time + size
+    if hit == SearchEnd.TIME:
+        inputs[INPUT.drive, number] = outputs[OUTPUT.drive, number]
+        inputs[INPUT.drive_rate, number] = outputs[OUTPUT.drive_rate, number]
+    elif size > 0.0:
+        forcing = _harmonic(lane)
+        taylor.drive(inputs, number, forcing, phase_at(forcing, lane.time))
+    return hit, a
+
+
+@compiled
+def _alone(lane, number, stretch, piece, inputs, max_steps):
+    """Move a lane through a linear stretch, in closed form: (end, acceleration)."""
+    forcing = _harmonic(lane)
+    angle, velocity = inputs[INPUT.angle, number], inputs[INPUT.velocity, number]
+    point = Point(lane.time, angle, velocity, 0.0)
+    made = linear_step(
+        stretch, piece, forcing, point, lane.period, lane.divergence_velocity,
+        max_steps - lane.steps,
+    )  # fmt: skip
+    lane.steps += made.work
+    if made.outcome != Outcome.COMPLETED:
+        lane.outcome, lane.going = made.outcome, False
+    lane.time = made.point.time
+    inputs[INPUT.angle, number], inputs[INPUT.velocity, number] = (
+        made.point.angle,
+        made.point.velocity,
+    )
+    taylor.drive(inputs, number, forcing, phase_at(forcing, lane.time))
+    return made.hit, made.point.acceleration
+
+
+@compiled
+def _go_on(lane, number, stretches, hit, a, inputs, max_steps):
+    """Decide how a lane goes on after a step: not at all, or in which stretch."""
+    velocity = inputs[INPUT.velocity, number]
+    if lane.steps > max_steps:
+        lane.outcome, lane.going = Outcome.STEP_LIMIT, False
+    elif (
+        not math.isfinite(velocity)
+        or abs(velocity - lane.rest_velocity) >= lane.divergence_velocity
+    ):
+        lane.outcome, lane.going = Outcome.DIVERGED, False
+        return
+    here = stretches[number, lane.stretch]
+    # By numbers: a slice costs more than what is done with it.
+    if hit != SearchEnd.TIME:
+        lane.stretch = stretch_at(stretches[number], velocity, hit == SearchEnd.HIT_HIGH)
+    elif not here.linear and not here.low < velocity < here.high:
+        lane.stretch = stretch_at(stretches[number], velocity, a > 0.0)
+
+
+@compiled
+def _return(lane, number, inputs, points):
+    """Record the return of a lane to the section; the lane ends with its last period."""
+    lane.completed += 1
+    lane.time = 0.0
+    taylor.drive(inputs, number, _harmonic(lane), phase_at_return())
+    points[lane.completed, 0] = inputs[INPUT.angle, number]
+    points[lane.completed, 1] = inputs[INPUT.velocity, number]
+    lane.going = lane.completed < points.shape[0] - 1
+
+
+@compiled
+def _aim(lane, number, stretch, inputs):
+    """Prepare the next step of a lane."""
+    rest = lane.rest_velocity
+    side = 1.0 if stretch.kink_below >= rest else -1.0
+    inputs[INPUT.slope, number] = side * lane.slope
+    tolerances = Tolerances(lane.relative_tolerance, lane.angle_tolerance, lane.velocity_tolerance)
+    longest = min(lane.longest_step, lane.period - lane.time)
+    reach = taylor.POLE_SHARE * (abs(inputs[INPUT.velocity, number] - rest) + POLE * lane.band)
+    taylor.limit(inputs, number, tolerances, longest, reach)
+    lane.stepped = True
+    lane.steps += 1
+
+
+@compiled
+def run(lanes, stretches, pieces, inputs, max_steps, points):
+    """Advance WIDTH systems from the phase 0, as many periods as ``points`` has room for.
+
+    lanes     : (WIDTH,) of dtype ``LANE``, the system set
+    stretches, pieces : (WIDTH, n), as in ``SmoothProblem``
+    inputs    : (INPUT_ROWS, WIDTH) with systems and states; receives the states at the end
+    points    : (WIDTH, periods + 1, 2) receives the states at the begin of each period
     """
-    h = outputs[SIZE, lane]
-    if not h >= min(tiny, inputs[LONGEST, lane]):
-        return SearchEnd.TIME, -1.0, 0.0
-    inputs[LAST, lane] = max(h, 1e-3 * inputs[LAST, lane])
-    size, hit = crossing(outputs, lane, low, high, tiny)
-    if hit == SearchEnd.TIME or (stalled and size <= tiny):
-        inputs[THETA, lane], inputs[W, lane] = outputs[THETA1, lane], outputs[W1, lane]
-        inputs[DRIVE, lane], inputs[RATE, lane] = outputs[DRIVE1, lane], outputs[RATE1, lane]
-        return SearchEnd.TIME, h, outputs[A1, lane]
-    inputs[W, lane] = low if hit == SearchEnd.HIT_LOW else high
-    if size <= tiny:
-        return hit, 0.0, outputs[ACCELS, lane]
-    inputs[THETA, lane], _, a = state(outputs, lane, size)
-    f, omega = plants[lane, 3] / plants[lane, 0], plants[lane, 4]
-    inputs[DRIVE, lane] = f * math.sin(omega * (t + size))
-    inputs[RATE, lane] = f * omega * math.cos(omega * (t + size))
-    return hit, size, a
-
-
-@compiled
-def _begin(plant, law, edges, h_max, state_, inputs, lane):
-    """Load a system and its state at the phase 0 into a lane: the stretch that it is in."""
-    load(plant, law, inputs, lane)
-    inputs[THETA, lane], inputs[W, lane] = state_[0], state_[1]
-    f, omega, w2 = plant[3] / plant[0], plant[4], plant[2] / plant[0]
-    inputs[DRIVE, lane], inputs[RATE, lane] = 0.0, f * omega
-    inputs[LAST, lane] = 1e-2 * h_max
-    side = 1.0 if state_[1] >= plant[5] else -1.0
-    a = acceleration(plant, law, side, 0.0, state_[0], state_[1])
-    rising = a > 0.0 or (a == 0.0 and f * omega > w2 * state_[1])
-    return stretch_at(edges, state_[1], rising)
-
-
-@compiled
-def run(
-    plants, laws, edges, kinks, linear, table, bands, w_diverged, tolerances, h_max, states,
-    max_steps, points, outcomes, done, steps,
-):  # fmt: skip
-    """Advance WIDTH systems, each as many periods as ``points`` has room for.
-
-    plants (WIDTH, 6), laws (WIDTH, 8), edges (WIDTH, n - 1), kinks (WIDTH, n, 2),
-    linear (WIDTH, n), table (WIDTH, n, flow.COLUMNS), bands, w_diverged, h_max (WIDTH,),
-    tolerances (WIDTH, 3): as for ``smooth.run``; edges that a system lacks are inf
-    states   : (WIDTH, 2) at the phase 0, receives those at the end
-    points   : (WIDTH, periods + 1, 2) receives the states at the beginnings of the periods
-    outcomes, done, steps : (WIDTH,) receive the codes, completed periods, steps
-    """
-    inputs, outputs = np.zeros((INPUTS, WIDTH)), np.zeros((OUTPUTS, WIDTH))
-    t, stretch, going = np.zeros(WIDTH), np.zeros(WIDTH, np.int64), np.ones(WIDTH, np.bool_)
-    stalled = np.zeros(WIDTH, np.bool_)
-    count = points.shape[1] - 1
-    for lane in range(WIDTH):
-        stretch[lane] = _begin(
-            plants[lane], laws[lane], edges[lane], h_max[lane], states[lane], inputs, lane
-        )  # fmt: skip
-        points[lane, 0, 0], points[lane, 0, 1] = states[lane, 0], states[lane, 1]
-        outcomes[lane], done[lane], steps[lane] = Outcome.COMPLETED, 0, 0
+    outputs = np.zeros((OUTPUT_ROWS, WIDTH))
+    for number in range(WIDTH):
+        lane, velocity = lanes[number], inputs[INPUT.velocity, number]
+        points[number, 0, 0] = inputs[INPUT.angle, number]
+        points[number, 0, 1] = velocity
+        inputs[INPUT.slope, number] = math.copysign(1.0, velocity - lane.rest_velocity) * lane.slope
+        inputs[INPUT.last_size, number] = FIRST_STEP * lane.longest_step
+        taylor.drive(inputs, number, _harmonic(lane), phase_at_return())
+    # For the accelerations alone.
+    step_lanes(inputs, outputs)
+    for number in range(WIDTH):
+        velocity = inputs[INPUT.velocity, number]
+        a = outputs[OUTPUT.accelerations, number]
+        _begin(lanes[number], stretches[number], a, velocity)
     together = WIDTH
     while together > 0:
         together = 0
-        for lane in range(WIDTH):
-            # By numbers, not by slices, which cost more than what is done with them.
-            rest, length = plants[lane, 5], 2.0 * math.pi / plants[lane, 4]
-            tiny = 1e-15 * length
-            # What came of the step in lanes, and then alone until the next one.
-            fresh = steps[lane] > 0 and going[lane]
-            while going[lane]:
-                here = stretch[lane]
-                t0 = t[lane]
-                hit, a = SearchEnd.TIME, 0.0
-                if not linear[lane, here]:
-                    if not fresh:
-                        break
-                    hit, size, a = _stepped(
-                        plants, lane, kinks[lane, here, 0], kinks[lane, here, 1], outputs, tiny,
-                        stalled[lane], inputs, t0,
-                    )  # fmt: skip
-                    stalled[lane] = size == 0.0
-                    if size < 0.0:
-                        outcomes[lane], going[lane] = Outcome.STEP_LIMIT, False
-                        break
-                    t[lane] = length if length - t0 - size <= 4e-16 * length else t0 + size
+        for number in range(WIDTH):
+            lane = lanes[number]
+            while lane.going:
+                stretch = stretches[number, lane.stretch]
+                if stretch.linear:
+                    piece = pieces[number, lane.stretch]
+                    hit, a = _alone(lane, number, stretch, piece, inputs, max_steps)
+                elif lane.stepped:
+                    hit, a = _accept(lane, number, stretch, inputs, outputs)
                 else:
-                    row = table[lane, here]
-                    if row.form == FlowForm.BLOCKED:
-                        outcomes[lane], going[lane] = Outcome.NO_FORWARD_SOLUTION, False
-                        break
-                    hit, t[lane], a, spent = _alone(
-                        plants[lane], edges[lane], row, here, w_diverged[lane], inputs, lane, t0,
-                        length, max_steps - steps[lane],
-                    )  # fmt: skip
-                    steps[lane] += max(spent, 1)
-                fresh = False
-                w = inputs[W, lane]
-                if hit == SearchEnd.WORK_LIMIT or steps[lane] > max_steps:
-                    outcomes[lane], going[lane] = Outcome.STEP_LIMIT, False
-                elif not math.isfinite(w) or abs(w - rest) >= w_diverged[lane]:
-                    outcomes[lane], going[lane] = Outcome.DIVERGED, False
-                elif hit != SearchEnd.TIME:
-                    stretch[lane] = stretch_at(edges[lane], w, hit == SearchEnd.HIT_HIGH)
-                elif not linear[lane, here]:
-                    inside = here == 0 or w > edges[lane, here - 1]
-                    if not (inside and (here == edges.shape[1] or w < edges[lane, here])):
-                        stretch[lane] = stretch_at(edges[lane], w, a > 0.0)
-                if going[lane] and t[lane] >= length:
-                    done[lane] += 1
-                    t[lane], inputs[DRIVE, lane] = 0.0, 0.0
-                    inputs[RATE, lane] = plants[lane, 3] / plants[lane, 0] * plants[lane, 4]
-                    points[lane, done[lane], 0] = inputs[THETA, lane]
-                    points[lane, done[lane], 1] = w
-                    going[lane] = done[lane] < count
-            if going[lane]:
-                w, here = inputs[W, lane], stretch[lane]
-                side = 1.0 if kinks[lane, here, 0] >= rest else -1.0
-                inputs[SLOPE, lane] = side * laws[lane, 7] / plants[lane, 0]
-                limit(
-                    (tolerances[lane, 0], tolerances[lane, 1], tolerances[lane, 2]),
-                    min(h_max[lane], length - t[lane]),
-                    SERIES_SHARE * (abs(w - rest) + POLE * bands[lane]), inputs, lane,
-                )  # fmt: skip
-                steps[lane] += 1
-                together += 1
+                    _aim(lane, number, stretch, inputs)
+                    together += 1
+                    break
+                if lane.going:
+                    _go_on(lane, number, stretches, hit, a, inputs, max_steps)
+                if lane.going and lane.time >= lane.period:
+                    _return(lane, number, inputs, points[number])
         if together > 0:
             step_lanes(inputs, outputs)
-    for lane in range(WIDTH):
-        states[lane, 0], states[lane, 1] = inputs[THETA, lane], inputs[W, lane]

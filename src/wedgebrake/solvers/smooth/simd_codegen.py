@@ -1,9 +1,10 @@
-"""A formula written once in plain Python, as vector instructions for several lanes at once.
+"""Vector instructions for several lanes at once, from a formula in plain Python.
 
-``traced(formula, width)`` runs ``formula(maths, inputs)`` on symbols and compiles what it
-did, without a loop or a branch: each number is a vector of ``width`` lanes, one for each of
-several systems side by side. Numba has no vectors of its own, and what LLVM makes of a loop
-over the lanes of arrays is scalar. Called with floats and ``Plain``, the formula is Python.
+``traced(formula, rows, width)`` runs ``formula(maths, inputs)`` on symbols and compiles the
+operations that it performed, without a loop or a branch: each number is a vector of ``width``
+lanes, one for each of several systems side by side. Numba has no vectors of its own, and LLVM
+compiles a loop over the lanes of arrays to scalar code. Called with floats and ``Plain``, the
+formula is Python.
 """
 
 import math
@@ -105,20 +106,22 @@ class _Symbols:
         return self.call("maxnum", one, other)
 
 
-def plain(formula: Any, width: int) -> Any:
-    """What ``traced`` gives, uncompiled: the lanes one after the other."""
+def plain(formula: Any, rows: int, width: int) -> Any:
+    """Return ``traced(formula, rows, width)`` uncompiled: one lane after the other."""
 
     def run(inputs: Any, outputs: Any) -> None:
         for lane in range(width):
-            outputs[:, lane] = formula(Plain, lambda row, lane=lane: inputs[row, lane])
+            outputs[:, lane] = formula(Plain, list(inputs[:rows, lane]))
 
     return run
 
 
-def traced(formula: Any, width: int) -> Any:
-    """``formula(maths, inputs) -> outputs`` as a compiled function (inputs, outputs) -> None.
+def traced(formula: Any, rows: int, width: int) -> Any:
+    """Compile ``formula(maths, inputs) -> outputs`` as (inputs, outputs) -> None.
 
-    inputs, outputs : (numbers, width), C-contiguous; the formula sees one vector for each row
+    The formula receives a list of so many ``rows``, one vector for each row of the inputs.
+
+    inputs, outputs : (numbers, width), C-contiguous
     """
 
     @intrinsic
@@ -134,10 +137,10 @@ def traced(formula: Any, width: int) -> Any:
                 place = ir.Constant(ir.IntType(64), row * width)
                 return builder.bitcast(builder.gep(array.data, [place]), maths.type.as_pointer())
 
-            def get(row: int) -> _Symbol:
-                return _Symbol(maths, builder.load(pointer(given, row), align=8))
-
-            for row, number in enumerate(formula(maths, get)):
+            vectors = [
+                _Symbol(maths, builder.load(pointer(given, row), align=8)) for row in range(rows)
+            ]
+            for row, number in enumerate(formula(maths, vectors)):
                 builder.store(maths.value(number), pointer(made, row), align=8)
             return context.get_dummy_value()
 

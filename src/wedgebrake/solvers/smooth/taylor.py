@@ -4,41 +4,76 @@ With m = mu tanh(kappa v) and g = a m/(b - m d), the torque per force G = R g ob
 
     dG/dt = Q(G) dv/dt,  Q = p0 + p1 G + p2 G^2                (docs/theory.md, section 7)
 
-so that all coefficients of theta, w and G follow from each other by products of series
-(Jorba and Zou, Experimental Mathematics 14 (2005) 99): one exponential a step, no
-rejected steps, and the motion inside the step as a polynomial as exact as the step itself,
-on which the kinks of the law are found without missing one.
+so that all coefficients of angle, velocity and G follow from each other by products of series
+(Jorba and Zou, Experimental Mathematics 14 (2005) 99): one exponential a step, no rejected
+steps, and the motion inside the step as a polynomial as exact as the step itself, on which the
+kinks of the law are found without missing one.
 
-A step is one formula, compiled for one system and for several side by side (``trace``). Its
-inputs and outputs are columns of arrays, one column for each system (lane).
+A step is one formula, compiled for one system and for several side by side
+(``simd_codegen``). Its inputs and outputs are columns of arrays, one column (lane) for each
+system: a row of lanes is loaded as one vector, so that quantities are rows with a number, not
+fields of a record. ``INPUT`` and ``OUTPUT`` name the rows.
 """
 
 import math
+from typing import Any, NamedTuple
 
+from wedgebrake.dynamics.actuator import commanded_force
 from wedgebrake.dynamics.enums import SearchEnd
+from wedgebrake.dynamics.harmonic import rate, value
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.solvers.smooth.simd_codegen import traced
 
-# Coefficients kept: of theta and w up to this power of the time.
+# Coefficients kept: of angle and velocity up to this power of the time.
 ORDER = 16
 
-# Numbers of a system, from (kappa, mu, a, b, d, R, F_0, slope) and the driveline: over the
-# inertia the damping, stiffness, initial force and slope of the force (times the direction of
-# sliding); omega^2, w_rest, kappa; the gain is TOP tanh/(GAP - LEVER tanh), its slope
-# RISE e/(1 + e)^2/(...)^2; BEND is p2, LEAN p1.
-(
-    DAMPING, STIFFNESS, FORCE, SLOPE, _OMEGA2, REST, _KAPPA, _TOP, _GAP, _LEVER, _RISE, _BEND,
-    _LEAN,
-) = range(13)  # fmt: skip
-# And of a step: the state, the driving torque over the inertia and its rate; the last step, the
-# longest one allowed, how far w may go, the tolerances of angle and velocity.
-THETA, W, DRIVE, RATE, LAST, LONGEST, REACH, TOL_THETA, TOL_W = range(13, 22)
-INPUTS = 22
-# What a step gives: its size; at its end the state, w', how far w went at most, the driving
-# torque and its rate; then the series of theta, w and w'.
-SIZE, THETA1, W1, A1, WAY, DRIVE1, RATE1 = range(7)
-THETAS, WS, ACCELS = (7 + row * (ORDER + 1) for row in range(3))
-OUTPUTS = ACCELS + ORDER
+
+class Inputs(NamedTuple):
+    """Numbers that a step needs. Those over the inertia: damping to slope, drive and its rate."""
+
+    damping: Any
+    stiffness: Any
+    force: Any  # of the actuation at velocity 0
+    slope: Any  # of the force over the sliding velocity: that over the speed times the direction
+    squared_frequency: Any  # of the torque, angular
+    rest_velocity: Any
+    steepness: Any  # kappa
+    top: Any  # G = top tanh/(gap - lever tanh)
+    gap: Any
+    lever: Any
+    rise: Any  # dG/dv = rise e/(1 + e)^2/(gap - lever tanh)^2
+    bend: Any  # p2
+    lean: Any  # p1
+    angle: Any
+    velocity: Any
+    drive: Any
+    drive_rate: Any
+    last_size: Any  # of the last step
+    longest_size: Any
+    reach: Any  # how far the velocity may go
+    angle_tolerance: Any
+    velocity_tolerance: Any
+
+
+class Outputs(NamedTuple):
+    """What a step gives: at its end, and the series of the motion inside."""
+
+    size: Any
+    angle: Any
+    velocity: Any
+    acceleration: Any
+    way: Any  # bound of how far the velocity goes
+    drive: Any
+    drive_rate: Any
+    angles: Any  # ORDER + 1 coefficients
+    velocities: Any
+    accelerations: Any  # ORDER coefficients
+
+
+INPUT = Inputs(*range(len(Inputs._fields)))
+INPUT_ROWS = len(INPUT)
+OUTPUT = Outputs(*range(7), *(7 + series * (ORDER + 1) for series in range(3)))
+OUTPUT_ROWS = OUTPUT.accelerations + ORDER
 
 # The last terms may have this share of the tolerance: what is left out adds up over the steps,
 # and a hundredth costs a third more of them.
@@ -49,14 +84,25 @@ _SHARE = 0.01
 _FADES = 6.0
 # A start on a kink is no crossing, nor is what rounding makes of this share of a step.
 _ON_KINK = 1e-6
+# A step may cover this share of the way to the nearest pole of the law.
+POLE_SHARE = 0.6
 
 
-def expand(maths, get):
-    """The series of (drive, theta, w, w', G, Q), from ``get(input)``; for ``formula``."""
-    omega2, bend, force, slope = get(_OMEGA2), get(_BEND), get(FORCE), get(SLOPE)
-    stiffness, theta, w = get(STIFFNESS), get(THETA), get(W)
-    v = w - get(REST)
-    x = get(_KAPPA) * v
+class Series(NamedTuple):
+    """Coefficients of driving torque, angle, velocity, acceleration, G and Q."""
+
+    drives: list[Any]
+    angles: list[Any]
+    velocities: list[Any]
+    accelerations: list[Any]
+    gains: list[Any]
+    rates: list[Any]
+
+
+def expand(maths: Any, given: Inputs) -> Series:
+    """Compute the series of the motion from a state, in plain Python."""
+    v = given.velocity - given.rest_velocity
+    x = given.steepness * v
     e = maths.exp(-2.0 * abs(x))
     over = 1.0 / (1.0 + e)
     # 1 - e cancels near 0, where the first terms of the series bound tanh from both sides.
@@ -65,17 +111,20 @@ def expand(maths, get):
     low = size * (1.0 - square * (1.0 / 3.0))
     high = low + size * square * square * (2.0 / 15.0)
     tanh = maths.signed(maths.smaller(maths.larger((1.0 - e) * over, low), high), x)
-    part = 1.0 / (get(_GAP) - get(_LEVER) * tanh)
-    gain, rate = get(_TOP) * tanh * part, get(_RISE) * e * over * over * part * part
-    lean = get(_LEAN) + 2.0 * bend * gain
-    pressed, drag = force + slope * v, get(DAMPING) + slope * gain
-    drive = [get(DRIVE), get(RATE)]
-    accel = drive[0] - get(DAMPING) * w - stiffness * theta - pressed * gain
-    thetas, ws, accels, gains, rates = [theta, w], [w, accel], [accel], [gain, rate * accel], [rate]
+    part = 1.0 / (given.gap - given.lever * tanh)
+    gain, steep = given.top * tanh * part, given.rise * e * over * over * part * part
+    lean = given.lean + 2.0 * given.bend * gain
+    pressed = commanded_force(given.force, given.slope, v)
+    drag = given.damping + given.slope * gain
+    drives = [given.drive, given.drive_rate]
+    accel = given.drive - given.damping * given.velocity
+    accel = accel - given.stiffness * given.angle - pressed * gain
+    angles, velocities, accels = [given.angle, given.velocity], [given.velocity, accel], [accel]
+    gains, rates = [gain, steep * accel], [steep]
     for n in range(1, ORDER):
         square, moved, turned = 0.0, 0.0, 0.0
         for j in range(1, n):
-            moved = moved + ws[j] * gains[n - j]
+            moved = moved + velocities[j] * gains[n - j]
             turned = turned + rates[j] * accels[n - j]
             if 2 * j < n:
                 square = square + gains[j] * gains[n - j]
@@ -83,50 +132,55 @@ def expand(maths, get):
         if n % 2 == 0:
             square = square + gains[n // 2] * gains[n // 2]
         share = 1.0 / (n + 1.0)
-        drive.append(omega2 * drive[n - 1] * (-share / n))
-        # What hangs on the newest term comes last: the next one waits for it.
-        now = (drive[n] - stiffness * thetas[n] - slope * moved - drag * ws[n]) - pressed * gains[n]
-        change = bend * square + lean * gains[n]
+        drives.append(given.squared_frequency * drives[n - 1] * (-share / n))
+        # What depends on the newest term comes last: the next one waits for it.
+        now = drives[n] - given.stiffness * angles[n] - given.slope * moved - drag * velocities[n]
+        now = now - pressed * gains[n]
+        change = given.bend * square + lean * gains[n]
         accels.append(now)
         rates.append(change)
-        ws.append(now * share)
-        thetas.append(ws[n] * share)
-        gains.append(((turned + accel * change) + rate * now) * share)
-    return drive, thetas, ws, accels, gains, rates
+        velocities.append(now * share)
+        angles.append(velocities[n] * share)
+        gains.append(((turned + accel * change) + steep * now) * share)
+    return Series(drives, angles, velocities, accels, gains, rates)
 
 
-def results(h, drive, thetas, ws, accels):
-    """The outputs of a step of size h with these series."""
-    theta1, w1, a1, way = thetas[ORDER], ws[ORDER], accels[ORDER - 1], abs(ws[ORDER])
-    drive1, rate1 = drive[ORDER], ORDER * drive[ORDER]
+def results(h: Any, series: Series) -> list[Any]:
+    """``Outputs`` of a step of size h, one after the other."""
+    drives, angles, velocities, accels = series[:4]
+    angle, velocity, accel = angles[ORDER], velocities[ORDER], accels[ORDER - 1]
+    way, force, force_rate = abs(velocities[ORDER]), drives[ORDER], ORDER * drives[ORDER]
     for n in range(ORDER - 1, -1, -1):
-        theta1, w1, drive1 = theta1 * h + thetas[n], w1 * h + ws[n], drive1 * h + drive[n]
+        angle, velocity = angle * h + angles[n], velocity * h + velocities[n]
+        force = force * h + drives[n]
         if n > 0:
-            way = way * h + abs(ws[n])
-            a1, rate1 = a1 * h + accels[n - 1], rate1 * h + n * drive[n]
-    return [h, theta1, w1, a1, way * h, drive1, rate1, *thetas, *ws, *accels]
+            way = way * h + abs(velocities[n])
+            accel, force_rate = accel * h + accels[n - 1], force_rate * h + n * drives[n]
+    return [h, angle, velocity, accel, way * h, force, force_rate, *angles, *velocities, *accels]
 
 
-def formula(maths, get):
-    """All outputs of a step, from ``get(input)``; in plain Python, for ``trace``."""
-    drive, thetas, ws, accels, gains, rates = expand(maths, get)
-    pressed = get(FORCE) + get(SLOPE) * (ws[0] - get(REST))
-    slopes = get(SLOPE) * gains[0] + pressed * rates[0]
-    furthest = get(REACH) / (abs(accels[0]) + 1e-300)
-    fading = _FADES / (abs(get(DAMPING) + slopes) + 1e-300)
-    h = maths.smaller(_longest(maths, get, thetas, ws), maths.smaller(get(LONGEST), furthest))
+def formula(maths: Any, rows: list[Any]) -> list[Any]:
+    """All outputs of a step from its inputs; in plain Python, for ``traced``."""
+    given = Inputs(*rows)
+    series = expand(maths, given)
+    pressed = commanded_force(given.force, given.slope, given.velocity - given.rest_velocity)
+    slopes = given.slope * series.gains[0] + pressed * series.rates[0]
+    furthest = given.reach / (abs(series.accelerations[0]) + 1e-300)
+    fading = _FADES / (abs(given.damping + slopes) + 1e-300)
+    h = maths.smaller(_longest(maths, given, series), maths.smaller(given.longest_size, furthest))
     h = maths.smaller(h, fading)
-    return results(h, drive, thetas, ws, accels)
+    return results(h, series)
 
 
-def _longest(maths, get, thetas, ws):
+def _longest(maths: Any, given: Inputs, series: Series) -> Any:
     """The step that the last two terms allow, by roots of a power of two from the last step."""
-    s = get(LAST)
+    s = given.last_size
     fourth = (s * s) * (s * s)
     power = fourth * fourth * fourth * (s * s) * s
     largest = 0.0
     for n in (ORDER - 1, ORDER):
-        angle, speed = abs(thetas[n]) / get(TOL_THETA), abs(ws[n]) / get(TOL_W)
+        angle = abs(series.angles[n]) / given.angle_tolerance
+        speed = abs(series.velocities[n]) / given.velocity_tolerance
         term = maths.larger(angle, speed) * power * (s if n == ORDER else 1.0)
         root = maths.sqrt(maths.sqrt(maths.sqrt(maths.sqrt(term + 1e-290))))
         if n < ORDER:
@@ -136,83 +190,80 @@ def _longest(maths, get, thetas, ws):
     return s / largest
 
 
-_step = traced(formula, 1)
+_step = traced(formula, INPUT_ROWS, 1)
 
 
 @compiled
 def step(inputs, outputs):
-    """``formula`` for one system: inputs (INPUTS, 1), outputs (OUTPUTS, 1)."""
+    """``formula`` for one system: inputs (INPUT_ROWS, 1), outputs (OUTPUT_ROWS, 1)."""
     _step(inputs, outputs)
 
 
 @compiled
-def load(plant, law, inputs, lane):
-    """The numbers of a system into a column of ``inputs``."""
-    inertia, damping, stiffness, _, omega, w_rest = plant
-    kappa, mu, a, b, d, radius, force, slope = law
-    inputs[DAMPING, lane], inputs[STIFFNESS, lane] = damping / inertia, stiffness / inertia
-    inputs[FORCE, lane], inputs[SLOPE, lane] = force / inertia, slope / inertia
-    inputs[_OMEGA2, lane], inputs[REST, lane], inputs[_KAPPA, lane] = omega * omega, w_rest, kappa
-    inputs[_TOP, lane], inputs[_GAP, lane], inputs[_LEVER, lane] = radius * a * mu, b, d * mu
-    inputs[_RISE, lane] = 4.0 * radius * a * b * mu * kappa
-    inputs[_BEND, lane] = kappa * (mu * d * d - b * b / mu) / (a * b * radius)
-    inputs[_LEAN, lane] = 2.0 * kappa * mu * d / b
+def load(driveline, torque, law, inputs, lane):
+    """Store the numbers of a system in a column of ``inputs``."""
+    inertia, kappa, mu, radius = driveline.inertia, law.steepness, law.kinetic, law.radius
+    a, b, d = law.a, law.b, law.d
+    inputs[INPUT.damping, lane] = driveline.damping / inertia
+    inputs[INPUT.stiffness, lane] = driveline.stiffness / inertia
+    inputs[INPUT.force, lane] = law.actuator.initial_force / inertia
+    inputs[INPUT.slope, lane] = law.actuator.slope / inertia
+    inputs[INPUT.squared_frequency, lane] = torque.angular_frequency * torque.angular_frequency
+    inputs[INPUT.rest_velocity, lane] = driveline.rest_velocity
+    inputs[INPUT.steepness, lane] = kappa
+    inputs[INPUT.top, lane] = radius * a * mu
+    inputs[INPUT.gap, lane] = b
+    inputs[INPUT.lever, lane] = d * mu
+    inputs[INPUT.rise, lane] = 4.0 * radius * a * b * mu * kappa
+    inputs[INPUT.bend, lane] = kappa * (mu * d * d - b * b / mu) / (a * b * radius)
+    inputs[INPUT.lean, lane] = 2.0 * kappa * mu * d / b
 
 
 @compiled
-def aim(plant, law, side, t, theta, w, inputs, lane):
-    """The state that the next step begins at, sliding to ``side``."""
-    f, omega = plant[3] / plant[0], plant[4]
-    inputs[SLOPE, lane] = side * law[7] / plant[0]
-    inputs[THETA, lane], inputs[W, lane] = theta, w
-    inputs[DRIVE, lane] = f * math.sin(omega * t)
-    inputs[RATE, lane] = f * omega * math.cos(omega * t)
+def aim(inputs, lane, slope, angle, velocity):
+    """Set the state at which the next step begins, and the slope of the force there."""
+    inputs[INPUT.slope, lane] = slope
+    inputs[INPUT.angle, lane], inputs[INPUT.velocity, lane] = angle, velocity
 
 
 @compiled
-def limit(tolerances, longest, reach, inputs, lane):
-    """The limits of the next step; ``reach``: how far w may go."""
-    rtol, scale_theta, scale_w = tolerances
-    inputs[LONGEST, lane], inputs[REACH, lane] = longest, reach
-    rtol *= _SHARE
-    inputs[TOL_THETA, lane] = rtol * (scale_theta + abs(inputs[THETA, lane]))
-    inputs[TOL_W, lane] = rtol * (scale_w + abs(inputs[W, lane]))
+def drive(inputs, lane, forcing, phase):
+    """Set the driving torque over the inertia, and its rate, at the begin of the next step."""
+    inputs[INPUT.drive, lane], inputs[INPUT.drive_rate, lane] = (
+        value(forcing, phase),
+        rate(forcing, phase),
+    )
 
 
 @compiled
-def brake_torque_at(law, side, v):
-    """Torque of the brake sliding to ``side`` with the velocity v [N m]."""
-    kappa, mu, a, b, d, radius, force, slope = law
-    e = math.exp(-2.0 * abs(kappa * v))
-    tanh = math.copysign(-math.expm1(-2.0 * abs(kappa * v)) / (1.0 + e), v)
-    return (force + slope * side * v) * (radius * a * mu * tanh / (b - mu * d * tanh))
-
-
-@compiled
-def acceleration(plant, law, side, drive, theta, w):
-    """Theta'' sliding to ``side``, under the driving torque ``drive`` (eq. 1)."""
-    torque = brake_torque_at(law, side, w - plant[5])
-    return (drive - plant[1] * w - plant[2] * theta - torque) * (1.0 / plant[0])
+def limit(inputs, lane, tolerances, longest, reach):
+    """Set the limits of the next step; ``reach``: how far the velocity may go."""
+    inputs[INPUT.longest_size, lane], inputs[INPUT.reach, lane] = longest, reach
+    share = _SHARE * tolerances.relative
+    angle, velocity = inputs[INPUT.angle, lane], inputs[INPUT.velocity, lane]
+    inputs[INPUT.angle_tolerance, lane] = share * (tolerances.angle + abs(angle))
+    inputs[INPUT.velocity_tolerance, lane] = share * (tolerances.velocity + abs(velocity))
 
 
 @compiled
 def state(outputs, lane, tau):
-    """(theta, w, w') a time tau after a step begins."""
-    theta, w = outputs[THETAS + ORDER, lane], outputs[WS + ORDER, lane]
-    a = outputs[ACCELS + ORDER - 1, lane]
+    """(angle, velocity, acceleration) a time tau after a step begins."""
+    angles, velocities, accels = OUTPUT.angles, OUTPUT.velocities, OUTPUT.accelerations
+    angle, velocity = outputs[angles + ORDER, lane], outputs[velocities + ORDER, lane]
+    a = outputs[accels + ORDER - 1, lane]
     for n in range(ORDER - 1, 0, -1):
-        theta = theta * tau + outputs[THETAS + n, lane]
-        w = w * tau + outputs[WS + n, lane]
-        a = a * tau + outputs[ACCELS + n - 1, lane]
-    return theta * tau + outputs[THETAS, lane], w * tau + outputs[WS, lane], a
+        angle = angle * tau + outputs[angles + n, lane]
+        velocity = velocity * tau + outputs[velocities + n, lane]
+        a = a * tau + outputs[accels + n - 1, lane]
+    return angle * tau + outputs[angles, lane], velocity * tau + outputs[velocities, lane], a
 
 
 @compiled
 def _bounds(outputs, lane, h):
-    """Bounds of |w''| and |w'''| within a time h."""
+    """Bounds of the second and third derivative of the velocity within a time h."""
     two, three = 0.0, 0.0
     for n in range(ORDER, 1, -1):
-        term = n * (n - 1.0) * abs(outputs[WS + n, lane])
+        term = n * (n - 1.0) * abs(outputs[OUTPUT.velocities + n, lane])
         two = two * h + term
         if n > 2:
             three = three * h + term * (n - 2.0)
@@ -221,16 +272,17 @@ def _bounds(outputs, lane, h):
 
 @compiled
 def _first(outputs, lane, h, edge, sign, tiny):
-    """Time until sign (w - edge) first vanishes, after a start at or above 0; 2h: not within h.
+    """Time until sign (velocity - edge) first vanishes, after a start at or above 0; 2h: later.
 
     Each step is one that provably holds no root, from a bound of the second derivative (of
     the third on leaving the edge); near a root these are Newton's, from the safe side.
     """
     two, three = _bounds(outputs, lane, h)
-    gap, speed = sign * (outputs[WS, lane] - edge), sign * outputs[ACCELS, lane]
+    gap = sign * (outputs[OUTPUT.velocities, lane] - edge)
+    speed = sign * outputs[OUTPUT.accelerations, lane]
     tau = 0.0
     if gap <= 0.0:
-        turn = sign * outputs[ACCELS + 1, lane]
+        turn = sign * outputs[OUTPUT.accelerations + 1, lane]
         if speed < 0.0 or (speed == 0.0 and turn < 0.0):
             return 0.0
         # gap >= speed tau + turn tau^2/2 - three tau^3/6
@@ -239,8 +291,8 @@ def _first(outputs, lane, h, edge, sign, tiny):
         tau = max(tau, _ON_KINK * h)
         if tau >= h:
             return 2.0 * h
-        _, w, a = state(outputs, lane, tau)
-        gap, speed = sign * (w - edge), sign * a
+        _, velocity, a = state(outputs, lane, tau)
+        gap, speed = sign * (velocity - edge), sign * a
     for _ in range(200):
         if gap < 0.0 or (gap == 0.0 and speed < 0.0):
             return tau
@@ -251,42 +303,66 @@ def _first(outputs, lane, h, edge, sign, tiny):
             return 2.0 * h
         if ahead <= tiny:
             return tau
-        _, w, a = state(outputs, lane, tau)
-        gap, speed = sign * (w - edge), sign * a
+        _, velocity, a = state(outputs, lane, tau)
+        gap, speed = sign * (velocity - edge), sign * a
     return tau
 
 
 @compiled
-def crossing(outputs, lane, low, high, tiny):
-    """(size of the step, what) up to the first of two edges that w leaves (low, high) by."""
-    h, w, way = outputs[SIZE, lane], outputs[WS, lane], outputs[WAY, lane]
-    size, what = h, SearchEnd.TIME
+def _crossing(outputs, lane, low, high, tiny):
+    """Time until the velocity first leaves (low, high), and by which end."""
+    h, velocity = outputs[OUTPUT.size, lane], outputs[OUTPUT.velocities, lane]
+    way = outputs[OUTPUT.way, lane]
+    size, hit = h, SearchEnd.TIME
     if way == 0.0:
-        return size, what
-    if w - low <= way:
+        return size, hit
+    if velocity - low <= way:
         found = _first(outputs, lane, h, low, 1.0, tiny)
         if found <= size:
-            size, what = found, SearchEnd.HIT_LOW
-    if high - w <= way:
+            size, hit = found, SearchEnd.HIT_LOW
+    if high - velocity <= way:
         found = _first(outputs, lane, h, high, -1.0, tiny)
         if found <= size:
-            size, what = found, SearchEnd.HIT_HIGH
-    return size, what
+            size, hit = found, SearchEnd.HIT_HIGH
+    return size, hit
 
 
 @compiled
-def passes(outputs, h, level):
-    """When w of one system passes ``level`` within h, known to lie on its other side then."""
+def accept(inputs, outputs, lane, limits):
+    """Move a lane to the end of its step, or to the first kink that it would cross.
+
+    Returns (size, hit, acceleration); size -1: the step was below ``limits.tiny``. The driving
+    torque is left to the caller.
+    """
+    h = outputs[OUTPUT.size, lane]
+    if not h >= min(limits.tiny, inputs[INPUT.longest_size, lane]):
+        return -1.0, SearchEnd.TIME, outputs[OUTPUT.accelerations, lane]
+    inputs[INPUT.last_size, lane] = max(h, 1e-3 * inputs[INPUT.last_size, lane])
+    size, hit = _crossing(outputs, lane, limits.low, limits.high, limits.tiny)
+    if hit == SearchEnd.TIME or (limits.stalled and size <= limits.tiny):
+        inputs[INPUT.angle, lane] = outputs[OUTPUT.angle, lane]
+        inputs[INPUT.velocity, lane] = outputs[OUTPUT.velocity, lane]
+        return h, SearchEnd.TIME, outputs[OUTPUT.acceleration, lane]
+    inputs[INPUT.velocity, lane] = limits.low if hit == SearchEnd.HIT_LOW else limits.high
+    if size <= limits.tiny:
+        return 0.0, hit, outputs[OUTPUT.accelerations, lane]
+    inputs[INPUT.angle, lane], _, a = state(outputs, lane, size)
+    return size, hit, a
+
+
+@compiled
+def passing_time(outputs, h, level):
+    """Time within h at which the velocity of one system passes ``level``, which it does once."""
     before, after = 0.0, h
-    rises = outputs[WS, 0] < level
+    rises = outputs[OUTPUT.velocities, 0] < level
     tau = 0.5 * h
     for _ in range(60):
-        _, w, a = state(outputs, 0, tau)
-        if (w < level) == rises:
+        _, velocity, a = state(outputs, 0, tau)
+        if (velocity < level) == rises:
             before = tau
         else:
             after = tau
-        newton = tau + (level - w) / a if a != 0.0 else before
+        newton = tau + (level - velocity) / a if a != 0.0 else before
         if abs(newton - tau) <= 1e-12 * h:
             return tau
         tau = newton if before < newton < after else 0.5 * (before + after)

@@ -48,8 +48,8 @@ class Stage(JSComponent):
 
 def _first(moment: Moment) -> Any:
     """The time to begin at [s]: where the first stick ends, or the middle; None: no samples."""
-    if not moment.time.size:
+    history = moment.figures.history
+    if not history.time.size:
         return None
-    begin, end = float(moment.time[0]), float(moment.time[-1])
-    ended = moment.sticks[moment.sticks[:, 1] < end, 1]
-    return float(ended[0]) if ended.size else 0.5 * (begin + end)
+    ended = history.sticks.end[history.sticks.end < history.end]
+    return float(ended[0]) if ended.size else 0.5 * (history.begin + history.end)

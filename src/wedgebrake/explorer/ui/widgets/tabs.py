@@ -13,7 +13,7 @@ from panel.viewable import Child
 
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core import basins, diagram, regimes, stability
-from wedgebrake.explorer.core.axis import Axis
+from wedgebrake.explorer.core.axis import parameter_axis
 from wedgebrake.explorer.core.state import PLATES, Desk, axes
 from wedgebrake.explorer.ui.widgets.events import OnEvent, passing
 from wedgebrake.explorer.ui.widgets.packing import packed
@@ -134,7 +134,7 @@ def _controls(desk: Desk) -> list[dict[str, Any]]:
     if plate == "diagram":
         return [_control(desk, "axis", diagram.parameter(desk), choices=True)]
     names = {"regimes": regimes.parameters, "stability": stability.parameters}
-    pair = names[plate](desk) if plate in names else basins.PARAMETERS
+    pair = names[plate](desk) if plate in names else basins.parameters(desk)
     try:
         return [
             _control(desk, role, name, choices=plate == "regimes")
@@ -145,7 +145,7 @@ def _controls(desk: Desk) -> list[dict[str, Any]]:
 
 
 def _control(desk: Desk, role: str, name: str, *, choices: bool) -> dict[str, Any]:
-    axis = Axis.of(desk, name)
+    axis = parameter_axis(desk, name)
     return {
         "role": role,
         "name": name,
@@ -163,7 +163,7 @@ def _choices(desk: Desk) -> list[list[str]]:
     names = sorted(axes(desk.system), key=lambda name: name not in SETTERS)
     found = []
     for name in names:
-        axis = Axis.of(desk, name)
+        axis = parameter_axis(desk, name)
         words = f"{axis.symbol}  {axis.words}".strip()
         found.append([name, words, "Groups" if name in SETTERS else "Parameters"])
     return found

@@ -1,0 +1,188 @@
+"""Figures over parameters: axes, cursors at the current values, cells, texts at the pointer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from bokeh.models import (
+    ColumnDataSource,
+    FixedTicker,
+    GlyphRenderer,
+    HoverTool,
+    Label,
+    LinearColorMapper,
+    Quad,
+    Range1d,
+    Scatter,
+    Span,
+)
+
+from wedgebrake.figures.bokeh.chart import (
+    FONT,
+    FRAME,
+    INK,
+    MUTED,
+    Chart,
+    chart,
+    set_range,
+    update_model,
+    update_source,
+)
+from wedgebrake.figures.data.class_styles import HATCH
+from wedgebrake.figures.data.parameter_axis import ParameterAxis
+
+HATCHING = {
+    "hatch_pattern": "/", "hatch_color": HATCH, "hatch_alpha": 0.4, "hatch_scale": 9.0,
+    "hatch_weight": 0.6,
+}  # fmt: skip
+IMAGE = ("image", "x", "y", "dw", "dh")
+"""Columns of an image."""
+BOXES = ("left", "right", "bottom", "top")
+"""Columns of boxes."""
+TOOLTIP = f"font:12px {FONT};color:{INK}"
+"""CSS of the text at the pointer."""
+_TICKS_X, _TICKS_Y = 11, 6
+# Beyond this share of the picture, a label at the cursor is written to its left.
+_TURN = 0.85
+
+
+class Canvas(Chart):
+    """A figure over one or two parameters, whose coordinates are positions along their axes.
+
+    labelled : one parameter across, with a label at its cursor
+    """
+
+    def __init__(self, *, labelled: bool = False) -> None:
+        drawn = chart("", "", "", tools="")
+        super().__init__(drawn)
+        # Kept: a model that is replaced makes Bokeh search the whole page.
+        self._tickers = [FixedTicker() for _ in range(1 if labelled else 2)]
+        for axis, ticker in zip(drawn.axis, self._tickers, strict=False):
+            axis.ticker = ticker
+        drawn.title.visible = False
+        drawn.toolbar_location = None
+        drawn.min_border = 4
+        drawn.styles = {"cursor": "crosshair"}
+        drawn.extra_y_ranges = {"share": Range1d(0.0, 1.0)}
+        self._axes: list[ParameterAxis | None] = [None] * len(self._tickers)
+        self._grid = labelled  # maps fill the plane
+        self._cursors = [_Cursor(drawn, way, labelled) for way in range(len(self._tickers))]
+        self.explain(" ")
+
+    def set_axes(self, axes: Sequence[ParameterAxis]) -> None:
+        """Set the parameters across and, if there is a second one, up."""
+        for way, axis in enumerate(axes):
+            if self._axes[way] == axis:
+                continue
+            self._axes[way] = axis
+            set_range((self.figure.x_range, self.figure.y_range)[way], *axis.ends)
+            ticks = axis.ticks((_TICKS_X, _TICKS_Y)[way])
+            self._tickers[way].ticks = list(ticks)
+            drawn = self.figure.axis[way]
+            drawn.axis_label, drawn.major_label_overrides = axis.title, dict(ticks)
+
+    def mark(self, axes: Sequence[ParameterAxis], values: Sequence[Any]) -> list[float | None]:
+        """Mark a value of each parameter; returns their positions, None outside the picture."""
+        return [
+            cursor.mark(axis, value, visible=drawn == axis)
+            for cursor, drawn, axis, value in zip(
+                self._cursors, self._axes, axes, values, strict=True
+            )
+        ]
+
+    def choose(self, quantity: str) -> None:
+        """Select the quantity, where a picture has several."""
+
+    def say(self, sentence: str) -> None:
+        """Show nothing but a sentence."""
+        super().say(sentence)
+        self.explain(sentence)
+
+    def explain(self, sentence: str) -> None:
+        """Show a sentence in place of the axes; an empty one brings axes and grid back."""
+        self._overlay.say(sentence.strip())
+        for axis in (self.figure.xaxis[0], self.figure.yaxis[0]):
+            update_model(axis, visible=not sentence)
+        for grid in self.figure.grid:
+            update_model(grid, visible=not sentence and self._grid)
+
+    def note(self, words: str) -> None:
+        """Write a remark in the upper right corner."""
+        self._overlay.key(*([("", MUTED, words)] if words else []))
+
+    def hover(self, renderer: GlyphRenderer, mode: str) -> None:
+        """Show the column ``text`` of a renderer at the pointer."""
+        tip = f'<div style="{TOOLTIP}">@text</div>'
+        options = {"point_policy": "follow_mouse", "show_arrow": False}
+        self.figure.add_tools(HoverTool(renderers=[renderer], mode=mode, tooltips=tip, **options))
+
+
+class _Cursor:
+    """A line at a value of one parameter, with a label at its top if wanted."""
+
+    def __init__(self, drawn: Any, way: int, labelled: bool) -> None:
+        self._line = Span(
+            dimension="width" if way else "height", location=0.0, line_color=INK,
+            line_width=1.4 if labelled else 1.0, line_alpha=0.8, visible=False, level="annotation",
+        )  # fmt: skip
+        drawn.add_layout(self._line)
+        self._label = Label(
+            x=0.0, y=0.98, y_range_name="share", text="", text_font=FONT,
+            text_font_size="11px", text_color=INK, text_baseline="top",
+            background_fill_color="#FFFFFF", background_fill_alpha=0.9,
+            border_line_color=FRAME, border_radius=3, padding=3, visible=False, level="overlay",
+        )  # fmt: skip
+        if labelled:
+            drawn.add_layout(self._label)
+
+    def mark(self, axis: ParameterAxis, value: Any, *, visible: bool) -> float | None:
+        """Move to a value; returns its position, or None where it cannot be seen."""
+        position = axis.position(value) if isinstance(value, float | int) else np.nan
+        inside = visible and axis.contains(position)
+        update_model(self._line, visible=inside)
+        update_model(self._label, visible=inside)
+        if not inside:
+            return None
+        update_model(self._line, location=position)
+        low, high = axis.ends
+        turned = position > low + _TURN * (high - low)
+        update_model(
+            self._label, x=position, text=axis.text(position), x_offset=-5 if turned else 5,
+            text_align="right" if turned else "left",
+        )  # fmt: skip
+        return position
+
+
+def outlined(width: float) -> list[dict[str, Any]]:
+    """Line options of a dark outline with a white one behind it."""
+    return [{"line_color": "#FFFFFF", "line_width": 2.25 * width},
+            {"line_color": INK, "line_width": width}]  # fmt: skip
+
+
+def ring(size: float, **options: Any) -> Scatter:
+    """A ring about a point."""
+    return Scatter(x="x", y="y", size=size, fill_color=None, **options)
+
+
+def invisible_boxes() -> Quad:
+    """Transparent boxes that react to the pointer."""
+    return Quad(**{one: one for one in BOXES}, fill_alpha=0.0, line_alpha=0.0)
+
+
+def palette(colours: Sequence[str]) -> LinearColorMapper:
+    """Colours of whole numbers from 0 on."""
+    return LinearColorMapper(palette=list(colours), low=-0.5, high=len(colours) - 0.5)
+
+
+def put_image(
+    source: ColumnDataSource,
+    values: np.ndarray,
+    across: tuple[float, float],
+    up: tuple[float, float],
+    **more: Any,
+) -> None:
+    """Set an image of cells, (rows up, columns across), between positions."""
+    box = {"x": [across[0]], "y": [up[0]], "dw": [across[1] - across[0]], "dh": [up[1] - up[0]]}
+    update_source(source, image=[values], **box, **more)

@@ -1,0 +1,176 @@
+"""Empty Bokeh figures, text over them, and updates that send only what changed."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import numpy as np
+from bokeh.events import DoubleTap
+from bokeh.models import (
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTickFormatter,
+    Range1d,
+    Scatter,
+)
+from bokeh.models.dom import HTML
+from bokeh.plotting import figure
+from numpy.typing import NDArray
+
+from wedgebrake.figures import style
+
+INK, MUTED, GRID, FRAME = "#1B2430", "#5B6675", "#ECEFF3", "#C9D0D8"
+FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif'
+MOTION, GHOST = style.MOTION, "#A9B2BD"
+STICKS = {side: colour for side, (colour, _) in style.STICKS.items()} | {0: "#AEB6C0"}
+STICK_LABELS = {  # without mathtext
+    side: label.replace("$v", "v ").replace("0$", " 0") for side, (_, label) in style.STICKS.items()
+}
+
+# Numbers at ticks: no more digits than they need, and a true minus.
+_TICK = """
+const x = Number(tick.toPrecision(9)), size = Math.abs(x)
+const text = x && (size < 1e-3 || size >= 1e6) ? x.toExponential() : String(x)
+return text.replaceAll("-", "\u2212").replace("e+", "e")
+"""
+
+
+def chart(title: str, across: str, up: str, **options: Any) -> figure:
+    """An empty figure with a title and the labels of its axes; its ranges are of type Range1d.
+
+    Glyphs are added with ``add_glyph``: methods such as ``line`` and ``scatter`` also create models
+    for selection, which are not needed and slow down every page.
+    """
+    drawn = figure(
+        title=title,
+        x_axis_label=across,
+        y_axis_label=up,
+        **{"x_range": Range1d(0.0, 1.0), "y_range": Range1d(-1.0, 1.0), **options},
+        sizing_mode="stretch_both",
+        toolbar_location="right",
+        toolbar_inner=True,
+        min_border=6,
+        min_border_left=54,
+        outline_line_color=FRAME,
+        background_fill_color="#FFFFFF",
+        border_fill_color="#FFFFFF",
+        output_backend="canvas",
+        lod_threshold=None,
+    )
+    drawn.toolbar.autohide = True
+    drawn.toolbar.logo = None
+    title_ = drawn.title
+    title_.text_font, title_.text_font_size, title_.text_color = FONT, "12px", INK
+    title_.text_font_style, title_.standoff, title_.offset = "bold", 4, -4
+    for axis in drawn.axis:
+        axis.axis_label_text_font = axis.major_label_text_font = FONT
+        axis.axis_label_text_font_size = axis.major_label_text_font_size = "11px"
+        axis.axis_label_text_font_style = "normal"
+        axis.axis_label_text_color = axis.major_label_text_color = MUTED
+        axis.axis_line_color = axis.major_tick_line_color = FRAME
+        axis.minor_tick_line_color = None
+        axis.axis_label_standoff, axis.major_label_standoff = 2, 3
+        axis.major_tick_in, axis.major_tick_out = 0, 4
+    for axis in (drawn.xaxis, drawn.yaxis):
+        if options.get("y_axis_type") != "log" or axis is drawn.xaxis:
+            axis.formatter = CustomJSTickFormatter(code=_TICK)
+    drawn.xaxis.ticker.desired_num_ticks = 8
+    drawn.yaxis.ticker.desired_num_ticks = 5
+    drawn.grid.grid_line_color = GRID
+    drawn.js_on_event(DoubleTap, CustomJS(args={"drawn": drawn}, code="drawn.reset.emit()"))
+    return drawn
+
+
+def position_marker() -> Scatter:
+    """Marker of the current position in a motion."""
+    return Scatter(x="x", y="y", size=8, fill_color=style.ORANGE, line_color=INK)
+
+
+class Overlay:
+    """Text over a figure: a key beside its title, and a sentence in its middle."""
+
+    def __init__(self, drawn: figure) -> None:
+        place = {"position": "absolute", "font-family": FONT, "pointer-events": "none"}
+        key = {"right": "10px", "top": "5px", "font-size": "11px", "color": MUTED}
+        middle = {
+            "left": "22%", "right": "12%", "top": "38%", "text-align": "center",
+            "font-size": "12.5px", "color": MUTED,
+        }  # fmt: skip
+        self._key = HTML(html="", style={**place, **key, "white-space": "nowrap"})
+        self._middle = HTML(html="", style={**place, **middle})
+        drawn.elements = [self._key, self._middle]
+
+    def key(self, *items: tuple[str, str, str]) -> None:
+        """Show a row of (symbol, colour, label) as the key."""
+        text = "&emsp;".join(
+            f'<span style="color:{colour}">{symbol}</span> {html.escape(label)}'
+            for symbol, colour, label in items
+        )
+        update_model(self._key, html=text)
+
+    def say(self, sentence: str) -> None:
+        """Show a sentence in the middle; an empty one removes it."""
+        text = html.escape(sentence)
+        if text:
+            text = f'<span style="background:#FFFFFFD9;padding:3px 8px">{text}</span>'
+        update_model(self._middle, html=text)
+
+
+class Chart:
+    """A figure with text over it and sources that ``say`` empties."""
+
+    def __init__(self, drawn: figure) -> None:
+        self.figure = drawn
+        self._overlay = Overlay(drawn)
+        self._sources: list[ColumnDataSource] = []
+
+    def source(self, *columns: str, name: str | None = None) -> ColumnDataSource:
+        """Create an empty source of this chart."""
+        made = ColumnDataSource({column: [] for column in columns}, name=name)
+        self._sources.append(made)
+        return made
+
+    def say(self, sentence: str) -> None:
+        """Show nothing but a sentence."""
+        for source in self._sources:
+            clear_source(source)
+        self._overlay.key()
+        self._overlay.say(sentence)
+
+
+def update_model(model: Any, **values: Any) -> None:
+    """Set the attributes of a model that change: each that is set is sent."""
+    for name, value in values.items():
+        if getattr(model, name) != value:
+            setattr(model, name, value)
+
+
+def clear_source(source: ColumnDataSource) -> None:
+    """Empty all columns of a source."""
+    update_source(source, **{name: [] for name in source.data})
+
+
+def update_source(source: ColumnDataSource, **columns: Any) -> None:
+    """Replace the columns of a source; unchanged ones are not sent again."""
+    old = source.data
+    same = set(old) == set(columns) and all(
+        len(old[name]) == len(new) and np.array_equal(old[name], new)
+        for name, new in columns.items()
+    )
+    if not same:
+        # Lists stay lists: an empty one of colours would become an array of numbers.
+        source.data = columns
+
+
+def float32(values: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Values in single precision, as a browser draws them, in half the bytes."""
+    with np.errstate(over="ignore"):  # beyond single precision nothing is drawn
+        return values.astype(np.float32)
+
+
+def set_range(range_: Range1d, low: float, high: float) -> None:
+    """Set the ends of a range and of its reset; a zoom within the same ends is kept."""
+    if (range_.reset_start, range_.reset_end) == (low, high):
+        return
+    range_.update(start=low, end=high, reset_start=low, reset_end=high)

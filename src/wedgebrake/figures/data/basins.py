@@ -1,0 +1,169 @@
+"""Basins of attraction: which initial state leads to which steady motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.errors import InputError
+from wedgebrake.figures.data.class_map import ClassMap
+from wedgebrake.figures.data.class_styles import (
+    ATTRACTOR_COLOURS,
+    MOTION_STYLES,
+    OTHER_ATTRACTORS,
+    ClassStyle,
+    MarkerStyle,
+    motion_label,
+)
+from wedgebrake.figures.data.legend import LegendEntry, class_entries
+from wedgebrake.figures.data.swept_axis import SweptAxis, arranged, require_swept, swept_axes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+Codes = NDArray[np.int64]
+
+PARAMETERS = ("initial_angle", "initial_velocity")
+# Styles of initial states without an attractor, by the numbers of ``wb.basins`` from -1 down.
+_OUTCOMES = tuple(
+    MOTION_STYLES[name] for name in ("undecided", "diverged", "self_locked", "not_computed")
+)
+MOST = len(ATTRACTOR_COLOURS)
+"""Number of attractors that have a colour of their own."""
+# Beyond so many points an attractor is drawn with smaller ones [pt].
+_MANY, _SIZE, _SMALLER = 16, 3.2, 1.6
+_NEEDED = (
+    "attractor",
+    "attractor_motion",
+    "attractor_order",
+    "attractor_share",
+    "attractor_angle",
+    "attractor_velocity",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Attractor:
+    """One attractor.
+
+    share  : of all initial states
+    points : of its Poincare section, as (angle, velocity), (n, 2)
+    """
+
+    number: int
+    motion: int
+    order: int
+    share: float
+    points: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class AttractorMarks:
+    """The Poincare points of one attractor inside the picture, as values (x, y), (n, 2)."""
+
+    number: int
+    points: FloatArray
+    marker: MarkerStyle
+
+
+@dataclass(frozen=True, eq=False)
+class Basins(ClassMap):
+    """Basins over the initial state, with the attractors that have a colour, largest first."""
+
+    marks: tuple[AttractorMarks, ...] = ()
+
+
+def of_dataset(dataset: xr.Dataset) -> Basins:
+    """The basins of a result of ``wb.basins``.
+
+    Raises ``InputError`` for anything else.
+    """
+    _check(dataset)
+    x, y = swept_axes(dataset)
+    motions, orders, shares, angles, velocities = (dataset[name].to_numpy() for name in _NEEDED[1:])
+    attractors = []
+    for number in range(motions.size):
+        points = np.column_stack((angles[number], velocities[number]))
+        known = points[np.isfinite(points).all(axis=1)]
+        attractors.append(
+            Attractor(
+                number, int(motions[number]), int(orders[number]), float(shares[number]), known
+            )
+        )
+    return basins(x, y, arranged(dataset["attractor"], x, y), attractors)
+
+
+def basins(
+    x: SweptAxis,
+    y: SweptAxis,
+    numbers: Codes,
+    attractors: Sequence[Attractor],
+    *,
+    known: NDArray[np.bool_] | None = None,
+    numbered: bool = True,
+) -> Basins:
+    """Basins of attractors, in colours from the largest share to the smallest.
+
+    numbers  : of the attractor of each cell, (y, x); below 0 as ``wb.basins`` gives them
+    known    : cells that count for the shares in the legend; None for all
+    numbered : name attractors by their numbers too
+    """
+    ranked = sorted(attractors, key=lambda one: -one.share)  # stable
+    styles = [
+        ClassStyle(
+            (f"{one.number}: " if numbered else "") + motion_label(one.motion, one.order), colour
+        )
+        for one, colour in zip(ranked, ATTRACTOR_COLOURS, strict=False)
+    ]
+    others = len(ranked) - MOST
+    if others > 0:
+        styles.append(ClassStyle(f"{others} others", OTHER_ATTRACTORS))
+    first = len(styles)
+    codes = np.full(numbers.shape, first, dtype=np.int64)  # undecided, for any other number
+    for place, one in enumerate(ranked):
+        codes[numbers == one.number] = min(place, MOST)
+    for place in range(len(_OUTCOMES)):
+        codes[numbers == -1 - place] = first + place
+    table = (*styles, *_OUTCOMES)
+    legend = class_entries(codes if known is None else codes[known], table, shares=True)
+    if ranked:
+        hollow = MarkerStyle("o", _SIZE, "white", "black", 0.6)
+        legend.append(LegendEntry("points of attractors", hollow))
+    marks = tuple(
+        AttractorMarks(
+            one.number,
+            _visible(one.points, x, y),
+            MarkerStyle("o", _SMALLER if len(one.points) > _MANY else _SIZE, colour, "black", 0.5),
+        )
+        for one, colour in zip(ranked, ATTRACTOR_COLOURS, strict=False)
+    )
+    return Basins(x, y, codes, table, legend, marks=marks)
+
+
+def _visible(points: FloatArray, x: SweptAxis, y: SweptAxis) -> FloatArray:
+    """Points (angle, velocity) inside the picture, as (x, y)."""
+    points = points[:, [PARAMETERS.index(x.name), PARAMETERS.index(y.name)]]
+    low, high = ([one.edges[end] for one in (x, y)] for end in (0, -1))
+    inside: FloatArray = points[np.all((points >= low) & (points <= high), axis=1)]
+    return inside
+
+
+def _check(dataset: Any) -> None:
+    names = require_swept(dataset, 2)
+    missing = [name for name in _NEEDED if name not in dataset.data_vars]
+    if missing:
+        raise InputError(
+            f"dataset: has no {missing[0]}, so there are no basins to draw. Use the result of"
+            " wb.basins(...); for another sweep over two parameters use"
+            " wedgebrake.figures.matplotlib.regime.regime_map."
+        )
+    if set(names) != set(PARAMETERS):
+        raise InputError(
+            f"dataset: is swept over {', '.join(names)}, but basins need initial_angle and"
+            " initial_velocity. Use the result of wb.basins(...)."
+        )

@@ -1,0 +1,212 @@
+"""The bifurcation diagram: Poincare points, classes and exponents over one parameter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.figures import style
+from wedgebrake.figures.data import class_styles
+from wedgebrake.figures.data.branches import SweepBranch, split
+from wedgebrake.figures.data.class_styles import (
+    CODES,
+    DIFFER,
+    EMPTY,
+    MOTIONS,
+    PERIODIC,
+    STICK_CLASSES,
+    LineStyle,
+)
+from wedgebrake.figures.data.legend import LIMIT_ENTRY, LegendEntry, class_entries, class_entry
+from wedgebrake.figures.data.swept_axis import SweptAxis, require_swept
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+Codes = NDArray[np.int64]
+
+# Periodic motions on two branches differ from this share of the picture's height on.
+_DIFFERS = 0.02
+# The picture's height is at least this share of the largest value, so that rounding errors do not
+# fill it.
+_LEAST = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationDiagram:
+    """A sweep over one parameter, in ascending order of it.
+
+    quantity        : "velocity" or "angle"
+    points          : of the quantity, (branch, n, period)
+    motions, sticks : codes of the classes, (branch, n)
+    orders, exponent, error : (branch, n)
+    differs         : mask of the values at which the branches differ, (n,)
+    limits          : values where sliding becomes stable or unstable, True if stable beyond
+    low, high       : limits of the quantity's axis
+    """
+
+    x: SweptAxis
+    quantity: str
+    branches: list[SweepBranch]
+    points: FloatArray
+    motions: Codes
+    orders: Codes
+    sticks: Codes
+    exponent: FloatArray
+    error: FloatArray
+    differs: NDArray[np.bool_]
+    limits: list[tuple[float, bool]]
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset, quantity: str) -> BifurcationDiagram:
+        """The diagram of a dataset.
+
+        Raises ``InputError`` for a dataset that is no sweep over one parameter, another
+        quantity, or a dataset without its points.
+        """
+        (name,) = require_swept(dataset, 1)
+        _check_quantity(dataset, quantity)
+        x = SweptAxis.of(dataset, name)
+        branches = split(dataset)
+
+        def rows(values: list[xr.DataArray]) -> NDArray[np.float64]:
+            dims = (name, "period") if "period" in values[0].dims else (name,)
+            return np.stack([one.transpose(*dims).to_numpy()[x.order] for one in values])
+
+        def result(of: str) -> NDArray[np.float64]:
+            return rows([branch.dataset[of] for branch in branches])
+
+        def codes(of: str) -> Codes:
+            coded = getattr(class_styles, of)
+            return rows([coded(branch.dataset) for branch in branches]).astype(np.int64)
+
+        points = result(quantity).astype(float)
+        motions, orders = codes("motion_codes"), result("order").astype(np.int64)
+        low, high = _span(points, motions)
+        return cls(
+            x=x,
+            quantity=quantity,
+            branches=branches,
+            points=points,
+            motions=motions,
+            orders=orders,
+            sticks=codes("stick_codes"),
+            exponent=result("largest_exponent").astype(float),
+            error=result("exponent_error").astype(float),
+            differs=_differing(points, motions, orders, _DIFFERS * (high - low)),
+            limits=_crossings(x, result("sliding_damping")[0]),
+            low=low,
+            high=high,
+        )
+
+    @property
+    def empty(self) -> NDArray[np.bool_]:
+        """Mask of the values without points, (branch, n)."""
+        none: NDArray[np.bool_] = ~np.any(np.isfinite(self.points), axis=2)
+        return none
+
+    def legends(self, *, exponent: bool) -> list[tuple[str, list[LegendEntry]]]:
+        """Legends of the bands of classes, with their headings, and of other marks.
+
+        exponent : True if the exponents are drawn too
+        """
+        marks = [LIMIT_ENTRY] if self.limits else []
+        marks += [class_entry(DIFFER)] if np.any(self.differs) else []
+        marks += [class_entry(EMPTY)] if np.any(self.empty) else []
+        if exponent and len(self.branches) > 1:
+            marks += [
+                LegendEntry(f"{one.direction} (exponent)", LineStyle(one.colour, 0.9))
+                for one in self.branches
+            ]
+        return [
+            ("motion", class_entries(self.motions, MOTIONS, shares=False)),
+            ("sticks", class_entries(self.sticks, STICK_CLASSES, shares=False)),
+            ("", marks),
+        ]
+
+
+def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
+    """Raise ``InputError`` unless the dataset has Poincare points of the quantity."""
+    if quantity not in style.SECTION:
+        raise InputError(f"quantity = {quantity!r}: {nearest(str(quantity), style.SECTION)}")
+    if quantity not in dataset.data_vars or "period" not in dataset[quantity].dims:
+        raise InputError(
+            f"dataset: has no {quantity} over period, so there are no Poincare points to draw."
+            " Use wb.bifurcation(...) or wb.sweep(...), which keep them."
+        )
+
+
+def _span(points: FloatArray, motions: Codes) -> tuple[float, float]:
+    """Lowest and highest value shown: of all points except those of runs that diverged."""
+    kept = points[np.isfinite(points) & (motions != CODES["diverged"])[..., None]]
+    if not kept.size:
+        kept = points[np.isfinite(points)]
+    if not kept.size:
+        return -1.0, 1.0
+    low, high = float(np.min(kept)), float(np.max(kept))
+    return style.margins(low, high, _LEAST * max(abs(low), abs(high)), share=0.04)
+
+
+def _differing(
+    points: FloatArray, motions: Codes, orders: Codes, least: float
+) -> NDArray[np.bool_]:
+    """Mask of the values at which two branches are two motions, (n,)."""
+    differs = np.zeros(points.shape[1], dtype=bool)
+    if points.shape[0] != 2:
+        return differs
+    for place in range(differs.size):
+        one, other = motions[:, place]
+        if {one, other} & class_styles.UNSETTLED:
+            continue
+        if one != other or orders[0, place] != orders[1, place]:
+            differs[place] = True
+        elif one in PERIODIC:
+            last = -max(1, int(orders[0, place]))
+            differs[place] = _distance(points[0, place, last:], points[1, place, last:]) > least
+    return differs
+
+
+def _distance(one: FloatArray, other: FloatArray) -> float:
+    """The Hausdorff distance of two sets of numbers; 0 if one is empty."""
+    one, other = one[np.isfinite(one)], other[np.isfinite(other)]
+    if not (one.size and other.size):
+        return 0.0
+    distance = np.abs(one[:, None] - other[None, :])
+    return float(max(np.max(np.min(distance, axis=0)), np.max(np.min(distance, axis=1))))
+
+
+def _crossings(x: SweptAxis, damping: FloatArray) -> list[tuple[float, bool]]:
+    """Values where the damping of sliding changes sign, True if it is positive beyond."""
+    known = np.isfinite(damping)
+    places, values = x.positions(x.values)[known], damping[known]
+    stable = values > 0.0
+    return [
+        (x.at(_zero(places, values, int(i))), bool(stable[i + 1]))
+        for i in np.flatnonzero(stable[1:] != stable[:-1])
+    ]
+
+
+def _zero(places: FloatArray, values: FloatArray, i: int) -> float:
+    """Position where the smaller of two dampings is zero between the points i and i + 1.
+
+    Each is nearly straight, and the smaller has a kink where they cross: it is zero where the
+    later of both lines is, each drawn through the two points on its side.
+    """
+    rising = values[i + 1] > values[i]
+    zeros = []
+    for first, last in ((i - 1, i), (i + 1, i + 2)):
+        if first >= 0 and last < values.size and values[first] != values[last]:
+            share = values[first] / (values[first] - values[last])
+            zeros.append(float(places[first] + share * (places[last] - places[first])))
+    inside = [zero for zero in zeros if places[i] <= zero <= places[i + 1]]
+    if inside:
+        return max(inside) if rising else min(inside)
+    share = values[i] / (values[i] - values[i + 1])
+    return float(places[i] + share * (places[i + 1] - places[i]))

@@ -1,0 +1,199 @@
+"""Captions of pictures: the machine with its groups, the method, the run settings."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.analysis.linear_stability import AXES as LINEAR
+from wedgebrake.analysis.spectrum import is_driven
+from wedgebrake.figures import style
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.system import PARTS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# The SI parameters that each group depends on: a sweep over one of them changes the group.
+_DEPENDS = {
+    **{name: {setter.target, *setter.reads} for name, setter in SETTERS.items()},
+    "loss_factor": {"damping", "stiffness", "inertia"},
+    "kinetic": {"kinetic"},
+    "static_ratio": {"static", "kinetic"},
+    "drive": {"drive_speed", "stiffness", "inertia", "amplitude"},
+}
+_METHODS = {"exact": "exact solution", "smooth": "adaptive solution", "ode14x": "ODE14x scheme"}
+# What was continued over parameters, by the kind of a dataset.
+_FOLLOWED = {"orbits": "periodic orbits", "boundary": "a bifurcation"}
+
+
+def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
+    """Sentences about a result: the machine with its groups; method and run settings.
+
+    names : the swept parameters
+    """
+    found = _numbers(dataset, names, fixed_parameters(dataset)), _sentence(how(dataset, names))
+    return [sentence for sentence in found if sentence]
+
+
+def of_response(dataset: xr.Dataset) -> list[str]:
+    """Sentences about one response: the machine with its groups; method and initial state."""
+    initial = _stated(dataset, "options").get("initial")
+    start = "" if not isinstance(initial, list) else ", from " + _state(initial)
+    solved = method_words(str(dataset.attrs.get("method", "")))
+    found = _numbers(dataset, (), ()), _sentence(f"{solved}{start}" if solved else "")
+    return [sentence for sentence in found if sentence]
+
+
+def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
+    """The machine of a map of linear stability, with the groups that it depends on."""
+    groups = _stated(dataset, "groups")
+    counted = {name: groups.get(name) for name in LINEAR if name not in names}
+    numbers = equations(counted)
+    return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
+
+
+def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
+    """Method and run settings, as a clause."""
+    method, protocol = str(dataset.attrs.get("method", "")), _stated(dataset, "protocol")
+    parts = [method_words(method)] if method else []
+    followed = _FOLLOWED.get(str(dataset.attrs.get("kind")))
+    if followed:
+        parts.append(f"{followed} followed over {' and '.join(map(style.short, names))}")
+    if protocol.get("periods") is not None:
+        absent = "" if _is_driven(dataset, names) else " of a torque that does not act"
+        parts.append(f"{protocol['periods']} periods{absent}{_left_out(protocol)}")
+    initial = protocol.get("initial")
+    chosen = {"initial_angle", "initial_velocity"} & {*names, *fixed_parameters(dataset)}
+    if protocol.get("follow"):
+        parts.append("each point from the end of its neighbour")
+    elif isinstance(initial, list) and not chosen:
+        parts.append(f"from {_state(initial)}")
+    return "; ".join(parts)
+
+
+def direction(dataset: xr.Dataset, branch: str) -> str:
+    """A branch in words: which parameter increases or decreases."""
+    followed = _stated(dataset, "protocol").get("follow")
+    if not (followed and branch):
+        return branch
+    words = {"up": "increasing", "down": "decreasing"}
+    return f"{style.short(str(followed))} {words.get(branch, branch)}"
+
+
+def machine(system: Mapping[str, Any]) -> str:
+    """Brake and friction of a system, from its tables: "Wedge brake, Coulomb friction"."""
+    words = []
+    for part in ("brake", "friction"):
+        table = system.get(part)
+        if isinstance(table, dict) and "kind" in table:
+            # The kind of a custom part is the name of its class: MyBrake, my brake.
+            kind = re.sub(r"(?<=.)([A-Z])", r" \1", str(table["kind"])).replace("-", " ").lower()
+            words.append(f"{kind.removesuffix(part).strip()} {part}".strip())
+    return _sentence(", ".join(words)).replace("coulomb", "Coulomb")
+
+
+def method_words(method: str) -> str:
+    """A method in words, or its name."""
+    return _METHODS.get(method, method)
+
+
+def equations(groups: Mapping[str, float | None]) -> str:
+    """Groups with their values, without undefined ones and the speed of a shaft at rest."""
+    return ", ".join(
+        _equation(name, value)
+        for name, value in groups.items()
+        if value is not None and not (name == "drive" and value == 0.0)
+    )
+
+
+def _equation(name: str, value: float, unit: str = "1") -> str:
+    """A value for running text, with its unit."""
+    behind = "" if unit == "1" else f" {unit}"
+    if name in style.SYMBOLS:
+        return f"${style.SYMBOLS[name]} = {style.number(value)}${behind}"
+    return f"{style.short(name)} = ${style.number(value)}${behind}"
+
+
+def _numbers(dataset: xr.Dataset, names: Sequence[str], chosen: Sequence[str]) -> str:
+    """The machine with the groups that no swept parameter changes, and the fixed values."""
+    changed = {_parameter(name) for name in (*names, *chosen)}
+    groups = equations(
+        {
+            name: value
+            for name, value in _stated(dataset, "groups").items()
+            if not changed & _DEPENDS.get(name, {name})
+        }
+    )
+    values = [
+        _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
+        for name in chosen
+    ]
+    # The steepness of a smoothed law moves its stability limits, and is no group.
+    steepness = _stated(dataset, "system").get("friction", {}).get("steepness")
+    if steepness is not None and "steepness" not in changed:
+        values.append(_equation("steepness", float(steepness), "s/m"))
+    numbers = ", ".join(part for part in (groups, *values) if part)
+    return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
+
+
+def fixed_parameters(dataset: xr.Dataset) -> list[str]:
+    """Parameters of which one value was chosen from the sweep."""
+    return [
+        str(name)
+        for name, value in dataset.coords.items()
+        if value.ndim == 0 and value.dtype.kind in "iuf" and name != "period"
+    ]
+
+
+def _parameter(name: str) -> str:
+    """The SI parameter that a coordinate changes: that of a group, or the one of its name."""
+    return SETTERS[name].target if name in SETTERS else swept_name(name)
+
+
+def swept_name(name: str) -> str:
+    """The parameter or group of a coordinate.
+
+    A coordinate begins with the part, as in "brake_angle", where a result has the parameter's
+    name.
+    """
+    part, _, own = name.partition("_")
+    return own if part in PARTS else name
+
+
+def _is_driven(dataset: xr.Dataset, names: Sequence[str]) -> bool:
+    """Return True if a torque acts, at least somewhere if its amplitude is swept."""
+    changed = {_parameter(name) for name in (*names, *fixed_parameters(dataset))}
+    return "amplitude" in changed or is_driven(dataset)
+
+
+def _left_out(protocol: Mapping[str, Any]) -> str:
+    """The periods that are not part of the picture."""
+    transient, most = protocol.get("transient"), protocol.get("limit")
+    if transient is None:
+        return ""
+    if transient != "auto":
+        return f", the first {transient} left out"
+    longest = "" if most is None else f", at most {most}"
+    return f" after a transient as long as needed{longest}"
+
+
+def _state(values: Sequence[float]) -> str:
+    """A state in parentheses."""
+    return "(" + ", ".join(f"{value:g}" for value in values) + ")"
+
+
+def _sentence(words: str) -> str:
+    """Words with a capital letter."""
+    return words[:1].upper() + words[1:]
+
+
+def _stated(dataset: xr.Dataset, name: str) -> dict[str, Any]:
+    """An attribute that holds a JSON object; {} if it is missing or something else."""
+    try:
+        found = json.loads(dataset.attrs.get(name, "{}"))
+    except (TypeError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,254 @@
+"""Branches of periodic orbits over a parameter, stable and unstable, with their bifurcations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.figures import style
+from wedgebrake.figures.data import class_styles
+from wedgebrake.figures.data.bifurcation import BifurcationDiagram
+from wedgebrake.figures.data.class_styles import BIFURCATIONS, ClassStyle, LineStyle
+from wedgebrake.figures.data.legend import LegendEntry, class_entry
+from wedgebrake.figures.data.swept_axis import label, runs, swept_parameters
+from wedgebrake.orbits.stability_intervals import stability_intervals
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+QUANTITIES = (
+    *style.SECTION,
+    "velocity_amplitude",
+    "angle_amplitude",
+    "stick_share",
+    "largest_exponent",
+)
+# The height shows all but this share of the parameter at either end, and beyond it all that
+# adds no more than this multiple of the height.
+_OUTLIERS, _BEYOND = 0.01, 0.5
+# The picture's height is at least this share of the largest value, so that rounding errors do not
+# fill it.
+_LEAST = 0.02
+# Bifurcations closer than this share of the picture's width get one label.
+_TOGETHER = 0.003
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitCurve:
+    """One line: points of one branch, stable or not, at one of its returns; x, y : (n,)."""
+
+    x: FloatArray
+    y: FloatArray
+    order: int
+    stable: bool
+
+    @property
+    def line(self) -> LineStyle:
+        """The line in the colour of its period."""
+        return orbit_line(class_styles.orbit_colour(self.order), stable=self.stable)
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitBranches:
+    """Branches of orbits over a parameter.
+
+    labels     : of the parameter and of the quantity
+    values     : of the parameter, (point,)
+    heights    : of the quantity, (point, return); (point, 1) for results of the whole orbit
+    curves     : lines, in pieces where stability changes
+    kinds, at  : of the bifurcations, and their places among the points
+    simulated  : Poincare points of a sweep over the same parameter, or None
+    xlim, ylim : of the picture
+    """
+
+    parameter: str
+    quantity: str
+    labels: tuple[str, str]
+    values: FloatArray
+    heights: FloatArray
+    curves: list[OrbitCurve]
+    kinds: NDArray[np.str_]
+    at: NDArray[np.int64]
+    simulated: BifurcationDiagram | None
+    xlim: tuple[float, float]
+    ylim: tuple[float, float]
+
+    @classmethod
+    def of(
+        cls, dataset: xr.Dataset, quantity: str, beneath: xr.Dataset | None = None
+    ) -> OrbitBranches:
+        """The branches of a result of ``wb.branches``.
+
+        Raises ``InputError`` for a dataset that holds no orbits, another quantity, or a sweep
+        that has no Poincare points over the same parameter.
+        """
+        if getattr(dataset, "attrs", {}).get("kind") != "orbits":
+            raise InputError(
+                f"dataset = {type(dataset).__name__}: must be the result of wb.branches(...)."
+            )
+        if quantity not in QUANTITIES:
+            raise InputError(f"quantity = {quantity!r}: {nearest(str(quantity), QUANTITIES)}")
+        parameter = str(dataset.attrs["parameter"])
+        simulated = None if beneath is None else _simulated(beneath, parameter, quantity)
+        values = dataset[parameter].to_numpy().astype(float)
+        found = dataset[quantity].transpose("point", ...).to_numpy().astype(float)
+        found = found[:, None] if found.ndim == 1 else found
+        heights = np.where(np.isfinite(found), found, np.nan)
+        at = dataset["bifurcation_point"].to_numpy().astype(int)
+        curves = list(_curves(dataset, values, heights, at))
+        return cls(
+            parameter=parameter,
+            quantity=quantity,
+            labels=(
+                label(dataset[parameter]),
+                style.SECTION.get(quantity) or label(dataset[quantity]),
+            ),
+            values=values,
+            heights=heights,
+            curves=curves,
+            kinds=dataset["bifurcation_kind"].to_numpy().astype(str),
+            at=at,
+            simulated=simulated,
+            xlim=_width(values, simulated),
+            ylim=_height(curves, simulated),
+        )
+
+    def points(self, kind: str) -> FloatArray:
+        """Points at which bifurcations of a kind are marked, (n, 2)."""
+        return self._marked(self.at[self.kinds == kind])
+
+    def letters(self) -> list[tuple[str, FloatArray]]:
+        """Letters of the bifurcations, and the points where they may stand, (n, 2).
+
+        Those of one kind at one value of the parameter get one label.
+        """
+        together = _TOGETHER * (self.xlim[1] - self.xlim[0])
+        found = []
+        for kind, one in BIFURCATIONS.items():
+            left = self.at[self.kinds == kind]
+            while left.size:
+                near = np.abs(self.values[left] - self.values[left[0]]) <= together
+                found.append((one.letters, self._marked(left[near])))
+                left = left[~near]
+        return found
+
+    def legends(self) -> list[tuple[str, list[LegendEntry]]]:
+        """Legends: colours, kinds of line and simulated points; symbols."""
+        periods: dict[str, list[str]] = {}
+        for order in sorted({curve.order for curve in self.curves}):
+            colour = class_styles.orbit_colour(order)
+            periods.setdefault(colour, []).append(class_styles.period(order))
+        lines = [
+            LegendEntry(", ".join(words), orbit_line(colour, stable=True))
+            for colour, words in periods.items()
+        ]
+        present = {curve.stable for curve in self.curves}
+        lines += [
+            LegendEntry(word, orbit_line(style.BLACK, stable=stable))
+            for stable, word in ((True, "stable"), (False, "unstable"))
+            if stable in present
+        ]
+        if self.simulated is not None:
+            grey = style.DENSITY_BENEATH[1]
+            lines.append(class_entry(ClassStyle("simulated points", grey)))
+        symbols = [
+            LegendEntry(f"{one.letters}: {kind}", one.marker())
+            for kind, one in BIFURCATIONS.items()
+            if kind in self.kinds
+        ]
+        return [("", lines), ("", symbols)]
+
+    def _marked(self, places: NDArray[np.int64]) -> FloatArray:
+        """All returns of some points, (n, 2), without the padding of shorter orbits."""
+        across = np.broadcast_to(self.values[places][:, None], self.heights[places].shape)
+        points = np.stack((across.ravel(), self.heights[places].ravel()), axis=1)
+        known: FloatArray = points[np.isfinite(points[:, 1])]
+        return known
+
+
+def orbit_line(colour: str, *, stable: bool) -> LineStyle:
+    """The line of stable or unstable orbits."""
+    return LineStyle(colour, 1.1) if stable else LineStyle(colour, 0.8, style.UNSTABLE)
+
+
+def _simulated(dataset: xr.Dataset, parameter: str, quantity: str) -> BifurcationDiagram:
+    """The Poincare points of a sweep over the parameter of the branches."""
+    if quantity not in style.SECTION:
+        raise InputError(
+            f"beneath: a sweep has no curve of {quantity} to compare with. Leave it out,"
+            f" or choose the quantity {' or '.join(map(repr, style.SECTION))}."
+        )
+    swept = swept_parameters(dataset)
+    if swept != [parameter]:
+        what = f"is swept over {', '.join(swept)}" if swept else "is no sweep"
+        raise InputError(
+            f"beneath = {type(dataset).__name__}: {what}, but the orbits were followed over"
+            f" {parameter}. Give the result of wb.bifurcation(..., {parameter}"
+            "=...)."
+        )
+    return BifurcationDiagram.of(dataset, quantity)
+
+
+def _curves(
+    dataset: xr.Dataset, values: FloatArray, heights: FloatArray, at: NDArray[np.int64]
+) -> Iterator[OrbitCurve]:
+    """The lines of all branches, stable and unstable pieces apart."""
+    stable, branch = (dataset[name].to_numpy() for name in ("stable", "branch"))
+    order, origin = (dataset[f"branch_{name}"].to_numpy() for name in ("order", "origin"))
+    marginal = np.zeros(values.size, dtype=bool)
+    marginal[at] = True
+    for first, last in runs(branch) if branch.size else []:
+        own = slice(first, last + 1)
+        # A branch that was switched to begins at a bifurcation of another one.
+        marginal[first] |= origin[branch[first]] >= 0
+        for begin, end, holds in stability_intervals(stable[own], marginal[own]):
+            piece = slice(begin, end + 1)
+            for height in heights[own][piece].T:
+                if np.any(np.isfinite(height)):
+                    yield OrbitCurve(values[own][piece], height, int(order[branch[first]]), holds)
+
+
+def _width(values: FloatArray, simulated: BifurcationDiagram | None) -> tuple[float, float]:
+    """Limits of the parameter: of all orbits and simulated points."""
+    every = values if simulated is None else np.concatenate((values, simulated.x.edges))
+    if not every.size:
+        return 0.0, 1.0
+    low, high = float(every.min()), float(every.max())
+    return (low, high) if low < high else style.margins(low, high, 0.1 * abs(low))
+
+
+def _height(curves: list[OrbitCurve], simulated: BifurcationDiagram | None) -> tuple[float, float]:
+    """Limits of the quantity: of all simulated points, and of curves except for outliers."""
+    if not curves:
+        return 0.0, 1.0
+    known = np.concatenate([curve.y for curve in curves])
+    weight = np.concatenate([_weights(curve) for curve in curves])
+    known, weight = known[np.isfinite(known)], weight[np.isfinite(known)]
+    ascending = np.argsort(known)
+    # The weight of a value is the length of parameter about it.
+    share = np.cumsum(weight[ascending]) / np.sum(weight)
+    low, high = (
+        float(known[ascending][np.searchsorted(share, at).clip(max=known.size - 1)])
+        for at in (_OUTLIERS, 1.0 - _OUTLIERS)
+    )
+    if simulated is not None and not np.all(simulated.empty):
+        low, high = min(low, simulated.low), max(high, simulated.high)
+    beyond = _BEYOND * (high - low)
+    low = min(low, max(float(np.min(known)), low - beyond))
+    high = max(high, min(float(np.max(known)), high + beyond))
+    return style.margins(low, high, _LEAST * max(abs(low), abs(high)), share=0.04)
+
+
+def _weights(curve: OrbitCurve) -> FloatArray:
+    """The length of parameter about each point; never zero."""
+    steps = np.abs(np.diff(curve.x))
+    least = 1e-12 * (1.0 + np.abs(curve.x))
+    weights: FloatArray = np.maximum(np.append(steps, 0.0) + np.append(0.0, steps), least)
+    return weights

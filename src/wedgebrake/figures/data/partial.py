@@ -1,0 +1,239 @@
+"""Pictures of the page, as far as they are computed, with the texts shown at the pointer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.figures.data.bifurcation import BifurcationDiagram
+from wedgebrake.figures.data.class_map import ClassMap
+from wedgebrake.figures.data.class_styles import CODES, MOTIONS, PERIODIC, without_result
+from wedgebrake.figures.data.legend import LegendEntry, class_entries
+from wedgebrake.figures.data.parameter_axis import ParameterAxis
+from wedgebrake.figures.data.swept_axis import runs
+
+FloatArray = NDArray[np.float64]
+Codes = NDArray[np.int64]
+
+MOST_POINTS = 12_000
+"""Points of a diagram that a browser draws without delay."""
+# At this share of the values points may lie outside the picture, if they are farther away than
+# this multiple of the height of the others; the picture then ends this share of it beyond them.
+_FAR, _BEYOND, _MARGIN = 0.04, 1.5, 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """Boxes between positions, (n,) each, with the text of each."""
+
+    left: FloatArray
+    right: FloatArray
+    bottom: FloatArray
+    top: FloatArray
+    text: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class PartialMap:
+    """A map, with ``known`` of its ``whole`` number of cells computed.
+
+    axes  : across and up
+    hover : runs of cells with their texts, if any
+    unit  : of the progress: "cells" or "starts"
+    """
+
+    axes: tuple[ParameterAxis, ParameterAxis]
+    data: ClassMap
+    hover: Boxes | None
+    known: int
+    whole: int
+    unit: str = "cells"
+
+    @property
+    def legend(self) -> list[LegendEntry]:
+        """What the colours and lines mean."""
+        return self.data.legend
+
+    @property
+    def progress(self) -> str:
+        """How much is computed; empty for a complete map."""
+        return _progress(self.known, self.whole, self.unit)
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Points of a diagram, few enough for a browser.
+
+    index   : of the value of the parameter of each, (m,)
+    points  : values of the quantity, (m,)
+    span    : lowest and highest value shown
+    outside : largest magnitude of a point beyond; 0 if there is none
+    """
+
+    index: Codes
+    points: FloatArray
+    span: tuple[float, float]
+    outside: float
+
+
+@dataclass(frozen=True, eq=False)
+class PartialDiagram:
+    """A bifurcation diagram, with ``known.size`` of ``whole`` values computed.
+
+    axes   : the one of the parameter
+    known  : indices of the values computed, ascending
+    data   : of these values, by quantity
+    clouds : points drawn, by quantity
+    """
+
+    axes: tuple[ParameterAxis]
+    known: Codes
+    whole: int
+    data: dict[str, BifurcationDiagram]
+    clouds: dict[str, PointCloud]
+    text: list[str]
+
+    @classmethod
+    def of(
+        cls, axis: ParameterAxis, known: Codes, whole: int, data: dict[str, BifurcationDiagram]
+    ) -> PartialDiagram:
+        """The picture of the diagrams of all quantities."""
+        first = next(iter(data.values()))
+        positions = axis.positions(whole)[known]
+        text = [
+            f"{axis.text(position)}: {_motion(code, order)}"
+            for position, code, order in zip(
+                positions, first.motions[0], first.orders[0], strict=True
+            )
+        ]
+        clouds = {name: point_cloud(one) for name, one in data.items()}
+        return cls((axis,), known, whole, data, clouds, text)
+
+    @property
+    def codes(self) -> Codes:
+        """Codes of the motions, (known,)."""
+        codes: Codes = next(iter(self.data.values())).motions[0]
+        return codes
+
+    @property
+    def positions(self) -> FloatArray:
+        """Positions of the values along the axis, (known,)."""
+        found: FloatArray = self.axes[0].positions(self.whole)[self.known]
+        return found
+
+    @property
+    def band(self) -> Codes:
+        """Codes of the motions at all values, those not computed as at the nearest, (whole,)."""
+        between = 0.5 * (self.known[1:] + self.known[:-1])
+        nearest: Codes = self.codes[np.searchsorted(between, np.arange(self.whole))]
+        return nearest
+
+    @property
+    def gaps(self) -> FloatArray:
+        """Positions between which runs have no result, (n, 2)."""
+        edges = np.linspace(*self.axes[0].ends, self.whole + 1)
+        empty = without_result(self.band)
+        gaps = [(edges[i], edges[j + 1]) for i, j in runs(empty) if empty[i]]
+        return np.array(gaps).reshape(-1, 2)
+
+    @property
+    def limits(self) -> list[float]:
+        """Positions of the linear stability limits."""
+        diagram = next(iter(self.data.values()))
+        return [self.axes[0].position(float(value)) for value, _ in diagram.limits]
+
+    @property
+    def legend(self) -> list[LegendEntry]:
+        """Entries of the classes that occur."""
+        return class_entries(self.codes, MOTIONS, shares=True)
+
+    @property
+    def progress(self) -> str:
+        """How much is computed; empty for a complete diagram."""
+        return _progress(self.known.size, self.whole, "values")
+
+
+def nearest_known(values: Codes, known: NDArray[np.bool_]) -> Codes:
+    """Values over (y, x), with the value of the nearest known cell where a cell is not known."""
+    from scipy.ndimage import distance_transform_edt
+
+    if known.all():
+        return values
+    nearest: Any = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    found: Codes = values[tuple(nearest)]
+    return found
+
+
+def hover_boxes(axes: Sequence[ParameterAxis], data: ClassMap) -> Boxes:
+    """Runs of equal cells along each row of a map, with their classes and values in words."""
+    x, y = axes
+    rows, columns = data.codes.shape
+    across, up = np.linspace(*x.ends, columns + 1), np.linspace(*y.ends, rows + 1)
+    found = [(row, *run) for row in range(rows) for run in runs(data.codes[row])]
+    row, first, last = (np.array(one) for one in zip(*found, strict=True))
+    values = [number.rpartition("= ")[2] for number in map(x.text, across)]
+    heights = [y.text(position) for position in y.positions(rows)]
+    name = x.symbol or x.words
+    text = [
+        f"{data.styles[data.codes[i, a]].plain}: {name} = {values[a]} to {values[b + 1]},"
+        f" {heights[i]}"
+        for i, a, b in found
+    ]
+    return Boxes(across[first], across[last + 1], up[row], up[row + 1], text)
+
+
+def point_cloud(data: BifurcationDiagram, most: int = MOST_POINTS) -> PointCloud:
+    """Points of the first branch of a diagram, reduced to about ``most``.
+
+    Of a periodic motion those of one period; of others every second, third ... if there are many.
+    """
+    codes, orders, points = data.motions[0], data.orders[0], data.points[0]
+    recorded = points.shape[1]
+    last = np.full(codes.size, recorded)
+    periodic = np.isin(codes, list(PERIODIC)) & (orders > 0)
+    last[periodic] = np.minimum(orders[periodic], recorded)
+    last[codes == CODES["at_rest"]] = 1
+    last[without_result(codes)] = 0
+    kept = np.arange(recorded) >= recorded - last[:, None]
+    total = int(last.sum())
+    if total > most:
+        kept[~periodic] &= np.arange(recorded) % -(-total // most) == 0
+    # A run that ended early has its points at the beginning of its row.
+    kept[codes == CODES["self_locked"]] = True
+    index, column = np.nonzero(kept & np.isfinite(points))
+    shown = points[index, column]
+    span = _span(data, shown, index)
+    beyond = shown[(shown < span[0]) | (shown > span[1])]
+    return PointCloud(index, shown, span, float(np.abs(beyond).max(initial=0.0)))
+
+
+def _span(data: BifurcationDiagram, points: FloatArray, index: Codes) -> tuple[float, float]:
+    """Limits of a picture of points, (m,); points at a few values may lie far outside.
+
+    At a resonance points are hundreds of times as large as elsewhere, and would flatten the rest.
+    """
+    if not points.size:
+        return data.low, data.high
+    starts = np.flatnonzero(np.diff(index, prepend=-1))
+    highest, lowest = np.maximum.reduceat(points, starts), np.minimum.reduceat(points, starts)
+    top, bottom = (
+        np.quantile(one, share, method="nearest")
+        for one, share in ((highest, 1.0 - _FAR), (lowest, _FAR))
+    )
+    reach = _BEYOND * (top - bottom)
+    low = data.low if lowest.min() > bottom - reach else bottom - _MARGIN * reach
+    high = data.high if highest.max() < top + reach else top + _MARGIN * reach
+    return float(low), float(high)
+
+
+def _motion(code: int, order: int) -> str:
+    """A motion in words; one of a long period with its number."""
+    return f"{order}T" if code == CODES["period_more"] else MOTIONS[code].plain
+
+
+def _progress(known: int, whole: int, unit: str) -> str:
+    return f"{known} of {whole} {unit}" if known < whole else ""

@@ -1,0 +1,151 @@
+"""Swept parameters of a dataset as axes of a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.errors import InputError
+from wedgebrake.figures import style
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SweptAxis:
+    """One swept parameter along an axis of a picture.
+
+    Positions along the axis are values or, if ``log``, their logarithms to the base 10.
+
+    values : ascending, (n,)
+    order  : indices of these values in the dataset, (n,)
+    edges  : of the cells about the values, (n + 1,)
+    log    : the values are evenly spaced in their logarithm
+    """
+
+    name: str
+    label: str
+    values: FloatArray
+    order: NDArray[np.int64]
+    edges: FloatArray
+    log: bool
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset, name: str) -> SweptAxis:
+        """Axis of a swept parameter. Raises ``InputError`` for values that are not finite."""
+        coordinate = dataset[name]
+        given = coordinate.to_numpy()
+        if given.dtype.kind not in "iuf" or not np.all(np.isfinite(given)):
+            raise InputError(f"{name}: values of the axis must be finite numbers.")
+        order = np.argsort(given, kind="stable")
+        values = given[order].astype(float)
+        log = bool(values[0] > 0.0 and not _evenly(values) and _evenly(np.log(values)))
+        edges = _edges(np.log10(values) if log else values)
+        return cls(name, label(coordinate), values, order, 10.0**edges if log else edges, log)
+
+    @classmethod
+    def between(cls, edges: FloatArray, *, log: bool = False) -> SweptAxis:
+        """Axis of cells between edges, without a parameter."""
+        middle = np.sqrt(edges[1:] * edges[:-1]) if log else 0.5 * (edges[1:] + edges[:-1])
+        return cls("", "", middle, np.arange(middle.size), edges, log)
+
+    @property
+    def even(self) -> bool:
+        """True if all cells are equally wide on a linear axis."""
+        return not self.log and _evenly(self.edges)
+
+    def positions(self, values: FloatArray) -> FloatArray:
+        """Positions of values."""
+        return np.log10(values) if self.log else np.asarray(values, dtype=float)
+
+    def at(self, positions: Any) -> Any:
+        """Values at positions."""
+        return 10.0**positions if self.log else positions
+
+    def ends(self) -> tuple[float, float]:
+        """Positions of the outermost edges."""
+        first, last = self.positions(self.edges[[0, -1]])
+        return float(first), float(last)
+
+
+def swept_parameters(dataset: Any) -> list[str]:
+    """Swept parameters of a dataset that are still dimensions; [] if it is no sweep."""
+    known = getattr(dataset, "data_vars", {})
+    if any(name not in known for name in ("motion", "order", "status", "sliding_damping")):
+        return []
+    names = [str(name) for name in dataset["status"].dims if name != "branch"]
+    if all(name in dataset.coords for name in names) and dataset["status"].size:
+        return names
+    return []
+
+
+def require_swept(dataset: xr.Dataset, number: int) -> list[str]:
+    """Names of the swept parameters of a dataset.
+
+    Raises ``InputError`` unless it is a sweep over ``number`` of them.
+    """
+    names = swept_parameters(dataset)
+    if not names:
+        raise InputError(
+            f"dataset = {type(dataset).__name__}: must be the result of wb.sweep(...),"
+            " wb.bifurcation(...), wb.regime_map(...) or wb.basins(...)."
+        )
+    if len(names) != number:
+        one = "one parameter" if number == 1 else "two parameters"
+        way = f"Choose values of {' or '.join(names)}, for example dataset.isel({names[-1]}=0)."
+        other = "regime.regime_map" if number == 1 else "bifurcation.bifurcation"
+        if len(names) < 3:
+            way = f"Use wedgebrake.figures.matplotlib.{other}, or choose a value with"
+            way += " dataset.isel(...)."
+        raise InputError(
+            f"dataset: is swept over {', '.join(names)}, but this picture needs a sweep over"
+            f" {one}. {way}"
+        )
+    return names
+
+
+def swept_axes(dataset: xr.Dataset) -> tuple[SweptAxis, SweptAxis]:
+    """The axes of a sweep over two parameters, the first to the right."""
+    x, y = (SweptAxis.of(dataset, name) for name in require_swept(dataset, 2))
+    return x, y
+
+
+def label(values: xr.DataArray) -> str:
+    """The label of a parameter or result: meaning, symbol, unit."""
+    meaning, unit = values.attrs.get("long_name", ""), values.attrs.get("units", "1")
+    return style.named(str(values.name), str(meaning), str(unit))
+
+
+def arranged(values: xr.DataArray, x: SweptAxis, y: SweptAxis) -> NDArray[Any]:
+    """Values as (y, x), both ascending; a copy."""
+    plain: NDArray[Any] = values.transpose(y.name, x.name).to_numpy()[np.ix_(y.order, x.order)]
+    return plain
+
+
+def runs(values: NDArray[Any]) -> list[tuple[int, int]]:
+    """First and last index of each run of equal values."""
+    ends = np.append(np.flatnonzero(values[1:] != values[:-1]), values.size - 1)
+    starts = np.append(0, ends[:-1] + 1)
+    return list(zip(starts.tolist(), ends.tolist(), strict=True))
+
+
+def _evenly(values: FloatArray) -> bool:
+    """True if steps between values are equal, except for rounding."""
+    steps = np.diff(values)
+    return steps.size == 0 or bool(np.ptp(steps) <= 1e-6 * abs(float(np.mean(steps))))
+
+
+def _edges(positions: FloatArray) -> FloatArray:
+    """Edges of cells: halfway between their positions, and as far beyond the outer ones."""
+    if positions[-1] == positions[0]:
+        half = 0.05 * abs(positions[0]) or 0.5
+        return np.linspace(positions[0] - half, positions[0] + half, positions.size + 1)
+    middle = 0.5 * (positions[1:] + positions[:-1])
+    first, last = 2.0 * positions[0] - middle[0], 2.0 * positions[-1] - middle[-1]
+    return np.concatenate(([first], middle, [last]))

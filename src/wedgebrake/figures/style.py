@@ -1,0 +1,174 @@
+"""Colours, symbols, sizes and number formats common to all pictures, whatever draws them."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+# Okabe and Ito's palette, told apart by the colour-blind (jfly.uni-koeln.de/color, 2002).
+BLACK = "#000000"
+ORANGE = "#E69F00"
+GREEN = "#009E73"
+YELLOW = "#F0E442"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "#767676"
+
+# Meanings of the colours.
+MOTION = BLUE
+SWITCHING = BLACK
+RELEASE = GREEN
+FORCING = VERMILLION
+NATURAL = GREEN
+TORQUE = "#8A8A8A"
+# Sticks, by the sign of the sliding velocity before: colour and label.
+STICKS = {
+    1: (VERMILLION, "stick from $v>0$"),
+    -1: (PURPLE, "stick from $v<0$"),
+    0: (GREY, "rest from the start"),
+}
+
+# Two more depths of blue, so that periods doubled, T, 2T, 4T, deepen in colour; and greys.
+PALE_BLUE = "#9FC0FF"
+NAVY = "#1A0F7A"
+PALE_GREY = "#D4D4D4"
+DARK_GREY = "#565656"
+
+# Colour scales: many points (a single one stays visible on white), sizes, signs.
+DENSITY = ("#8AB4E0", "#3F83C4", "#184C86", "#04142E")
+DENSITY_DOWN = ("#F0AC7C", "#D8661E", "#8F3A08", "#2E1003")
+DENSITY_BENEATH = ("#C8C8C8", "#BEBEBE", "#B3B3B3", "#A8A8A8")
+SIGNS = ("#0A2A52", BLUE, "#F7F7F7", VERMILLION, "#571C00")
+SIZES = "viridis"
+
+# The linear stability limit.
+LIMIT = BLACK
+DASHES: Any = (0, (4.0, 1.5))
+# Unstable orbits.
+UNSTABLE: Any = (0, (3.2, 1.6))
+
+# Labels of the state's axes: in time, and at the points of a section.
+STATE = {
+    "angle": r"angle $\theta$  [rad]",
+    "velocity": r"velocity $\dot\theta$  [rad/s]",
+}
+SECTION = {
+    "angle": r"angle $\theta_n$  [rad]",
+    "velocity": r"velocity $\dot\theta_n$  [rad/s]",
+}
+# Labels of quantities whose long name in a dataset is a formula.
+MEANINGS = {
+    "eta": "slope of the actuation force",
+    "f": "forcing frequency",
+    "F0": "initial actuation force",
+    "alpha": "relative wedge angle",
+    "peak_torque": "brake torque",
+    "return_distance": "return distance",
+}
+# Symbols in mathtext, by the name of a parameter, group or result in a dataset.
+SYMBOLS = {
+    "eta": r"\eta",
+    "f": "f",
+    "F0": "F_0",
+    "alpha": r"\alpha",
+    "loss_factor": r"c/\sqrt{kJ}",
+    "static_ratio": r"\mu_s/\mu_k",
+    "drive": r"\Omega\sqrt{kJ}/T_e",
+    "inertia": "J",
+    "damping": "c",
+    "stiffness": "k",
+    "drive_speed": r"\Omega",
+    "radius": "R",
+    "brake_angle": r"\alpha_w",
+    "wrap_angle": r"\beta",
+    "actuation_arm": "a",
+    "normal_arm": "b",
+    "friction_arm": "d",
+    "kinetic": r"\mu_k",
+    "static": r"\mu_s",
+    "decay": r"\varsigma",
+    "steepness": r"\xi",
+    "width": "v_0",
+    "initial_force": "F_{a0}",
+    "slope": r"\delta",
+    "amplitude": "T_e",
+    "frequency": "f_e",
+    "initial_angle": r"\theta(0)",
+    "initial_velocity": r"\dot\theta(0)",
+    "angle": r"\theta",
+    "velocity": r"\dot\theta",
+    "brake_torque": r"RF_\mu",
+    "drive_torque": "T",
+    "largest_exponent": r"\lambda_1",
+    "second_exponent": r"\lambda_2",
+    "peak_torque": r"\max\,|RF_\mu|",
+}
+
+# Widths of a journal's single and double column, 89 and 183 mm, in inches.
+COLUMN = 3.5
+PAGE = 7.2
+
+# Sizes of type [pt].
+LABELS = 7.5
+TICKS = 7.0
+SMALL = 6.5
+
+# Lines and points beyond this number are drawn as pixels inside vector files.
+RASTER_FROM = 20_000
+
+
+def named(name: str, meaning: str, unit: str) -> str:
+    """Label of an axis: meaning, symbol if there is a usual one, unit.
+
+    A long meaning is cut before its first comma, semicolon or bracket.
+    """
+    words = re.split(r"[,;]| \(", meaning)[0].strip()
+    if not words or re.search(r"[_/=`]", words):
+        words = MEANINGS.get(name, words or name.replace("_", " "))
+    symbol = SYMBOLS.get(name)
+    unit = unit.replace("^2", "²")
+    return words + (f" ${symbol}$" if symbol else "") + f"  [{unit or '1'}]"
+
+
+def short(name: str) -> str:
+    """Symbol of a parameter for running text, or its name."""
+    return f"${SYMBOLS[name]}$" if name in SYMBOLS else name.replace("_", " ")
+
+
+def percent(share: float) -> str:
+    """Format a share in percent: never 0 for some, never 100 for less than all."""
+    if 0.0 < share < 0.001:
+        return "<0.1 %"
+    if 0.995 <= share < 1.0:
+        return f"{math.floor(1000.0 * share) / 10.0:.1f} %"
+    return f"{100.0 * share:.1f} %" if share < 0.1 else f"{100.0 * share:.0f} %"
+
+
+def number(value: float) -> str:
+    """Format a number for mathtext, with four digits."""
+    if value != 0.0 and not 1e-4 <= abs(value) < 1e5:
+        mantissa, exponent = f"{value:.3e}".split("e")
+        return rf"{float(mantissa):g}\times 10^{{{int(exponent)}}}"
+    return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+
+
+def moment(time: float, span: float) -> str:
+    """Format a time [s] with the digits that a span of times [s] needs."""
+    digits = 4
+    if 0.0 < span < abs(time):
+        digits += math.ceil(math.log10(abs(time) / span))
+    return f"{time:.{min(digits, 17)}g}"
+
+
+def margins(low: float, high: float, least: float, share: float = 0.06) -> tuple[float, float]:
+    """Limits about low..high with a margin, never narrower than ``least``.
+
+    Otherwise the scatter of rounding would fill the picture of a constant motion.
+    """
+    middle = 0.5 * (low + high)
+    half = max(0.5 * (high - low) * (1.0 + 2.0 * share), 0.5 * least)
+    if half == 0.0:
+        half = 1.0
+    return middle - half, middle + half

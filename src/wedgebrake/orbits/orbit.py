@@ -1,0 +1,197 @@
+"""One periodic orbit as a result, and why one was not found."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.model.display import Result
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.curves import OrbitSolution
+from wedgebrake.orbits.equations import multipliers
+from wedgebrake.orbits.section import FloatArray
+
+# Segments of an orbit that are listed one by one, and those that its equations may have.
+_FEW_SEGMENTS, MOST_SEGMENTS = 24, 600
+
+
+class OrbitStatus(Enum):
+    """Whether an orbit was found, or why not."""
+
+    FOUND = "found"
+    NOT_CONVERGED = "not_converged"
+    OF_LOWER_ORDER = "of_lower_order"
+    AT_REST = "at_rest"
+    NO_RUN = "no_run"
+    NOT_PERIODIC = "not_periodic"
+    NOT_SETTLED = "not_settled"
+    NOT_ISOLATED = "not_isolated"
+    TOO_LONG = "too_long"
+
+    @property
+    def sentence(self) -> str:
+        """What the status means and what can be done."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    OrbitStatus.FOUND: "A periodic orbit was found.",
+    OrbitStatus.NOT_CONVERGED: (
+        "Newton's method found no periodic orbit near the guess. Give initial near a point of the"
+        " orbit at t = 0, or another order."
+    ),
+    OrbitStatus.OF_LOWER_ORDER: (
+        "The only orbits found repeat after fewer periods than order says. Give initial near a"
+        " point of the wanted orbit, or a lower order."
+    ),
+    OrbitStatus.AT_REST: (
+        "Nothing slips: every angle that the brake holds is an equilibrium, none is an isolated"
+        " orbit. Lower the initial force or raise the torque."
+    ),
+    OrbitStatus.NO_RUN: (
+        "The motion from which an orbit was sought does not last: it diverges, locks, or stops at"
+        " a limit. Run a simulation to see which; give initial, or change the system."
+    ),
+    OrbitStatus.NOT_PERIODIC: (
+        "The motion does not settle to a periodic orbit: it is chaotic or quasi-periodic. Give"
+        " order, for example order 1 for the synchronous orbit, which is then unstable, or another"
+        " initial."
+    ),
+    OrbitStatus.NOT_SETTLED: (
+        "The motion has not settled within limit periods. Raise limit, or give order, the number"
+        " of periods of the torque in the wanted orbit."
+    ),
+    OrbitStatus.NOT_ISOLATED: (
+        "Without a torque or a spring an orbit is not isolated: shifted in time or in angle it is"
+        " another one. Give the driveline a spring, and the excitation an amplitude."
+    ),
+    OrbitStatus.TOO_LONG: (
+        f"The orbit has more than {MOST_SEGMENTS} segments, too many for its equations. Look for"
+        " one of a lower order, or of a slower driveline."
+    ),
+}
+
+
+@dataclass(frozen=True, repr=False)
+class Orbit(Result):
+    """A periodic orbit, stable or not, and how it was found.
+
+    system, method : of which it is an orbit, and the solver
+    status        : whether it was found; if not, the numbers below are nan
+    rtol          : tolerance of "smooth"
+    order         : periods of the torque in the orbit
+    angle, velocity : its state at t = 0 [rad], [rad/s]
+    multipliers   : Floquet multipliers over the orbit, the larger modulus first; of deviations
+                    that keep a rest, where mu_s > mu_k would free the brake at any push
+    sequence      : its segments in their order, "+" forwards, "-" backwards, "0" rest, "+1" the
+                    next segment of the brake's law (as after release); empty for smooth laws
+    points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...
+    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
+    stick_share   : share of time at rest relative to the brake
+    sticks_forward, sticks_backward, events : in a period of the torque
+    peak_torque   : largest |R F_mu| [N m]
+    steps         : lengths of the last steps of Newton's method, relative
+    """
+
+    system: BrakedDriveline
+    method: str
+    rtol: float
+    status: OrbitStatus
+    order: int
+    angle: float = math.nan
+    velocity: float = math.nan
+    multipliers: tuple[complex, complex] = (complex(math.nan), complex(math.nan))
+    sequence: str = ""
+    points: FloatArray = field(default_factory=lambda: np.empty((0, 2)), compare=False)
+    velocity_amplitude: float = math.nan
+    angle_amplitude: float = math.nan
+    stick_share: float = math.nan
+    sticks_forward: float = math.nan
+    sticks_backward: float = math.nan
+    events: float = math.nan
+    peak_torque: float = math.nan
+    steps: tuple[float, ...] = ()
+    _solution: OrbitSolution | None = field(default=None, repr=False, compare=False)
+
+    @classmethod
+    def of(cls, solution: OrbitSolution, steps: list[float]) -> Orbit:
+        """The orbit that a solution of its equations is."""
+        angle, velocity = (float(one) for one in solution.points[0])
+        return cls(
+            system=solution.system, method=solution.problem.method, rtol=solution.problem.rtol,
+            status=OrbitStatus.FOUND, order=solution.order, angle=angle, velocity=velocity,
+            multipliers=multipliers(*solution.invariants), sequence=solution.equations.sequence,
+            points=solution.points, **vars(solution.measures), steps=tuple(steps),
+            _solution=solution,
+        )  # fmt: skip
+
+    @property
+    def found(self) -> bool:
+        """Whether there is an orbit."""
+        return self.status is OrbitStatus.FOUND
+
+    @property
+    def message(self) -> str:
+        """The status in a sentence, and what can be done."""
+        return self.status.sentence
+
+    @property
+    def stable(self) -> bool:
+        """Whether small deviations die out."""
+        return abs(self.multipliers[0]) < 1.0
+
+    @property
+    def exponents(self) -> tuple[float, float]:
+        """Lyapunov exponents [1/s], from the multipliers; -inf where a stick forgets all."""
+        first, second = self.multipliers
+        return self._exponent(first), self._exponent(second)
+
+    def _exponent(self, multiplier: complex) -> float:
+        if self._solution is None:
+            return math.nan
+        if multiplier == 0.0:
+            return -math.inf
+        return math.log(abs(multiplier)) / self._solution.section.duration(self.order)
+
+    @property
+    def verdict(self) -> str:
+        """The orbit in a sentence."""
+        if not self.found:
+            return self.message
+        sizes = " and ".join(_shown(one) for one in self.multipliers)
+        text = f"{order_name(self.order)} orbit, {'stable' if self.stable else 'unstable'}"
+        text += f": multipliers {sizes}"
+        if not self.sequence:
+            return f"{text}."
+        count = len(self.sequence.split())
+        few = count <= _FEW_SEGMENTS
+        return f"{text}; {f'segments {self.sequence}' if few else f'{count} segments'}."
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        names = (
+            "order", "method", "angle", "velocity", "stable", "sequence", "velocity_amplitude",
+            "angle_amplitude", "stick_share", "sticks_forward", "sticks_backward", "events",
+            "peak_torque", "message", "verdict",
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in names} | {
+            "status": self.status.value,
+            "multipliers": [[one.real, one.imag] for one in self.multipliers],
+            "exponents": list(self.exponents),
+            "points": self.points.tolist(),
+        }
+
+
+def order_name(order: int) -> str:
+    """Name of an order: "synchronous", "2T-periodic"."""
+    return "synchronous" if order == 1 else f"{order}T-periodic"
+
+
+def _shown(one: complex) -> str:
+    if one.imag == 0.0:
+        return f"{one.real:.6g}"
+    return f"{one.real:.6g}{one.imag:+.6g}i"

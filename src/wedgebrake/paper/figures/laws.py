@@ -1,0 +1,135 @@
+"""Figures 4 and 5: friction laws, what the wedge makes of them, and a stick-slip response."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.figures.data.history import History, last_periods
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.friction import SmoothedFriction
+from wedgebrake.model.paper_machines import (
+    AS_PRINTED,
+    CORRECTED,
+    DURATION,
+    FIGURE_5,
+    KINETIC,
+    RADIUS,
+)
+from wedgebrake.paper.figures import layout, words
+from wedgebrake.paper.laboratory import Laboratory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+_ANGLE = 0.34
+"""The wedge angle [rad] at which the ratios are those that the paper states, 5.58 and 0.46."""
+# Largest sliding speeds of both figures [m/s], and torque periods in figure 5.
+_FASTEST, _NEAR = 0.4, 0.2
+_PERIODS = 5
+_SMOOTH: dict[str, Any] = {"color": style.MOTION, "linewidth": 0.9, "zorder": 3}
+_COULOMB: dict[str, Any] = {"color": style.ORANGE, "linewidth": 1.8, "zorder": 2}
+
+
+def smoothed(_laboratory: Laboratory) -> Figure:
+    """Figure 4: the smoothed law with and without a static peak; nothing is run."""
+    laws = [SmoothedFriction(kinetic=KINETIC, static=a.static) for a in (CORRECTED, AS_PRINTED)]
+    brake = WedgeBrake(angle=_ANGLE, radius=RADIUS)
+    alpha = math.tan(_ANGLE) / KINETIC
+    figure, ((left, right),) = layout.sheet(
+        [
+            (
+                rf"Figure 4. Smoothed friction (eqs. 14, 15): $\mu_k = {KINETIC:g}$,"
+                rf" $\xi = {laws[0].steepness:g}$ s/m, $\varsigma = {laws[0].decay:g}$ s/m, and the"
+                rf" wedge brake at $\alpha = {alpha:.2f}$ (printed: 1.03). No run."
+            )
+        ],
+        [1.9],
+        (1.0, 1.0),
+        across=0.6,
+    )
+    layout.head(left, r"(a) friction coefficient $\mu/\mu_k$  [1]")
+    layout.head(right, r"(b) friction over actuation force $F_\mu/F_a$  [1]")
+    for axes in (left, right):
+        layout.zero_lines(axes, vertical=True)
+        axes.set_xlabel(r"sliding speed $v_r = R\dot\theta$  [m/s]", labelpad=1.5)
+        axes.set_xlim(-_FASTEST, _FASTEST)
+    pens = {**_SMOOTH, "linewidth": 1.1}, {**_COULOMB, "linewidth": 0.7}
+    for law, pen in zip(laws, pens, strict=True):
+        speeds, friction = _curve(law, _FASTEST)
+        left.plot(speeds, friction / KINETIC, label=rf"$\mu_s = {law.static:g}$", **pen)
+        right.plot(speeds, [brake.amplification(float(m)) for m in friction], **pen)
+    left.legend(loc="lower right", borderaxespad=0.5)
+    for side, align in ((1.0, "right"), (-1.0, "left")):
+        value = brake.amplification(side * KINETIC)
+        right.annotate(
+            f"${value:.2f}$",
+            (0.97 * side * _FASTEST, value),
+            xytext=(0.0, -3.0),
+            textcoords="offset points",
+            ha=align,
+            va="top",
+            color=style.MOTION,
+        )
+    right.set_ylim(bottom=-1.8)
+    for axes in (left, right):
+        layout.ticks(axes, 5, 6)
+    return figure
+
+
+def comparison(laboratory: Laboratory) -> Figure:
+    """Figure 5: smoothed friction by the laboratory's method, or adaptively if that is exact."""
+    exact = laboratory.like(method="exact")
+    smooth = laboratory if laboratory.method != "exact" else laboratory.like(method="smooth")
+    figure, ((left, right),) = layout.sheet(
+        [
+            f"Figure 5. {words.brake(FIGURE_5)}: {words.groups(FIGURE_5)}.",
+            words.assumptions(laboratory.assumptions),
+            f"{words.both([smooth, exact])} {DURATION:g} s from rest; the last {_PERIODS} periods.",
+        ],
+        [1.9],
+        (1.0, 2.0),
+        across=0.5,
+    )
+    _ratios(left, laboratory.assumptions.static)
+    for one, pen in ((exact, _COULOMB), (smooth, _SMOOTH)):
+        response = one.response(FIGURE_5)
+        first, _ = last_periods(response, _PERIODS)
+        data = History.last(response, _PERIODS)
+        right.plot(data.time, data.velocity, **pen)
+        if response.attrs["status"] != "completed":
+            layout.note(right, response.attrs["message"], "right", style.BLACK)
+    layout.zero_lines(right)
+    right.set_xlim(first, DURATION)
+    right.set_xlabel("time $t$  [s]", labelpad=1.5)
+    layout.head(right, r"(b) velocity $\dot\theta$  [rad/s]")
+    layout.ticks(right, 6, 6)
+    return figure
+
+
+def _ratios(axes: Axes, static: float) -> None:
+    """Friction over actuation force of both laws."""
+    brake = WedgeBrake(angle=math.atan(FIGURE_5.alpha * KINETIC), radius=RADIUS)
+    speeds, friction = _curve(SmoothedFriction(kinetic=KINETIC, static=static), _NEAR)
+    axes.plot(speeds, [brake.amplification(float(m)) for m in friction], **_SMOOTH)
+    corners = [-KINETIC, -KINETIC, -static, static, KINETIC, KINETIC]
+    axes.plot(
+        [-_NEAR, 0.0, 0.0, 0.0, 0.0, _NEAR], [brake.amplification(m) for m in corners], **_COULOMB
+    )
+    axes.set_xlim(-_NEAR, _NEAR)
+    axes.set_xlabel(r"sliding speed $v_r$  [m/s]", labelpad=1.5)
+    layout.head(axes, r"(a) $F_\mu/F_a$  [1]")
+    layout.ticks(axes, 4, 6)
+
+
+def _curve(law: SmoothedFriction, fastest: float) -> tuple[FloatArray, FloatArray]:
+    """Speeds, dense in the steep part about zero, and the coefficients there."""
+    speeds = fastest * np.linspace(-1.0, 1.0, 801) ** 3
+    return speeds, np.array([law.coefficient(float(speed)) for speed in speeds])
