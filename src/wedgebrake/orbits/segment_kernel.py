@@ -235,11 +235,9 @@ def _slip_equations(problem, segment):
             ratio = (w - w0 - a0 * h) / (tau * tau)
             slope = (a1 - a0 * h_rate) / (tau * tau) - 2.0 * ratio / tau
         if turned <= _VANISHING:
-            drive = second_rate(forcing, first) / omega
-            change = drive - g2 * j0 / omega
-            by_phase = drive / 2.0 - change / 6.0
-            return angle, Equation(ratio, by_phase, 0.0, h_rate, slope / omega)
-        by_phase = (2.0 * ratio / tau - h * (j0 + g2 * a0) / (tau * tau)) / omega
+            by_phase = (0.5 * second_rate(forcing, first) - slope) / omega
+        else:
+            by_phase = (2.0 * ratio / tau - h * (j0 + g2 * a0) / (tau * tau)) / omega
         return angle, Equation(ratio, by_phase, 0.0, h_rate, slope / omega)
     if turned <= _SHORT:
         ratio, slope = _velocity_series(piece, forcing, w0, a0, first, tau, 1)
