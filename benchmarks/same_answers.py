@@ -98,7 +98,8 @@ def _branches():
     )
     for system, over in cases:
         found = wb.branches(system, **over)
-        names = [name for name in found.data_vars if name.startswith("bifurcation")]
+        kept = ("kind", "value", "order", "scenario")
+        names = [f"bifurcation_{name}" for name in kept if f"bifurcation_{name}" in found]
         yield {name: found[name].to_numpy() for name in names}
 
 

@@ -10,13 +10,6 @@ from .analysis.spectral_peaks import spectral_lines
 from .analysis.spectrum import spectrum
 from .analysis.sticking import sticks
 from .analysis.torque import BrakeTorque, brake_torque
-from .continuation.branch import Branch
-from .continuation.branches import branches
-from .continuation.codim2 import boundaries, boundary
-from .continuation.continuation import continuation
-from .continuation.orbit import Orbit
-from .continuation.point import BranchPoint
-from .continuation.shooting import orbit
 from .errors import InputError, OutputError, WedgebrakeError
 from .explorer.notebook import explore
 from .figures.matplotlib.draw import plot
@@ -45,6 +38,12 @@ from .model.part import parameter
 from .model.study import Study, load_study, read_study
 from .model.study_text import save_study
 from .model.system import BrakedDriveline
+from .orbits.branch import Branch, continuation
+from .orbits.branch_point import BranchPoint
+from .orbits.codim2 import boundaries, boundary
+from .orbits.diagram import branches
+from .orbits.orbit import Orbit
+from .orbits.shooting import orbit
 from .solvers.simulate import simulate
 from .solvers.status import Status
 from .sweeps.basins import basins

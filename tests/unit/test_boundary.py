@@ -100,7 +100,7 @@ def test_dataset(over_force) -> None:
         assert np.all((values >= low) & (values <= high))
     assert found.attrs["begin"].startswith("left the range of")
     assert found.attrs["end"].startswith("left the range of")
-    assert json.loads(found.attrs["system"]) == start.family.base.as_dict()
+    assert json.loads(found.attrs["system"]) == start.problem.base.as_dict()
     # The curve goes through the point that it was begun from.
     at = np.argmin(np.abs(found.eta.values + 24.0))
     assert float(found.F0[at]) == pytest.approx(start.value, abs=1e-9)

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.continuation.branch import Branch
-from wedgebrake.continuation.branch_switching import leaving
-from wedgebrake.continuation.deduplication import lies_on, marks
+from wedgebrake.orbits.branch import Branch
+from wedgebrake.orbits.branch_switching import leaving
+from wedgebrake.orbits.deduplication import lies_on, marks
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
 CONVENTIONAL = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional")

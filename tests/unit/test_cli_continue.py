@@ -21,8 +21,8 @@ import wedgebrake as wb
 from children import started
 from printed import names, unwrapped
 from wedgebrake.cli.continue_report import answer, stable_stretches
-from wedgebrake.continuation.diagram import follow
-from wedgebrake.continuation.ranges import make_ranges
+from wedgebrake.orbits.diagram import follow
+from wedgebrake.orbits.problem import make_ranges
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
 EXAMPLES = Path(__file__).parents[2] / "examples"

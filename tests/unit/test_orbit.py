@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.continuation.orbit import OrbitStatus
+from wedgebrake.orbits.orbit import OrbitStatus
 
 
 def _returned(found: wb.Orbit) -> np.ndarray:

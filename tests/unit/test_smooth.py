@@ -13,6 +13,9 @@ from scipy.integrate import simpson, solve_ivp
 import wedgebrake as wb
 from equations import angular_frequency, gain
 from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.model.friction import Friction, SmoothFriction
+from wedgebrake.model.part import parameter
+from wedgebrake.model.study import Run
 
 REST = (0.0, 0.0)
 
@@ -445,3 +448,72 @@ def test_a_narrow_place_that_is_named_is_not_stepped_over(speed, width):
 def test_a_narrow_place_that_is_none_is_refused(place):
     with pytest.raises(wb.InputError, match=r"friction.narrow\[0\]"):
         wb.CustomFriction(law=same_as_smoothed, width=0.01, narrow=[place])
+
+
+@pytest.mark.parametrize("friction", ["series", "Runge-Kutta"])
+def test_the_last_sample_is_the_state_at_the_end(friction):
+    """However densely the response is sampled, also where it ends at a return to the section."""
+    system = paper() if friction == "series" else paper(static=0.33)
+    runs = [wb.simulate(system, periods=3, samples_per_period=count) for count in (20, 40)]
+    for run in runs:
+        assert run.angle.values[-1] == run.attrs["final_angle"] == run.poincare_angle.values[-1]
+        assert run.velocity.values[-1] == run.attrs["final_velocity"]
+    np.testing.assert_allclose(runs[0].velocity, runs[1].velocity[::2], rtol=1e-8, atol=1e-9)
+
+
+@pytest.fixture
+def stribeck():
+    """A named law of one's own: mu (1 + peak e^(-|v|/decay)) 2/pi atan(v/width)."""
+    registered = dict(Friction.kinds)
+
+    class Stribeck(SmoothFriction):
+        kind = "own-stribeck"
+        kinetic: float = parameter("kinetic coefficient", symbol="mu", unit="1", example=0.3, gt=0)
+        peak: float = parameter("relative peak", symbol="p", unit="1", example=0.1, ge=0)
+
+        @property
+        def reference(self) -> float:
+            return self.kinetic
+
+        @property
+        def transition(self) -> float:
+            return 0.01
+
+        def shape(self):
+            return (self.kinetic, self.peak)
+
+        @staticmethod
+        def law(speed, shape):
+            grown = 1.0 + shape[1] * math.exp(-abs(speed) / 0.3)
+            return shape[0] * grown * 2.0 / math.pi * math.atan(speed / 0.01)
+
+    yield Stribeck
+    Friction.kinds.clear()
+    Friction.kinds.update(registered)
+
+
+@pytest.mark.parametrize("method", ["smooth", "ode14x"])
+def test_a_named_law_of_ones_own(stribeck, method):
+    """The same as the function in a CustomFriction: in Python, in study files, in sweeps."""
+    own = stribeck(kinetic=0.3, peak=0.1)
+    custom = wb.CustomFriction(law=lambda v: own.law(v, (0.3, 0.1)), width=0.01, kinetic=0.3)
+    assert own.coefficient(0.2) == pytest.approx(custom.coefficient(0.2), rel=1e-15)
+
+    @numba.njit
+    def law(v):
+        grown = 1.0 + 0.1 * math.exp(-abs(v) / 0.3)
+        return 0.3 * grown * 2.0 / math.pi * math.atan(v / 0.01)
+
+    system = paper(friction=own, damping=10.0)
+    custom = paper(friction=wb.CustomFriction(law=law, width=0.01, kinetic=0.3), damping=10.0)
+    limits = {"step": 1e-3} if method == "ode14x" else {}
+    found, expected = (
+        wb.simulate(one, periods=2, method=method, **limits) for one in (system, custom)
+    )
+    scale = np.abs(expected.velocity.values).max()
+    np.testing.assert_allclose(found.velocity, expected.velocity, atol=1e-6 * scale)
+    study = wb.Study(system, Run(periods=2))
+    assert wb.read_study(study.to_toml()).system == system
+    swept = wb.sweep(system, peak=[0.1, 0.2], periods=4, transient=2, method=method, **limits)
+    assert np.all(np.isfinite(swept["final_velocity"]))
+    assert swept["final_velocity"][0] != swept["final_velocity"][1]

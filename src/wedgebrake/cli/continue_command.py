@@ -13,17 +13,16 @@ from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.overrides import in_options
 from wedgebrake.cli.progress import watched
 from wedgebrake.cli.ranges import parse_range
-from wedgebrake.continuation.branch import Branch
-from wedgebrake.continuation.codim2 import boundary
-from wedgebrake.continuation.continuation import check_step
-from wedgebrake.continuation.dataset import assemble
-from wedgebrake.continuation.diagram import Followed, follow
-from wedgebrake.continuation.orbit import Orbit, OrbitStatus
-from wedgebrake.continuation.point import BranchPoint
-from wedgebrake.continuation.ranges import Range, make_ranges, value_of
-from wedgebrake.continuation.shooting import check, orbit_to_follow
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study
+from wedgebrake.orbits.branch import Branch, check_step
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.codim2 import boundary
+from wedgebrake.orbits.dataset import Followed, assemble
+from wedgebrake.orbits.diagram import follow
+from wedgebrake.orbits.orbit import Orbit, OrbitStatus
+from wedgebrake.orbits.problem import Range, make_ranges, value_of
+from wedgebrake.orbits.shooting import check, orbit_to_follow
 from wedgebrake.sweeps.bifurcation import bifurcation
 from wedgebrake.sweeps.progress import Progress
 from wedgebrake.sweeps.regime_map import regime_map

@@ -9,11 +9,11 @@ import numpy as np
 
 from wedgebrake.cli.continue_command import Order, Outcome
 from wedgebrake.cli.writing import header
-from wedgebrake.continuation.bifurcation_types import Kind
-from wedgebrake.continuation.diagram import Followed
-from wedgebrake.continuation.point import BranchPoint
-from wedgebrake.continuation.stability_intervals import stretches
 from wedgebrake.dynamics.enums import MotionClass, motion_word
+from wedgebrake.orbits.bifurcation_types import Kind
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.dataset import Followed
+from wedgebrake.orbits.stability_intervals import stability_intervals
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -134,7 +134,7 @@ def stable_stretches(one: Followed) -> list[tuple[int, int]]:
     marginal[0] |= one.origin >= 0
     marginal[-1] |= one.branch.met
     stable = np.array([point.stable for point in points])
-    return [(first, last) for first, last, holds in stretches(stable, marginal) if holds]
+    return [(first, last) for first, last, holds in stability_intervals(stable, marginal) if holds]
 
 
 def answer(name: str, followed: list[Followed]) -> str:

@@ -7,8 +7,8 @@ from typing import Any
 
 from wedgebrake.cli.continue_report import without_value
 from wedgebrake.cli.writing import compiled_note, describe, file_lines, with_unit
-from wedgebrake.continuation.bifurcation_types import Kind, Scenario
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 
 _MOST_LINES = 40  # of the table of bifurcations
 _SCENARIOS = {

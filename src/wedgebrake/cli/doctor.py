@@ -112,7 +112,7 @@ def _wrapped(advice: list[str]) -> list[str]:
 
 
 def _threads() -> int:
-    """How many threads a sweep takes by default: ``sweeps.workers.processors``.
+    """How many threads a sweep takes by default: ``sweeps.executor.processors``.
 
     Not asked there, as that loads, and at first compiles, the kernels.
     """

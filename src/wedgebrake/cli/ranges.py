@@ -6,12 +6,12 @@ import math
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from wedgebrake.continuation.ranges import Range, make_ranges
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import refuse_of_another_kind
 from wedgebrake.model.validation import as_typed, shown
+from wedgebrake.orbits.problem import Range, make_ranges
 
 _FORMS = (
     "NAME=FROM:TO:COUNT (equal steps), NAME=FROM:TO:COUNT:log (equal ratios) or"

@@ -66,6 +66,20 @@ def second_rate(harmonic, phase):
 
 
 @compiled
+def differentiated(harmonic, phase):
+    """The time derivative, again a harmonic, and its phase."""
+    omega = harmonic.angular_frequency
+    return Harmonic(harmonic.amplitude * omega, omega), Phase(phase.cosine, -phase.sine)
+
+
+@compiled
+def angle_of_rate(harmonic, level):
+    """Angle [rad] in [0, pi] at which the first derivative falls through ``level``; nan: none."""
+    greatest = harmonic.amplitude * harmonic.angular_frequency
+    return math.acos(level / greatest) if abs(level) <= greatest and greatest > 0.0 else math.nan
+
+
+@compiled
 def _wait(level, amplitude, angle):
     """Phase to wait until amplitude sin(angle) rises through ``level``; inf if it never does."""
     if level >= amplitude:

@@ -34,7 +34,7 @@ _OPTIONS: dict[str, Any] = {
 
 PACKAGE = Path(__file__).parents[1]
 # Folders with kernels.
-FOLDERS = ("dynamics", "solvers", "analysis", "continuation")
+FOLDERS = ("dynamics", "solvers", "analysis", "orbits")
 
 
 def _stamp() -> tuple[tuple[str, int, int], ...]:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 
-def record(floats: str = "", *, whole: str = "", fields: Iterable[tuple[str, Any]] = ()) -> Any:
+def record(floats: str = "", *, whole: str = "", fields: Iterable[tuple[Any, ...]] = ()) -> Any:
     """Dtype with fields of integers, then of floats (names in a string), or any ``fields``."""
     named: list[Any] = [(name, np.int64) for name in whole.split()]
     named += [(name, np.float64) for name in floats.split()]

@@ -1,4 +1,4 @@
-"""What can be swept, with which values, and the [sweep] table of a study file."""
+"""Parameters that can be swept, their values, and the [sweep] table of a study file."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table
 from wedgebrake.model.validation import is_finite, is_number, labels, named, shown
 
 MOST_VALUES = 10_000_000  # of one swept parameter
-_MOST_WRONG = 8  # names of [sweep] that are told at once
+_MOST_WRONG = 8  # names of [sweep] in one error message
 _LONGEST = 5_000_000  # periods
 
 
 class Quantity(NamedTuple):
-    """What can be swept: its symbol, its unit, and what it means."""
+    """A quantity that can be swept: symbol, unit and meaning."""
 
     symbol: str
     unit: str
@@ -36,20 +36,20 @@ INITIAL = {
 
 
 def sweepable(system: BrakedDriveline) -> dict[str, tuple[str, str]]:
-    """(unit, meaning) of everything that can be swept on a system, by name."""
+    """Return (unit, meaning) of everything that can be swept on a system, by name."""
     quantities = _quantities(type(getattr(system, part)) for part in PARTS)
     return {name: (one.unit, one.meaning) for name, one in quantities.items()}
 
 
 def _quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
-    """The numbers of the parts, the groups, and the initial conditions."""
+    """Return the numeric parameters of the parts, the groups, and the initial conditions."""
     found: dict[str, Quantity] = {}
     for model in models:
         for name, field in model.model_fields.items():
             if field.annotation is float:
                 extra = labels(field)
                 symbol, unit = extra.get("symbol", "-"), extra.get("unit", "1")
-                # Without its symbol, which stands beside it.
+                # The symbol is shown separately.
                 words = [one for one in (field.description or name).split() if one != symbol]
                 found.setdefault(name, Quantity(symbol, unit, " ".join(words)))
     groups = {name: Quantity(name, "1", setter.meaning) for name, setter in SETTERS.items()}
@@ -66,7 +66,7 @@ def refuse_doubled(name: str, names: Collection[str], where: str = "") -> None:
         )
 
 
-# Of a class, `from` could be no name.
+# `from` cannot be the name of an attribute in a class statement.
 _SPAN: dict[str, Any] = {
     "from": (float, parameter(
         "first value", symbol="-", unit="-", example=-60.0, ge=-1e300, le=1e300,
@@ -86,9 +86,9 @@ Span: type[Part] = create_model("Span", __base__=Part, __doc__="Evenly spaced va
 
 
 def swept_values(given: Any, where: str) -> Part | tuple[float, ...]:
-    """The values of a swept parameter, checked, from a list or a table (from, to, points).
+    """Validate the values of a swept parameter: a list, or a table (from, to, points).
 
-    where : what stands before the name of a wrong value in a message, as "sweep.eta."
+    where : prefix of the name of an invalid value in a message, as "sweep.eta."
 
     Raises ``InputError``.
     """
@@ -136,7 +136,7 @@ def _transient(value: Any) -> Any:
 
 
 class Sweep(Part):
-    """What to sweep: the axes and some arguments of ``wb.sweep``, with its defaults.
+    """Definition of a sweep: the axes and some arguments of ``wb.sweep``, with its defaults.
 
     axes : (name, values) of each swept parameter, in order; values are a tuple of numbers or
            a ``Span``: first, last, number and scale
@@ -174,11 +174,11 @@ class Sweep(Part):
     )  # fmt: skip
 
     def parameters(self) -> dict[str, NDArray[np.float64]]:
-        """The swept values by name, (n,) each, in order."""
+        """Return the swept values by name, (n,) each, in order."""
         return {name: _expanded(values) for name, values in self.axes}
 
     def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of ``wb.sweep`` that are set, without the parameters."""
+        """Return the keyword arguments of ``wb.sweep`` that are set, without the parameters."""
         given = {name: getattr(self, name) for name in SWEEP_SETTINGS}
         return {name: value for name, value in given.items() if value is not None}
 
@@ -195,9 +195,9 @@ def _expanded(values: Part | tuple[float, ...]) -> NDArray[np.float64]:
 
 
 def parse_sweep(table: dict[str, Any], system: BrakedDriveline) -> Sweep:
-    """The [sweep] table: settings, and everything else is a swept parameter.
+    """Parse the [sweep] table: settings, and everything else is a swept parameter.
 
-    Raises ``InputError`` that names what is wrong, the first few of several.
+    Raises ``InputError`` with the first few errors.
     """
     settings = {name: table[name] for name in SWEEP_SETTINGS if name in table}
     allowed = sweepable(system)
@@ -235,7 +235,7 @@ def _check_name(name: str, allowed: Collection[str], system: BrakedDriveline) ->
 
 
 def sweep_schema() -> tuple[dict[str, Any], dict[str, Any]]:
-    """The schema of [sweep], with all that can be swept on any brake, and what it refers to."""
+    """Return the schema of [sweep] for all brakes and laws, and the definitions it refers to."""
     table = table_schema(Sweep)
     del table["properties"]["axes"]
     kinds = [model for kinds in CHOSEN.values() for model in kinds.values()]

@@ -1,6 +1,6 @@
-"""What a sweep knows of each of its points: names, types, units and words.
+"""Variables of the result of a sweep: names, types, units and meanings.
 
-One table for the kernels' answers, the store and the pictures.
+One table serves the kernels' results, the store and the figures.
 """
 
 from __future__ import annotations
@@ -28,10 +28,11 @@ class PointStatus(IntEnum):
 
 @dataclass(frozen=True)
 class Variable:
-    """One result.
+    """A variable of the result.
 
-    per_period : it has a value at each recorded Poincare point, not one for the point
-    fill       : value where nothing was computed
+    per_period : has a value at each recorded Poincare point
+    fill       : value of points that are not computed
+    words      : the classes that its numbers stand for
     """
 
     name: str
@@ -43,7 +44,7 @@ class Variable:
     words: type[IntEnum] | None = None
 
     def attributes(self) -> dict[str, Any]:
-        """Units and meaning, and the words of a class (CF flags)."""
+        """Return units and meaning, and the names of classes (CF flags)."""
         attributes: dict[str, Any] = {"units": self.unit, "long_name": self.meaning}
         if self.words is not None:
             attributes["flag_values"] = [int(one) for one in self.words]
@@ -79,7 +80,6 @@ VARIABLES: dict[str, Variable] = {
         Variable("events", "1", "events of the whole run", "int64", 0),
         Variable("final_angle", "rad", "angle at the end"),
         Variable("final_velocity", "rad/s", "velocity at the end"),
-        # Last: in a store, its presence says that all the others of a chunk are written.
         Variable("status", "1", "how the simulation ended", "int8", 0, words=PointStatus),
     )
 }

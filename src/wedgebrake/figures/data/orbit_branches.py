@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.continuation.stability_intervals import stretches
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles
@@ -17,6 +16,7 @@ from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_styles import BIFURCATIONS, ClassStyle, LineStyle
 from wedgebrake.figures.data.legend import LegendEntry, class_entry
 from wedgebrake.figures.data.swept_axis import label, runs, swept_parameters
+from wedgebrake.orbits.stability_intervals import stability_intervals
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -208,7 +208,7 @@ def _curves(
         own = slice(first, last + 1)
         # A branch that was switched to begins at a bifurcation of another one.
         marginal[first] |= origin[branch[first]] >= 0
-        for begin, end, holds in stretches(stable[own], marginal[own]):
+        for begin, end, holds in stability_intervals(stable[own], marginal[own]):
             piece = slice(begin, end + 1)
             for height in heights[own][piece].T:
                 if np.any(np.isfinite(height)):

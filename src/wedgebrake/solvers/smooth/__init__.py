@@ -1,1 +1,15 @@
-"""Adaptive solution for smooth friction laws: Taylor series and Runge-Kutta."""
+"""Adaptive solution for smooth friction laws: Taylor series and Runge-Kutta.
+
+solve                   a system and a task to a trajectory
+solve_periods           motions period by period, alone or several at once
+assemble, laws          from a system to numbers and compiled laws
+problem                 those numbers: the velocity axis cut into stretches
+trajectory              the loop: step, event, log
+steps                   one step, by either method or in closed form
+taylor                  the series of a step; simd_codegen compiles it for vector lanes
+runge_kutta             the stages of a step; continuous_extension finds kinks inside
+periods, simd_batch     the loop over periods, and that of several systems side by side
+dense_output            steps by series after the fact
+accumulators            sums over a motion
+variational             the derivative of the flow
+"""

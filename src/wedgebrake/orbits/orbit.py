@@ -1,4 +1,4 @@
-"""One periodic orbit: what is told of it."""
+"""One periodic orbit as a result, and why one was not found."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.continuation.equations import Equations, FloatArray, Measures
-from wedgebrake.continuation.problem import Family
 from wedgebrake.model.display import Result
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.curves import OrbitSolution
+from wedgebrake.orbits.equations import multipliers
+from wedgebrake.orbits.section import FloatArray
 
-# Pieces of an orbit that are named one by one, and those that its equations may have.
-_FEW_PIECES, MOST_PIECES = 24, 600
+# Segments of an orbit that are listed one by one, and those that its equations may have.
+_FEW_SEGMENTS, MOST_SEGMENTS = 24, 600
 
 
 class OrbitStatus(Enum):
-    """Whether an orbit was found, with the sentence that tells it to a person."""
+    """Whether an orbit was found, or why not."""
 
     FOUND = "found"
     NOT_CONVERGED = "not_converged"
@@ -52,26 +53,25 @@ _SENTENCES = {
         " orbit. Lower the initial force or raise the torque."
     ),
     OrbitStatus.NO_RUN: (
-        "The motion from which an orbit was looked for does not last: it diverges, locks, or stops"
-        " at a limit; a simulation says which. Give initial, or change the system."
+        "The motion from which an orbit was sought does not last: it diverges, locks, or stops at"
+        " a limit. Run a simulation to see which; give initial, or change the system."
     ),
     OrbitStatus.NOT_PERIODIC: (
-        "The motion settles to no periodic orbit: it is chaotic, or a second frequency is in it."
-        " Give order, as order 1 for the synchronous orbit, which is unstable then, or begin"
-        " elsewhere."
+        "The motion does not settle to a periodic orbit: it is chaotic or quasi-periodic. Give"
+        " order, for example order 1 for the synchronous orbit, which is then unstable, or another"
+        " initial."
     ),
     OrbitStatus.NOT_SETTLED: (
         "The motion has not settled within limit periods. Raise limit, or give order, the number"
         " of periods of the torque in the wanted orbit."
     ),
     OrbitStatus.NOT_ISOLATED: (
-        "Without a torque, or without a spring, an orbit is one of many, moved in time or in angle:"
-        " none is isolated, as must be what is looked for. Give the driveline a spring, and the"
-        " excitation an amplitude."
+        "Without a torque or a spring an orbit is not isolated: shifted in time or in angle it is"
+        " another one. Give the driveline a spring, and the excitation an amplitude."
     ),
     OrbitStatus.TOO_LONG: (
-        f"The orbit has more than {MOST_PIECES} pieces, too many for its equations. Look for one of"
-        " a lower order, or of a slower driveline."
+        f"The orbit has more than {MOST_SEGMENTS} segments, too many for its equations. Look for"
+        " one of a lower order, or of a slower driveline."
     ),
 }
 
@@ -81,14 +81,14 @@ class Orbit(Result):
     """A periodic orbit, stable or not, and how it was found.
 
     system, method : of which it is an orbit, and the solver
-    status        : whether it was found; without, the numbers below are nan
+    status        : whether it was found; if not, the numbers below are nan
     rtol          : tolerance of "smooth"
     order         : periods of the torque in the orbit
     angle, velocity : its state at t = 0 [rad], [rad/s]
     multipliers   : Floquet multipliers over the orbit, the larger modulus first; of deviations
                     that keep a rest, where mu_s > mu_k would free the brake at any push
-    sequence      : its pieces in their order, "+" forwards, "-" backwards, "0" rest, "+1" the
-                    next piece of the brake's law (as after release); empty for smooth laws
+    sequence      : its segments in their order, "+" forwards, "-" backwards, "0" rest, "+1" the
+                    next segment of the brake's law (as after release); empty for smooth laws
     points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...
     velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
     stick_share   : share of time at rest relative to the brake
@@ -115,7 +115,19 @@ class Orbit(Result):
     events: float = math.nan
     peak_torque: float = math.nan
     steps: tuple[float, ...] = ()
-    _solved: tuple[Equations, FloatArray] | None = field(default=None, repr=False, compare=False)
+    _solution: OrbitSolution | None = field(default=None, repr=False, compare=False)
+
+    @classmethod
+    def of(cls, solution: OrbitSolution, steps: list[float]) -> Orbit:
+        """The orbit that a solution of its equations is."""
+        angle, velocity = (float(one) for one in solution.points[0])
+        return cls(
+            system=solution.system, method=solution.problem.method, rtol=solution.problem.rtol,
+            status=OrbitStatus.FOUND, order=solution.order, angle=angle, velocity=velocity,
+            multipliers=multipliers(*solution.invariants), sequence=solution.equations.sequence,
+            points=solution.points, **vars(solution.measures), steps=tuple(steps),
+            _solution=solution,
+        )  # fmt: skip
 
     @property
     def found(self) -> bool:
@@ -139,11 +151,11 @@ class Orbit(Result):
         return self._exponent(first), self._exponent(second)
 
     def _exponent(self, multiplier: complex) -> float:
+        if self._solution is None:
+            return math.nan
         if multiplier == 0.0:
             return -math.inf
-        if not self.found:
-            return math.nan
-        return math.log(abs(multiplier)) * self.system.excitation.frequency / self.order
+        return math.log(abs(multiplier)) / self._solution.section.duration(self.order)
 
     @property
     def verdict(self) -> str:
@@ -151,30 +163,30 @@ class Orbit(Result):
         if not self.found:
             return self.message
         sizes = " and ".join(_shown(one) for one in self.multipliers)
-        text = f"{word(self.order)} orbit, {'stable' if self.stable else 'unstable'}"
+        text = f"{order_name(self.order)} orbit, {'stable' if self.stable else 'unstable'}"
         text += f": multipliers {sizes}"
         if not self.sequence:
             return f"{text}."
         count = len(self.sequence.split())
-        pieces = f"pieces {self.sequence}" if count <= _FEW_PIECES else f"{count} pieces"
-        return f"{text}; {pieces}."
+        few = count <= _FEW_SEGMENTS
+        return f"{text}; {f'segments {self.sequence}' if few else f'{count} segments'}."
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        return {
-            "status": self.status.value, "message": self.message, "order": self.order,
-            "method": self.method, "angle": self.angle, "velocity": self.velocity,
-            "stable": self.stable,
+        names = (
+            "order", "method", "angle", "velocity", "stable", "sequence", "velocity_amplitude",
+            "angle_amplitude", "stick_share", "sticks_forward", "sticks_backward", "events",
+            "peak_torque", "message", "verdict",
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in names} | {
+            "status": self.status.value,
             "multipliers": [[one.real, one.imag] for one in self.multipliers],
-            "exponents": list(self.exponents), "sequence": self.sequence,
-            "points": self.points.tolist(), "velocity_amplitude": self.velocity_amplitude,
-            "angle_amplitude": self.angle_amplitude, "stick_share": self.stick_share,
-            "sticks_forward": self.sticks_forward, "sticks_backward": self.sticks_backward,
-            "events": self.events, "peak_torque": self.peak_torque, "verdict": self.verdict,
-        }  # fmt: skip
+            "exponents": list(self.exponents),
+            "points": self.points.tolist(),
+        }
 
 
-def word(order: int) -> str:
+def order_name(order: int) -> str:
     """Name of an order: "synchronous", "2T-periodic"."""
     return "synchronous" if order == 1 else f"{order}T-periodic"
 
@@ -183,26 +195,3 @@ def _shown(one: complex) -> str:
     if one.imag == 0.0:
         return f"{one.real:.6g}"
     return f"{one.real:.6g}{one.imag:+.6g}i"
-
-
-def told(
-    family: Family,
-    equations: Equations,
-    unknowns: FloatArray,
-    multipliers: tuple[complex, complex],
-    points: FloatArray,
-    measures: Measures,
-    steps: list[float],
-) -> Orbit:
-    """The orbit that solves its equations."""
-    angle, velocity = (float(one) for one in points[0])
-    return Orbit(
-        system=family.base, method=family.method, rtol=family.rtol, status=OrbitStatus.FOUND,
-        order=equations.order, angle=angle, velocity=velocity, multipliers=multipliers,
-        sequence=equations.sequence,
-        points=points, velocity_amplitude=measures.velocity_amplitude,
-        angle_amplitude=measures.angle_amplitude, stick_share=measures.stick_share,
-        sticks_forward=measures.sticks_forward, sticks_backward=measures.sticks_backward,
-        events=measures.events, peak_torque=measures.peak_torque, steps=tuple(steps),
-        _solved=(equations, unknowns),
-    )  # fmt: skip

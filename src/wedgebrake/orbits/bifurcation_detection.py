@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 from scipy.optimize import brentq
 
-from wedgebrake.continuation.bifurcation_types import Kind
-from wedgebrake.continuation.curves import OrbitCurve
-from wedgebrake.continuation.discontinuity_induced import Margin
-from wedgebrake.continuation.equations import FloatArray
-from wedgebrake.continuation.palc import Curve, NotConvergedError, newton, tangent
+from wedgebrake.orbits.bifurcation_types import Kind, Margin
+from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.palc import Curve, CurvePoint, NotConvergedError, corrected
+from wedgebrake.orbits.section import FloatArray
 
 # A margin that jumps through zero has no root there.
 _ROOT = 1e-6
@@ -26,26 +25,18 @@ _FAR = 0.1
 _TOGETHER = 1e-6
 
 
-class Solution(NamedTuple):
-    """A point of a curve: scaled unknowns, derivative of the equations, direction."""
-
-    y: FloatArray
-    matrix: FloatArray
-    direction: FloatArray
-
-
 AnyCurve = TypeVar("AnyCurve", bound=Curve)
 
 
 class Step(Generic[AnyCurve]):
-    """The curve between two of its points, by the distance ``s`` along the first's direction."""
+    """The curve between two of its points, over the distance ``s`` along the first's direction."""
 
-    def __init__(self, curve: AnyCurve, start: Solution, end: Solution) -> None:
+    def __init__(self, curve: AnyCurve, start: CurvePoint, end: CurvePoint) -> None:
         self.curve, self.start = curve, start
         self.length = float(start.direction @ (end.y - start.y))
-        self._found: dict[float, Solution] = {0.0: start, self.length: end}
+        self._found: dict[float, CurvePoint] = {0.0: start, self.length: end}
 
-    def at(self, s: float) -> Solution:
+    def at(self, s: float) -> CurvePoint:
         """The point at s; raises ``NotConvergedError`` and ``NoOrbitError``."""
         if s not in self._found:
             direction = self.start.direction
@@ -56,14 +47,13 @@ class Step(Generic[AnyCurve]):
             guess = base.y + (s - near) / slope * base.direction
             guess += (s - float(direction @ (guess - self.start.y))) * direction
             try:
-                y, matrix = newton(self.curve, guess, direction)
-                self._found[s] = Solution(y, matrix, tangent(matrix, base.direction))
+                self._found[s] = corrected(self.curve, guess, direction, base.direction)
             except NotConvergedError:
                 self._found[s] = self._between(s)
         return self._found[s]
 
-    def _between(self, s: float) -> Solution:
-        """Between its neighbours, where the equations are singular: branches meet there."""
+    def _between(self, s: float) -> CurvePoint:
+        """A point between its neighbours, where branches meet and the equations are singular."""
         below = [known for known in self._found if known < s]
         above = [known for known in self._found if known > s]
         if not below or not above or min(above) - max(below) > _NARROW * self.length:
@@ -71,15 +61,15 @@ class Step(Generic[AnyCurve]):
         low, high = max(below), min(above)
         one, other = self._found[low], self._found[high]
         y = one.y + (s - low) / (high - low) * (other.y - one.y)
-        return Solution(y, self.curve.linearize(y)[1], one.direction)
+        return CurvePoint(y, self.curve.linearize(y)[1], one.direction)
 
     def root(
         self,
-        function: Callable[[Solution], float],
+        function: Callable[[CurvePoint], float],
         until: float | None = None,
         since: float = 0.0,
     ) -> float:
-        """Where a function that changes sign between the ends vanishes."""
+        """The root of a function that changes sign between the ends."""
         last = self.length if until is None else until
         try:
             found = brentq(
@@ -91,8 +81,8 @@ class Step(Generic[AnyCurve]):
 
 
 def tests(curve: OrbitCurve, y: FloatArray) -> dict[str, float]:
-    """Functions that vanish where a multiplier is 1, -1, or a pair has modulus 1."""
-    trace, determinant = curve.invariants(y)
+    """Test functions, which vanish where a multiplier is 1, -1, or a pair has modulus 1."""
+    trace, determinant = curve.solution(y).invariants
     return {
         "one": 1.0 - trace + determinant,
         "minus one": 1.0 + trace + determinant,
@@ -101,16 +91,16 @@ def tests(curve: OrbitCurve, y: FloatArray) -> dict[str, float]:
 
 
 def smooth_bifurcations(step: Step[OrbitCurve], until: float) -> list[tuple[float, Kind]]:
-    """(s, kind) of the bifurcations of the orbit's derivative, in order of s up to ``until``."""
+    """Bifurcations of the orbit's derivative, (s, kind), in order of s up to ``until``."""
     first, last = tests(step.curve, step.start.y), tests(step.curve, step.at(until).y)
     found: list[tuple[float, Kind]] = []
     for name in first:
 
-        def value(at: Solution, name: str = name) -> float:
+        def value(at: CurvePoint, name: str = name) -> float:
             return tests(step.curve, at.y)[name]
 
         size = max(abs(first[name]), abs(last[name]), 1.0)
-        for begin, end in _changes(step, value, until, first[name], last[name]):
+        for begin, end in _sign_changes(step, value, until, (first[name], last[name])):
             s = step.root(value, end, begin)
             kind = _kind(name, step, s, (begin, end))
             if kind is not None and abs(value(step.at(s))) <= _POLE * size:
@@ -118,14 +108,14 @@ def smooth_bifurcations(step: Step[OrbitCurve], until: float) -> list[tuple[floa
     return sorted(found, key=lambda one: one[0])
 
 
-def _changes(
+def _sign_changes(
     step: Step[OrbitCurve],
-    value: Callable[[Solution], float],
+    value: Callable[[CurvePoint], float],
     until: float,
-    first: float,
-    last: float,
+    ends: tuple[float, float],
 ) -> list[tuple[float, float]]:
-    """Intervals of s in each of which a function changes its sign, two if it does so twice."""
+    """Intervals of s in each of which a function changes sign: two if it does so twice."""
+    first, last = ends
     if first * last < 0.0:
         return [(0.0, until)]
     if min(abs(first), abs(last)) > _FAR:
@@ -144,27 +134,26 @@ def _changes(
 
 
 def _kind(name: str, step: Step[OrbitCurve], s: float, ends: tuple[float, float]) -> Kind | None:
-    """Which bifurcation it is at s, between the ends; None: none after all."""
+    """The bifurcation at s, between the ends, where a test function vanishes; None: none."""
     if name == "minus one":
         return Kind.PERIOD_DOUBLING
     if name == "torus":
-        trace, _ = step.curve.invariants(step.at(s).y)
+        trace, _ = step.curve.solution(step.at(s).y).invariants
         # Two real multipliers, one the inverse of the other, are no torus.
         return Kind.NEIMARK_SACKER if abs(trace) < 2.0 else None
     begin, end = (step.at(one).direction[-1] for one in ends)
-    turns = begin * end < 0.0
-    return Kind.FOLD if turns else Kind.BRANCH_POINT
+    return Kind.FOLD if begin * end < 0.0 else Kind.BRANCH_POINT
 
 
-def first_end(
+def first_vanishing(
     step: Step[OrbitCurve], candidates: list[Margin]
 ) -> tuple[float, list[Margin]] | None:
-    """(s, margins) where the first of some margins, and those with it, vanish; None: none does."""
+    """Where the first of some margins vanishes, and those that vanish with it; None: none does."""
     roots: list[tuple[float, Margin]] = []
     for margin in candidates:
 
-        def value(at: Solution, margin: Margin = margin) -> float:
-            found = step.curve.margins(at.y)[margin.piece, margin.column]
+        def value(at: CurvePoint, margin: Margin = margin) -> float:
+            found = step.curve.solution(at.y).margins[margin.segment][margin.quantity]
             return float(min(found, 1.0)) if np.isfinite(found) else 1.0
 
         if value(step.start) <= 0.0:

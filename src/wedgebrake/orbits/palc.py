@@ -6,15 +6,19 @@ eigenvalue problems, in Applications of Bifurcation Theory (1977), 359-384.
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from wedgebrake.continuation.equations import FloatArray
+from wedgebrake.orbits.equations import NoOrbitError
+from wedgebrake.orbits.section import FloatArray
 
 # Newton's method ends where its step is rounding, and is given up where it does not shrink.
 _CONVERGED, _ACCEPTED = 1e-13, 1e-9
 _MOST_STEPS = 12
+# The first step as a share of the longest, and how steps grow and shrink.
+_FIRST, _GROW, _SHRINK = 0.1, 1.5, 0.5
 
 
 class Curve(Protocol):
@@ -26,6 +30,55 @@ class Curve(Protocol):
 
 class NotConvergedError(ArithmeticError):
     """Newton's method found no solution near its guess."""
+
+
+# What a step may raise that a shorter one may not.
+FAILED = (NotConvergedError, NoOrbitError)
+
+
+class CurvePoint(NamedTuple):
+    """A point of a curve.
+
+    y         : scaled unknowns
+    matrix    : (m, m + 1) derivative of F
+    direction : unit tangent
+    """
+
+    y: FloatArray
+    matrix: FloatArray
+    direction: FloatArray
+
+
+class StepLength:
+    """Length of the steps along a curve, halved until one succeeds and grown afterwards.
+
+    longest : in scaled unknowns
+    """
+
+    def __init__(self, longest: float) -> None:
+        self.longest, self.length = longest, _FIRST * longest
+
+    def exceeds(self, share: float) -> bool:
+        """Return True if a step is longer than a share of the longest."""
+        return self.length > share * self.longest
+
+    def attempt(self, step: Callable[[], bool], shortest: float) -> bool:
+        """Try a step, each time of half the length, until one succeeds.
+
+        shortest : length below which none is tried, as a share of the longest
+        """
+        while self.length >= shortest * self.longest:
+            try:
+                if step():
+                    return True
+            except FAILED:
+                pass
+            self.length *= _SHRINK
+        return False
+
+    def grow(self) -> None:
+        """Make the next step longer."""
+        self.length = min(self.longest, _GROW * self.length)
 
 
 def newton(
@@ -61,6 +114,17 @@ def newton(
             return y, matrix
         last = size
     raise NotConvergedError
+
+
+def corrected(
+    curve: Curve, guess: FloatArray, normal: FloatArray, along: FloatArray | None = None
+) -> CurvePoint:
+    """The point of a curve on the plane through a guess, square to ``normal``.
+
+    along : side on which its direction lies; default ``normal``
+    """
+    y, matrix = newton(curve, guess, normal)
+    return CurvePoint(y, matrix, tangent(matrix, normal if along is None else along))
 
 
 def tangent(matrix: FloatArray, along: FloatArray) -> FloatArray:

@@ -1,26 +1,28 @@
-"""What the equations of a periodic orbit have in common, however they are stated."""
+"""The equations of a periodic orbit, however they are stated."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from wedgebrake.model.display import Tabular
 from wedgebrake.model.system import BrakedDriveline
-
-FloatArray = NDArray[np.float64]
+from wedgebrake.orbits.section import FloatArray, Records
 
 
 class NoOrbitError(ArithmeticError):
-    """The equations have no value here: the run does not last, or the brake lacks a piece."""
+    """The equations have no value: the run does not last, or the brake lacks a segment."""
 
 
 @dataclass(frozen=True)
 class Measures(Tabular):
-    """What an orbit does; sticks and events in a period of the torque."""
+    """Amplitudes, sticking, events and torque of an orbit.
+
+    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
+    stick_share : share of time at rest relative to the brake
+    sticks_forward, sticks_backward, events : in a period of the torque
+    peak_torque : largest |R F_mu| [N m]
+    """
 
     velocity_amplitude: float
     angle_amplitude: float
@@ -32,9 +34,9 @@ class Measures(Tabular):
 
 
 class Equations(Protocol):
-    """Equations F(u) = 0 of an orbit of ``order`` periods of the torque.
+    """Equations F(u) = 0 of an orbit of ``order`` returns to the section.
 
-    ``problem`` is always what ``Family.problem`` gives.
+    ``problem`` is always the system as ``OrbitProblem.kernel_problem`` gives it.
     """
 
     order: int
@@ -45,10 +47,10 @@ class Equations(Protocol):
 
     @property
     def sequence(self) -> str:
-        """The pieces in their order, in signs; empty where the equations do not know them."""
+        """The segments in their order, as signs; empty where the equations do not know them."""
 
     def scales(self, unknowns: FloatArray, problem: Any) -> FloatArray:
-        """(size,) a change of each unknown that is no small one."""
+        """(size,) a considerable change of each unknown."""
 
     def residual(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """F(u), (size,); raises ``NoOrbitError``."""
@@ -57,39 +59,45 @@ class Equations(Protocol):
         """F(u) and its derivative, (size,) and (size, size); raises ``NoOrbitError``."""
 
     def invariants(self, unknowns: FloatArray, problem: Any) -> tuple[float, float]:
-        """Trace and determinant of the derivative of the orbit's return."""
+        """Trace and determinant of the monodromy matrix."""
 
-    def margins(self, unknowns: FloatArray, problem: Any) -> FloatArray:
-        """(n, chain.COLUMNS) distances from what the equations do not see."""
+    def margins(self, unknowns: FloatArray, problem: Any) -> Records:
+        """Distances from where a solution is no orbit: a row of ``MARGINS`` for each segment."""
+
+    def follows_flow(self, unknowns: FloatArray, problem: Any, growth: float) -> bool:
+        """Return True if the flow from a solution passes through it and returns.
+
+        growth : of a small deviation, for what must be allowed to rounding
+        """
 
     def points(self, unknowns: FloatArray, problem: Any) -> FloatArray:
-        """(order, 2) Poincare points at t = 0, T, ...: angle [rad] and velocity [rad/s]."""
+        """(order, n) states at the section."""
 
     def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
-        """What the orbit does."""
+        """Amplitudes, sticking, events and torque."""
 
-    def from_mirror(
+    def mirror_difference(
         self, unknowns: FloatArray, system: BrakedDriveline, tolerance: float
     ) -> FloatArray:
-        """From the orbit to its mirror image half an orbit later, as shares of its size.
+        """Difference to the mirror image half an orbit later, in shares of the orbit's size.
 
-        tolerance : how well it must be known
+        tolerance : accuracy required
 
-        Empty where the pieces of the one are not those of the other.
+        Empty where the segments of the two differ.
         """
 
     def halved(self, unknowns: FloatArray) -> tuple[Equations, FloatArray]:
-        """The equations of half the orbit, which is its own mirror image."""
+        """Equations of half the orbit, which must be its own mirror image."""
 
     def whole(self, unknowns: FloatArray) -> tuple[Equations, FloatArray]:
-        """The equations without the assumption that the orbit is its own mirror image."""
+        """Equations that do not assume the orbit to be its own mirror image."""
 
     def doubled(self, unknowns: FloatArray) -> tuple[Equations, FloatArray]:
-        """The same orbit, gone through twice."""
+        """Equations of the same orbit traversed twice."""
 
 
 def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
-    """The eigenvalues of a 2 x 2 matrix, the larger modulus first."""
+    """Eigenvalues of a 2 x 2 monodromy matrix, the larger modulus first."""
     half = 0.5 * trace
     split = half * half - determinant
     if split < 0.0:

@@ -1,39 +1,38 @@
-"""A periodic orbit near a guess: Newton's method, on the flow and then on its equations."""
+"""``orbit``: a periodic orbit near a guess, by Newton's method on the flow and its equations."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from wedgebrake.analysis.classify_run import classify_run
 from wedgebrake.analysis.run_settings import LIMIT, protocol
-from wedgebrake.continuation.curves import OrbitCurve
-from wedgebrake.continuation.discontinuity_induced import violated
-from wedgebrake.continuation.equations import Equations, FloatArray, NoOrbitError, multipliers
-from wedgebrake.continuation.flow import run
-from wedgebrake.continuation.orbit import MOST_PIECES, Orbit, OrbitStatus, told
-from wedgebrake.continuation.palc import NotConvergedError, newton
-from wedgebrake.continuation.problem import Family
-from wedgebrake.continuation.segment_bvp import from_log, goes_through
-from wedgebrake.continuation.stroboscopic_map import Strobe
-from wedgebrake.continuation.symmetry import is_symmetric, prime_order
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
+from wedgebrake.orbits.equations import NoOrbitError
+from wedgebrake.orbits.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
+from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
+from wedgebrake.orbits.problem import OrbitProblem
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.segment_bvp import from_log, run
+from wedgebrake.orbits.segment_margins import violated
+from wedgebrake.orbits.stroboscopic_map import StroboscopicMap, iterate
 from wedgebrake.solvers.simulate import check_limits, check_state, choose_method
 
 _MOST_ORDER = 512
 # Steps of Newton's method on the flow; it need not converge, only come near.
 _STEPS, _NEAR = 40, 1e-7
-# Guesses that are tried, the nearest returns first.
+# Guesses tried, the nearest returns first.
 _GUESSES = 16
 # Search for an orbit if the motion has not settled: highest order, initial guesses for each order,
 # and periods of the run from which they are taken, of which the first ones are skipped.
-_LONGEST, _SPREAD, _LOOKED, _SKIPPED = 8, 24, 1200, 200
-_FAILED = (NotConvergedError, NoOrbitError)
+_HIGHEST_ORDER, _SPREAD, _RECORDED, _SKIPPED = 8, 24, 1200, 200
 
 
 def orbit(
@@ -50,14 +49,14 @@ def orbit(
     Parameters
     ----------
     system : BrakedDriveline
-        What moves.
+        System of which an orbit is sought.
     order : int
-        Periods of the torque in the orbit. Default: that of the motion that the system
-        settles to from ``initial``. Another than that one's may be unstable; it is looked for
-        from the points where the motion nearly returns.
+        Periods of the torque in the orbit. Default: that of the motion to which the system
+        settles from ``initial``. Orbits of other orders may be unstable; they are sought from
+        the points where that motion nearly returns.
     initial : (angle [rad], velocity [rad/s])
-        With ``order``: a guess of a point of the orbit at t = 0. Without: where the motion
-        begins that is waited for; default rest.
+        With ``order``: a guess of a point of the orbit at t = 0. Without: the start of the
+        motion that settles; default rest.
     method : {"exact", "smooth"}
         Default: "exact" for Coulomb and tabulated friction, "smooth" for smooth laws.
     rtol : float
@@ -68,7 +67,7 @@ def orbit(
     Returns
     -------
     Orbit
-        State, Floquet multipliers, pieces and more; ``status`` says whether it was found, and
+        State, Floquet multipliers, segments and more; ``status`` says whether it was found, and
         ``message`` what can be done if not.
 
     Raises ``InputError`` for arguments that are wrong or do not fit the friction law.
@@ -76,24 +75,24 @@ def orbit(
     chosen = check(system, order, method, rtol)
     start = None if initial is None else check_state("initial", initial)
     settling = protocol(None, "auto", limit)
-    family = Family(system, method=chosen, rtol=float(rtol))
+    problem = OrbitProblem(system, method=chosen, rtol=float(rtol))
     if order is not None and start is not None:
-        return _near(family, order, [np.array(start)])
+        return _near(problem, order, [np.array(start)])
     result, record = classify_run(system, start or (0.0, 0.0), chosen, settling)
     if result.outcome != Outcome.COMPLETED:
-        return Orbit(system, chosen, family.rtol, OrbitStatus.NO_RUN, order or 0)
+        return Orbit(system, chosen, problem.rtol, OrbitStatus.NO_RUN, order or 0)
     if result.motion == MotionClass.AT_REST:
-        return Orbit(system, chosen, family.rtol, OrbitStatus.AT_REST, order or 0)
+        return Orbit(system, chosen, problem.rtol, OrbitStatus.AT_REST, order or 0)
     settled = int(result.order)
     if order is None and not settled:
         unsettled = result.motion == MotionClass.UNDECIDED
         why = OrbitStatus.NOT_SETTLED if unsettled else OrbitStatus.NOT_PERIODIC
-        return Orbit(system, chosen, family.rtol, why, 0)
+        return Orbit(system, chosen, problem.rtol, why, 0)
     wanted = order or settled
     if wanted == settled:
         final = np.array([result.final_angle, result.final_velocity])
-        return _near(family, wanted, [final])
-    return _near(family, wanted, _guesses(record, wanted))
+        return _near(problem, wanted, [final])
+    return _near(problem, wanted, _guesses(record, wanted))
 
 
 def orbit_to_follow(
@@ -115,23 +114,23 @@ def orbit_to_follow(
         return found
     if not _isolated(system):
         return found
-    family = Family(system, method=found.method, rtol=found.rtol)
-    run_for = protocol(_LOOKED, _SKIPPED, rtol=found.rtol)
+    problem = OrbitProblem(system, method=found.method, rtol=found.rtol)
+    run_for = protocol(_RECORDED, _SKIPPED, rtol=found.rtol)
     result, record = classify_run(system, initial or (0.0, 0.0), found.method, run_for)
     if result.outcome != Outcome.COMPLETED:
         return found
-    for fewest in range(1, _LONGEST + 1):
+    for fewest in range(1, _HIGHEST_ORDER + 1):
         returns = _returns(record, fewest)[: len(record) // 3]
         # Evenly spaced guesses: the nearest often belong to one passage and lead to the same orbit.
         for k in returns[:: max(1, len(returns) // _SPREAD)]:
-            near = _near(family, fewest, [record[k]])
+            near = _near(problem, fewest, [record[k]])
             if near.found and near.stable:
                 return near
     return found
 
 
 def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
-    """The solver's name; raises ``InputError`` for what no orbit can be found with."""
+    """Name of the solver; raises ``InputError`` for arguments with which no orbit can be found."""
     check_instance("system", system, BrakedDriveline)
     chosen = choose_method(system, method)
     if chosen == "ode14x":
@@ -146,7 +145,7 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
 
 
 def _guesses(record: FloatArray, order: int) -> list[FloatArray]:
-    """Points from which the motion nearly returns, the nearest first, and the mean of all."""
+    """Points to which the motion nearly returns, the nearest first, and the mean of all."""
     nearest = [record[k] for k in _returns(record, order)[:_GUESSES]]
     mean = np.mean(record, axis=0)
     return [mean, *nearest] if order == 1 else [*nearest, mean]
@@ -164,93 +163,76 @@ def _isolated(system: BrakedDriveline) -> bool:
     return system.driveline.stiffness != 0.0 and system.excitation.amplitude != 0.0
 
 
-def _near(family: Family, order: int, guesses: list[FloatArray]) -> Orbit:
-    """The first orbit of this order that one of the guesses leads to."""
-    base = family.base
+def _near(problem: OrbitProblem, order: int, guesses: list[FloatArray]) -> Orbit:
+    """The first orbit of this order to which one of the guesses leads."""
     status = OrbitStatus.NOT_CONVERGED
-    if not _isolated(base):
+    if not _isolated(problem.base):
         status = OrbitStatus.NOT_ISOLATED
-    for equations, unknowns in _candidates(family, order, guesses):
-        if equations.size > 2 * MOST_PIECES:
+    for candidate in _candidates(problem, order, guesses):
+        if candidate.equations.size > 2 * MOST_SEGMENTS:
             status = OrbitStatus.TOO_LONG
             continue
         steps: list[float] = []
         try:
-            curve = OrbitCurve.through(equations, family, unknowns, ())
-            y, _ = newton(curve, curve.scaled(unknowns, ()), None, steps)
-            solved = curve.unscaled(y)[0]
-            if not is_orbit(equations, solved, family.problem(())):
+            curve = OrbitCurve(candidate)
+            y, _ = newton(curve, curve.scaled(candidate), None, steps)
+            solved = curve.solution(y)
+            if not is_orbit(solved):
                 continue
-        except _FAILED:
+        except FAILED:
             continue
-        points = equations.points(solved, family.problem(()))
-        if prime_order(points, base.excitation.angular_frequency) < order:
+        if solved.prime_order() < order:
             status = OrbitStatus.OF_LOWER_ORDER
             continue
-        if is_symmetric(equations, solved, family, ()):
-            equations, solved = equations.halved(solved)
-        found = multipliers(*equations.invariants(solved, family.problem(())))
-        measures = equations.measures(solved, family.problem(()), family.base)
-        return told(family, equations, solved, found, points, measures, steps)
-    return Orbit(family.base, family.method, family.rtol, status, order)
+        if solved.is_symmetric():
+            equations, unknowns = solved.equations.halved(solved.unknowns)
+            solved = replace(solved, equations=equations, unknowns=unknowns)
+        return Orbit.of(solved, steps)
+    return Orbit(problem.base, problem.method, problem.rtol, status, order)
 
 
-def is_orbit(equations: Equations, unknowns: FloatArray, problem: Any) -> bool:
-    """Whether a solution of the equations is an orbit of the system."""
-    if equations.margins(unknowns, problem).size == 0:
-        return True
-    from wedgebrake.continuation.segment_bvp import Chain
-
-    if violated(equations.margins(unknowns, problem)):
-        return False
-    return not isinstance(equations, Chain) or goes_through(equations, unknowns, problem)
+def is_orbit(solution: OrbitSolution) -> bool:
+    """Return True if a solution of the equations is an orbit of the system."""
+    return not violated(solution.margins) and solution.follows_flow
 
 
 def _candidates(
-    family: Family, order: int, guesses: list[FloatArray]
-) -> Iterator[tuple[Equations, FloatArray]]:
+    problem: OrbitProblem, order: int, guesses: list[FloatArray]
+) -> Iterator[OrbitSolution]:
     """Equations with a guess of their solution, for each guess of a state."""
-    problem = family.problem(())
+    kernel_problem = problem.kernel_problem(())
     for guess in guesses:
         try:
-            state = _approached(family, guess, order)
-            if family.method == "smooth":
-                yield _strobe(state, order, problem)
+            state = _approach(problem, guess, order)
+            if problem.method == "smooth":
+                states, _ = iterate(state, kernel_problem, order - 1)
+                yield OrbitSolution(problem, (), StroboscopicMap(order), states.ravel())
                 continue
-            chain = from_log(run(problem, state, order).log, problem, order)
-        except _FAILED:
+            found = from_log(run(kernel_problem, state, order).log, kernel_problem, order)
+        except FAILED:
             continue
-        if chain is not None:
-            yield chain
+        if found is not None:
+            yield OrbitSolution(problem, (), *found)
 
 
-def _strobe(state: FloatArray, order: int, problem: Any) -> tuple[Strobe, FloatArray]:
-    """The states at each period, from the first."""
-    states = [state]
-    for _ in range(order - 1):
-        states.append(Strobe(1).through(states[-1], problem, 1)[0])
-    return Strobe(order), np.concatenate(states)
-
-
-def _approached(family: Family, guess: FloatArray, order: int) -> FloatArray:
-    """A state from which the flow nearly returns: damped Newton on x = P^n(x)."""
-    problem = family.problem(())
-    line, omega = family.base.driveline, family.base.excitation.angular_frequency
+def _approach(problem: OrbitProblem, guess: FloatArray, order: int) -> FloatArray:
+    """A state to which the flow nearly returns: damped Newton's method on x = P^n(x)."""
+    line, omega = problem.base.driveline, problem.base.excitation.angular_frequency
     weight = np.array([line.natural_frequency or omega, 1.0])
     state = guess.copy()
-    end, matrix = _returned(family, problem, state, order)
+    end, matrix = _returned(problem, state, order)
     for _ in range(_STEPS):
         gap = end - state
         error = float(np.linalg.norm(weight * gap))
         if error <= _NEAR * float(np.linalg.norm(weight * state)):
             break
         try:
-            step = np.linalg.solve(matrix - np.eye(2), -gap)
+            step = np.linalg.solve(matrix - np.eye(state.size), -gap)
         except np.linalg.LinAlgError:
             raise NotConvergedError from None
         for _ in range(8):
             try:
-                there, derivative = _returned(family, problem, state + step, order)
+                there, derivative = _returned(problem, state + step, order)
             except NoOrbitError:
                 step = 0.25 * step
                 continue
@@ -264,10 +246,12 @@ def _approached(family: Family, guess: FloatArray, order: int) -> FloatArray:
 
 
 def _returned(
-    family: Family, problem: Any, state: FloatArray, order: int
+    problem: OrbitProblem, state: FloatArray, order: int
 ) -> tuple[FloatArray, FloatArray]:
-    """P^n and its derivative."""
-    if family.method == "exact":
-        there = run(problem, state, order)
+    """P^n, the state n returns later, and its derivative."""
+    kernel_problem = problem.kernel_problem(())
+    if problem.method == "exact":
+        there = run(kernel_problem, state, order)
         return there.end, there.matrix
-    return Strobe(1).through(state, problem, order)
+    states, matrix = iterate(state, kernel_problem, order)
+    return states[-1], matrix

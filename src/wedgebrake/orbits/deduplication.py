@@ -1,4 +1,4 @@
-"""Whether an orbit, or a branch, is on a branch that is there already."""
+"""Detect orbits and branches that have already been computed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.continuation.curves import OrbitCurve
-from wedgebrake.continuation.equations import FloatArray, NoOrbitError, multipliers
-from wedgebrake.continuation.palc import NotConvergedError, newton
-from wedgebrake.continuation.point import BranchPoint
-from wedgebrake.continuation.symmetry import alike
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.palc import FAILED, newton
+from wedgebrake.orbits.section import FloatArray
 
 CLOSED = "the branch has closed"
 # Poincare points nearer than this share of their size are those of one orbit.
@@ -22,7 +21,7 @@ _SAME = 1e-5
 
 
 class Mark(NamedTuple):
-    """An end of a branch: another that comes to it, and goes its way, goes over that one.
+    """An end of a branch. Another that comes to it in its direction would retrace it.
 
     at  : the orbit there
     way : sign of the parameter's change from there into the branch
@@ -52,28 +51,28 @@ def way(first: BranchPoint, second: BranchPoint) -> float:
 def reached(
     first: BranchPoint, second: BranchPoint, among: Iterable[Mark]
 ) -> tuple[BranchPoint, str] | None:
-    """The mark that a branch comes to between two neighbouring points: (orbit there, why)."""
+    """The mark that a branch passes between two neighbouring points: (orbit there, why)."""
     for mark in among:
         if mark.way != way(first, second):
             continue
-        at = _same(mark.at.points, mark.at.value, first, second)
+        at = _same_orbit(mark.at.points, mark.at.value, first, second)
         if at is not None:
             return at, mark.why
     return None
 
 
 def lies_on(points: FloatArray, value: float, branch: Sequence[BranchPoint]) -> bool:
-    """Whether an orbit is on a branch, at any shift by whole periods of the torque.
+    """Return True if an orbit is on a branch, at any shift by whole periods of the torque.
 
     points : (order, 2) Poincare points of the orbit
     value  : of the parameter
     """
     return any(
-        _same(points, value, first, second) is not None for first, second in pairwise(branch)
+        _same_orbit(points, value, first, second) is not None for first, second in pairwise(branch)
     )
 
 
-def _same(
+def _same_orbit(
     points: FloatArray, value: float, first: BranchPoint, second: BranchPoint
 ) -> BranchPoint | None:
     """The orbit between two neighbouring points of a branch that is a given one; None: none."""
@@ -81,10 +80,9 @@ def _same(
     if second.order != points.shape[0] or not low <= value <= high:
         return None
     at = _between(first, second, value)
-    if at is None:
+    if at is None or not at.section.same_orbit(at.points, points, _SAME):
         return None
-    omega = at.system.excitation.angular_frequency
-    return at if alike(at.points, points, omega, _SAME) else None
+    return at
 
 
 def _between(first: BranchPoint, second: BranchPoint, value: float) -> BranchPoint | None:
@@ -92,29 +90,23 @@ def _between(first: BranchPoint, second: BranchPoint, value: float) -> BranchPoi
     span = second.value - first.value
     share = (value - first.value) / span if span != 0.0 else 1.0
     try:
-        curve = OrbitCurve.through(second.equations, second.family, second.unknowns, second.values)
-        guess = curve.scaled(second.unknowns, second.values)
-        room = math.inf
-        # Where the chain of pieces changes both are so near that the second serves as a guess.
+        curve = OrbitCurve(second)
+        guess = curve.scaled(second)
+        reach = math.inf
+        # Where the segments change both are so near that the second serves as a guess.
         if first.equations is second.equations:
-            chord = guess - curve.scaled(first.unknowns, first.values)
+            chord = guess - curve.scaled(first)
             guess = guess - (1.0 - share) * chord
-            room = float(np.linalg.norm(chord))
+            reach = float(np.linalg.norm(chord))
         held = np.zeros(guess.size)
         held[-1] = 1.0
         guess[-1] = value / curve.scales[-1]
         y, _ = newton(curve, guess, held)
-        if np.linalg.norm(y - guess) > room:
+        if np.linalg.norm(y - guess) > reach:
             # Not between them: on another branch.
             return None
-        found = multipliers(*curve.invariants(y))
-    except (NotConvergedError, NoOrbitError):
+        arclength = first.arclength + share * (second.arclength - first.arclength)
+        at = BranchPoint.of(curve.solution(y), second.direction, arclength)
+    except FAILED:
         return None
-    return replace(
-        second,
-        values=(value,),
-        unknowns=curve.unscaled(y)[0],
-        multipliers=found,
-        arclength=first.arclength + share * (second.arclength - first.arclength),
-        bifurcation=None,
-    )
+    return replace(at, values=(value,))

@@ -1,4 +1,4 @@
-"""The equations of an orbit as a chain of pieces, against other ways to say the same."""
+"""The segment boundary-value problem of an orbit against independent statements of it."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from scipy.linalg import expm
 
 import wedgebrake as wb
 from equations import angular_frequency, law
-from wedgebrake.continuation import segment_bvp_kernel as kernel
-from wedgebrake.continuation.flow import run
-from wedgebrake.continuation.segment_bvp import Chain
-from wedgebrake.dynamics import enums
-from wedgebrake.solvers.event_driven import trajectory
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.orbits.segment_bvp import SegmentBVP, run
+from wedgebrake.orbits.segment_kernel import breakaway, has_mode
+from wedgebrake.orbits.segment_margins import QUANTITIES
 from wedgebrake.solvers.event_driven.solve import problem
 
 JUMP = wb.paper.system(static=0.33)
@@ -52,53 +51,58 @@ SEQUENCES = {
 }
 
 
-def _unknowns(chain: Chain, rng: np.random.Generator, gap: float | None = None) -> np.ndarray:
+VALID = [
+    (name, sequence)
+    for name, system in SYSTEMS.items()
+    for sequence, codes in SEQUENCES.items()
+    if all(has_mode(problem(system).brake, code) for code in codes)
+]
+
+
+def _unknowns(bvp: SegmentBVP, rng: np.random.Generator, gap: float | None = None) -> np.ndarray:
     """Phases in order, ``gap`` [rad] apart or across the orbit, and any angles."""
-    count = len(chain.codes)
-    circle = 2.0 * math.pi * chain.order
+    count = len(bvp.codes)
+    circle = 2.0 * math.pi * bvp.order
     apart = circle / count if gap is None else gap
     unknowns = np.empty(2 * count)
     unknowns[0::2] = 0.3 + apart * (np.arange(count) + 0.2 * rng.uniform(size=count) * (count > 1))
     unknowns[1::2] = 0.05 * rng.normal(size=count)
-    if chain.is_mark(0):
-        unknowns[0] = 2.0 * chain.codes[0]
+    if bvp.is_mark(0):
+        unknowns[0] = 2.0 * bvp.codes[0]
     return unknowns
 
 
-def _differences(chain: Chain, unknowns: np.ndarray, given: tuple, step: float) -> np.ndarray:
+def _differences(bvp: SegmentBVP, unknowns: np.ndarray, given: tuple, step: float) -> np.ndarray:
     columns = []
     for i in range(unknowns.size):
         ends = []
         for sign in (2.0, 1.0, -1.0, -2.0):
             there = unknowns.copy()
             there[i] += sign * step
-            ends.append(chain.residual(there, given))
+            ends.append(bvp.residual(there, given))
         # Fourth order.
         columns.append((-ends[0] + 8.0 * ends[1] - 8.0 * ends[2] + ends[3]) / (12.0 * step))
     return np.stack(columns, axis=1)
 
 
-@pytest.mark.parametrize("sequence", SEQUENCES)
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize(("name", "sequence"), VALID)
 def test_derivative_agrees_with_differences(name, sequence) -> None:
     """For every kind of node, away from solutions too."""
-    chain = Chain(SEQUENCES[sequence], 2)
-    given = tuple(problem(SYSTEMS[name]))
-    if not all(0 <= kernel.index_of(code, given[8]) < given[7].shape[0] for code in chain.codes):
-        pytest.skip("the brake has no such piece")
+    bvp = SegmentBVP(SEQUENCES[sequence], 2)
+    given = problem(SYSTEMS[name])
     rng = np.random.default_rng(3)
     for gap in (None, 0.05, 0.009):
-        if gap is not None and chain.is_mark(0):
+        if gap is not None and bvp.is_mark(0):
             continue
-        unknowns = _unknowns(chain, rng, gap)
+        unknowns = _unknowns(bvp, rng, gap)
         # Far shorter than the shortest piece.
         step = 1e-3 if gap is None else 0.02 * gap
-        _, matrix = chain.linearize(unknowns, given)
+        _, matrix = bvp.linearize(unknowns, given)
         # At resonance the return is the identity, and the derivative of a mark's equations zero.
         rows = np.max(np.abs(matrix), axis=1, keepdims=True)
-        rows = np.maximum(rows, 1.0) if chain.is_mark(0) else rows
+        rows = np.maximum(rows, 1.0) if bvp.is_mark(0) else rows
         # Quotients by the time, or its square, round the velocity and the angle so much more.
-        error = np.abs(matrix - _differences(chain, unknowns, given, step)) / rows
+        error = np.abs(matrix - _differences(bvp, unknowns, given, step)) / rows
         assert np.max(error) <= 1e-6, (gap, np.argwhere(error > 1e-6))
 
 
@@ -123,12 +127,12 @@ def _expected_end(system, piece, code, state, phase0, phase1):
 def test_residual_says_where_the_matrix_exponential_ends(name) -> None:
     """A reversal that ends in a rest: angle and velocity of the slip, undivided or not."""
     system = SYSTEMS[name]
-    given, speed = tuple(problem(system)), -system.driveline.drive_speed
+    given, speed = problem(system), -system.driveline.drive_speed
     omega, stated = angular_frequency(system), law(system)
     for sequence in ((1, 0, -1, 0), (1, -1, 0), (1, 2, 1, -1)):
-        chain = Chain(sequence, 1)
-        unknowns = _unknowns(chain, np.random.default_rng(5))
-        values, _ = chain.linearize(unknowns, given)
+        bvp = SegmentBVP(sequence, 1)
+        unknowns = _unknowns(bvp, np.random.default_rng(5))
+        values, _ = bvp.linearize(unknowns, given)
         phase0, theta0, phase1, theta1 = unknowns[:4]
         piece = stated.beside(0.0, 1)
         angle, velocity = _expected_end(system, piece, 1, (theta0, speed), phase0, phase1)
@@ -136,7 +140,7 @@ def test_residual_says_where_the_matrix_exponential_ends(name) -> None:
         tau = (phase1 - phase0) / omega
         if sequence[1] == 2:
             assert values[1] == pytest.approx(velocity - (speed + piece.high), rel=1e-10)
-        elif sequence[-1] == 0 and given[10] == pytest.approx(piece.offset):
+        elif sequence[-1] == 0 and given.brake.upper == pytest.approx(piece.offset):
             pull = system.excitation.amplitude * math.sin(phase0)
             pull -= system.driveline.damping * speed + system.driveline.stiffness * theta0
             begun = (pull - piece.offset) / system.driveline.inertia
@@ -157,40 +161,38 @@ def test_residual_says_where_the_matrix_exponential_ends(name) -> None:
 def test_limits_of_a_slip_of_no_length(name) -> None:
     """(w(tau) - w(0))/tau tends to the acceleration, and after a rest to half the jerk."""
     system = SYSTEMS[name]
-    line, given = system.driveline, tuple(problem(system))
+    line, given = system.driveline, problem(system)
     omega, amplitude = angular_frequency(system), system.excitation.amplitude
     piece, speed = law(system).beside(0.0, 1) if name != "table" else None, -line.drive_speed
-    offset = piece.offset if piece else float(given[10])
+    offset = piece.offset if piece else float(given.brake.upper)
     phase, theta = 0.7, 0.004
     pull = amplitude * math.sin(phase) - line.damping * speed - line.stiffness * theta
     acceleration = (pull - offset) / line.inertia
     jerk = (amplitude * omega * math.cos(phase) - line.stiffness * speed) / line.inertia
-    after_rest = kernel.breakaway(given, 1) == 0.0
+    after_rest = breakaway(given, 1) == 0.0
     for sequence, limit in (((1, -1), acceleration), ((1, 0), 0.5 * jerk)):
-        chain = Chain(sequence, 1)
+        bvp = SegmentBVP(sequence, 1)
         expected = acceleration if sequence == (1, 0) and not after_rest else limit
         for length in (0.0, 1e-12, 1e-9):
             unknowns = np.array([phase, theta, phase + length, theta])
-            values, _ = chain.linearize(unknowns, given)
+            values, _ = bvp.linearize(unknowns, given)
             assert values[1] == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize("sequence", [(1, -1), (1, 0), (-1, 0), (1, 2, 1, -1, -2, -1)])
+@pytest.mark.parametrize("sequence", ["reversals", "rest between slips one way"])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_residual_and_derivative_are_continuous_in_the_length(name, sequence) -> None:
     """Across zero, and across the lengths where formulas change: no jump beyond their slope."""
-    chain, given = Chain(sequence, 1), tuple(problem(SYSTEMS[name]))
-    if not all(0 <= kernel.index_of(code, given[8]) < given[7].shape[0] for code in chain.codes):
-        pytest.skip("the brake has no such piece")
+    bvp, given = SegmentBVP(SEQUENCES[sequence], 1), problem(SYSTEMS[name])
     lengths = np.concatenate(
         (-np.geomspace(1e-1, 1e-12, 600), [0.0], np.geomspace(1e-12, 1e-1, 600))
     )
     answers = []
     for length in lengths:
-        unknowns = np.tile([0.7, 0.004], len(sequence))
+        unknowns = np.tile([0.7, 0.004], len(bvp.codes))
         unknowns[2] += length
         unknowns[4::2] += 1.0
-        values, matrix = chain.linearize(unknowns, given)
+        values, matrix = bvp.linearize(unknowns, given)
         answers.append(np.concatenate((values, matrix.ravel())))
     found = np.array(answers)
     size = np.max(np.abs(found), axis=0) + 1e-300
@@ -207,10 +209,10 @@ def _orbit(**changes):
     return found
 
 
-def _whole(found: wb.Orbit) -> tuple[Chain, np.ndarray]:
-    """The chain of all of the orbit, where the solver keeps half of a symmetric one."""
-    chain, unknowns = found._solved
-    return chain.whole(unknowns)
+def _whole(found: wb.Orbit) -> tuple[SegmentBVP, np.ndarray]:
+    """The equations of all of the orbit, where the solver keeps half of a symmetric one."""
+    solution = found._solution
+    return solution.equations.whole(solution.unknowns)
 
 
 ORBITS = {
@@ -225,83 +227,74 @@ ORBITS = {
 }
 
 
-@pytest.mark.parametrize("name", ORBITS)
-def test_orbit_solves_its_equations(name) -> None:
+@pytest.fixture(scope="module", params=ORBITS)
+def found(request) -> wb.Orbit:
+    """Each of the orbits in its turn."""
+    return _orbit(**ORBITS[request.param])
+
+
+def test_orbit_solves_its_equations(found) -> None:
     """With the phases and angles at which the exact solver has its events."""
-    found = _orbit(**ORBITS[name])
-    chain, unknowns = _whole(found)
-    given = tuple(problem(found.system))
-    values, matrix = chain.linearize(unknowns, given)
-    sizes = np.max(np.abs(matrix * chain.scales(unknowns, tuple(problem(found.system)))), axis=1)
+    bvp, unknowns = _whole(found)
+    given = problem(found.system)
+    values, matrix = bvp.linearize(unknowns, given)
+    sizes = np.max(np.abs(matrix * bvp.scales(unknowns, given)), axis=1)
     assert np.max(np.abs(values) / sizes) <= 1e-10
     r = wb.simulate(
         found.system, periods=found.order, initial=(found.angle, found.velocity), times=()
     )
-    omega = angular_frequency(found.system)
-    phases = np.mod(omega * r.event_time.values, 2.0 * math.pi * found.order)
-    wanted = np.array(
-        [
-            (unknowns[2 * i] % (2.0 * math.pi * found.order), unknowns[2 * i + 1])
-            for i in range(len(chain.codes))
-            if not chain.is_mark(i)
-        ]
-    ).reshape(-1, 2)
+    circle = 2.0 * math.pi * found.order
+    phases = np.mod(angular_frequency(found.system) * r.event_time.values, circle)
+    wanted = unknowns.reshape(-1, 2)[[not bvp.is_mark(i) for i in range(len(bvp.codes))]]
     assert phases.size == len(wanted)
-    order, other = np.argsort(phases), np.argsort(wanted[:, 0])
-    np.testing.assert_allclose(phases[order], wanted[other, 0], atol=1e-6)
+    order, other = np.argsort(phases), np.argsort(wanted[:, 0] % circle)
+    np.testing.assert_allclose(phases[order], wanted[other, 0] % circle, atol=1e-6)
     angles = r.event_angle.values[order]
     np.testing.assert_allclose(angles, wanted[other, 1], atol=1e-8 * found.angle_amplitude)
 
 
-@pytest.mark.parametrize("name", ORBITS)
-def test_written_log_is_the_solvers(name) -> None:
-    """Row by row over one orbit, from the chain's first node on."""
-    found = _orbit(**ORBITS[name])
-    chain, unknowns = _whole(found)
-    given = tuple(problem(found.system))
-    wanted = chain.log(unknowns, given).copy()
+def test_written_log_is_the_solvers(found) -> None:
+    """Row by row over one orbit, from the first node on."""
+    bvp, unknowns = _whole(found)
+    given, omega = problem(found.system), angular_frequency(found.system)
+    wanted = bvp.log(unknowns, given).copy()
     seen = run(given, found.points[0], 3 * found.order).log
     circle = 2.0 * math.pi
-    at = circle * seen[:, trajectory.LOG_PERIOD] + given[4] * seen[:, trajectory.LOG_TIME]
-    begin = circle * wanted[0, trajectory.LOG_PERIOD] + given[4] * wanted[0, trajectory.LOG_TIME]
+    at = circle * seen["period"] + omega * seen["time"]
+    begin = circle * wanted["period"][0] + omega * wanted["time"][0]
     turns = 0 if begin > 1e-6 else 1
     begin += turns * circle * found.order
-    first = int(
-        np.argmin(np.abs(at - begin) + 10.0 * (seen[:, trajectory.LOG_KIND] == enums.START))
-    )
+    first = int(np.argmin(np.abs(at - begin) + 10.0 * (seen["kind"] == EventKind.START)))
     rows = seen[first : first + len(wanted)].copy()
-    rows[:, trajectory.LOG_PERIOD] -= turns * found.order
-    for column in (trajectory.LOG_KIND, trajectory.LOG_PERIOD, trajectory.LOG_PIECE):
-        np.testing.assert_array_equal(rows[:, column], wanted[:, column])
-    events = wanted[:, trajectory.LOG_KIND] != enums.PERIOD
-    np.testing.assert_array_equal(
-        rows[events, trajectory.LOG_SIDE], wanted[events, trajectory.LOG_SIDE]
-    )
-    np.testing.assert_allclose(given[4] * rows[:, trajectory.LOG_TIME],
-                               given[4] * wanted[:, trajectory.LOG_TIME], atol=1e-6)  # fmt: skip
+    rows["period"] -= turns * found.order
+    for column in ("kind", "period", "mode"):
+        np.testing.assert_array_equal(rows[column], wanted[column])
+    events = wanted["kind"] != EventKind.RETURN
+    np.testing.assert_array_equal(rows["side"][events], wanted["side"][events])
+    np.testing.assert_allclose(omega * rows["time"], omega * wanted["time"], atol=1e-6)
     for column, size in (
-        (trajectory.LOG_THETA, found.angle_amplitude), (trajectory.LOG_W, found.velocity_amplitude),
+        ("angle", found.angle_amplitude), ("velocity", found.velocity_amplitude),
     ):  # fmt: skip
-        np.testing.assert_allclose(rows[:, column], wanted[:, column], atol=1e-7 * size)
+        np.testing.assert_allclose(rows[column], wanted[column], atol=1e-7 * size)
 
 
 def _expected_margins(found) -> np.ndarray:
     """(pieces, 4) from a dense sampling of the motion, from the law stated in the tests."""
-    chain, unknowns = _whole(found)
+    bvp, unknowns = _whole(found)
     system, stated, omega = found.system, law(found.system), angular_frequency(found.system)
     line, amplitude = system.driveline, system.excitation.amplitude
     torque = max([amplitude] + [abs(e) for e in (stated.lower, stated.upper) if math.isfinite(e)])
     fastest = max(omega, math.sqrt(line.stiffness / line.inertia))
-    circle, count = 2.0 * math.pi * found.order, len(chain.codes)
+    circle, count = 2.0 * math.pi * found.order, len(bvp.codes)
     out = np.full((count, 4), math.inf)
 
     def pull(phase, angle, velocity):
         return amplitude * np.sin(phase) - line.damping * velocity - line.stiffness * angle
 
-    for i, code in enumerate(chain.codes):
+    for i, code in enumerate(bvp.codes):
         j = (i + 1) % count
-        begin = 0.0 if chain.is_mark(i) else unknowns[2 * i]
-        end = (0.0 if chain.is_mark(j) else unknowns[2 * j]) + (circle if j == 0 else 0.0)
+        begin = 0.0 if bvp.is_mark(i) else unknowns[2 * i]
+        end = (0.0 if bvp.is_mark(j) else unknowns[2 * j]) + (circle if j == 0 else 0.0)
         out[i, 0] = end - begin
         shift = circle * (1 + math.ceil(max(0.0, -begin) / circle))
         phases = np.linspace(begin, end, 20_001) + shift
@@ -316,12 +309,12 @@ def _expected_margins(found) -> np.ndarray:
                     for k in turns]  # fmt: skip
             if gaps:
                 out[i, 1] = min(gaps) * line.inertia * fastest / torque
-            if chain.is_mark(j):
+            if bvp.is_mark(j):
                 continue
             held = float(pull(phases[-1], angle[-1], w[-1]))
             law_end = piece.offset + piece.slope * v[-1]
             a = (held - law_end) / torque
-            after = chain.codes[j]
+            after = bvp.codes[j]
             out[i, 3] = a if after > code else -a
             if after == 0:
                 out[i, 2] = (held - stated.lower if code > 0 else stated.upper - held) / torque
@@ -337,41 +330,36 @@ def _expected_margins(found) -> np.ndarray:
     return out
 
 
-@pytest.mark.parametrize("name", ORBITS)
-def test_margins_against_a_dense_sampling(name) -> None:
+def test_margins_against_a_dense_sampling(found) -> None:
     """Lengths, distances to limits, to what is held, and accelerations at ends."""
-    found = _orbit(**ORBITS[name])
-    chain, unknowns = _whole(found)
-    margins = chain.margins(unknowns, tuple(problem(found.system)))[:, :4]
-    assert np.all(margins > 0.0)
-    np.testing.assert_allclose(margins, _expected_margins(found), rtol=1e-5, atol=2e-5)
+    bvp, unknowns = _whole(found)
+    margins = bvp.margins(unknowns, problem(found.system))
+    columns = np.stack([margins[name] for name in QUANTITIES], axis=-1)
+    assert np.all(columns > 0.0)
+    np.testing.assert_allclose(columns, _expected_margins(found), rtol=1e-5, atol=2e-5)
 
 
 def test_points_of_an_orbit_whose_event_is_at_phase_zero() -> None:
-    """The torque's phase at the event, and the frequency, are such that the event is there."""
+    """No orbit any more, but the end of the last segment at the end of the period is its point."""
     found = _orbit(eta=-24.0, F0=0.067)
-    chain, unknowns = found._solved
-    given = tuple(problem(found.system))
-    # No orbit any more, but what the last piece comes to at the end of the period is its point.
+    bvp, unknowns = _whole(found)
+    given = problem(found.system)
     moved = unknowns.copy()
     moved[0::2] -= unknowns[0]
-    log = chain.log(moved, given)
-    assert log[-1, trajectory.LOG_TIME] == 0.0
-    at_end = log[-2]
-    assert (at_end[trajectory.LOG_KIND], at_end[trajectory.LOG_PERIOD]) == (
-        enums.PERIOD,
-        found.order,
-    )
-    points = chain.points(moved, given)
-    np.testing.assert_array_equal(points[0], at_end[[trajectory.LOG_THETA, trajectory.LOG_W]])
+    log = bvp.log(moved, given)
+    assert log["time"][-1] == 0.0
+    at_end = log[-2].copy()
+    assert (at_end["kind"], at_end["period"]) == (EventKind.RETURN, found.order)
+    points = bvp.points(moved, given)
+    np.testing.assert_array_equal(points[0], [at_end["angle"], at_end["velocity"]])
 
 
 @pytest.mark.parametrize("codes", [(1,), (1, 0), (1, 2, 1), (1, -1, 0), (0, 1)])
 def test_half_a_symmetric_orbit_says_what_the_whole_does(codes) -> None:
     """Residual of the first half, and its derivative against differences."""
     system = wb.paper.system(eta=-6.0, F0=0.5, brake="conventional")
-    given = tuple(problem(system))
-    half = Chain(codes, 1, half=True)
+    given = problem(system)
+    half = SegmentBVP(codes, 1, half=True)
     count = len(codes)
     unknowns = np.empty(2 * count)
     unknowns[0::2] = 0.3 + math.pi / count * np.arange(count)

@@ -1,0 +1,114 @@
+"""The bifurcations of periodic orbits by name (docs/theory.md, section 13)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from wedgebrake.model.display import Result
+
+
+class Kind(Enum):
+    """A bifurcation of periodic orbits.
+
+    The last five are discontinuity-induced: M. di Bernardo, C. J. Budd, A. R. Champneys and
+    P. Kowalczyk, Piecewise-smooth Dynamical Systems (2008), chapters 7 and 8.
+    """
+
+    FOLD = "fold"
+    PERIOD_DOUBLING = "period doubling"
+    NEIMARK_SACKER = "Neimark-Sacker"
+    SYMMETRY_BREAKING = "symmetry breaking"
+    BRANCH_POINT = "branch point"
+    GRAZING_SLIDING = "grazing-sliding"
+    CROSSING_SLIDING = "crossing-sliding"
+    SWITCHING_SLIDING = "switching-sliding"
+    ADDING_SLIDING = "adding-sliding"
+    GRAZING = "grazing"
+
+    @property
+    def of_friction(self) -> bool:
+        """Whether it is discontinuity-induced: a smooth system has none."""
+        return self.value == "grazing" or self.value.endswith("-sliding")
+
+    def can_be_followed(self, method: str) -> bool:
+        """Return True if one further condition describes it: a curve over two parameters.
+
+        Where branches cross the equations are singular. Those of half an orbit that is its own
+        mirror image are not, but only the exact ones are stated for half an orbit.
+        """
+        if self is Kind.SYMMETRY_BREAKING:
+            return method == "exact"
+        return self is not Kind.BRANCH_POINT
+
+    @property
+    def meaning(self) -> str:
+        """What happens there, as a sentence without its full stop."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Kind.FOLD: "two orbits meet and vanish (multiplier 1)",
+    Kind.PERIOD_DOUBLING: "an orbit of twice the period branches off (multiplier -1)",
+    Kind.NEIMARK_SACKER: "a second frequency sets in: a torus branches off (complex"
+    " multipliers of modulus 1)",
+    Kind.SYMMETRY_BREAKING: "two orbits that are each other's mirror image branch off",
+    Kind.BRANCH_POINT: "two branches cross (multiplier 1)",
+    Kind.GRAZING_SLIDING: "a slip just touches zero sliding velocity: a stick begins or ends there",
+    Kind.CROSSING_SLIDING: "a reversal meets the limit of the holding torque: a short stick begins"
+    " or ends there",
+    Kind.SWITCHING_SLIDING: "the onset of a stick meets the limit of the holding torque: a short"
+    " slip begins or ends there",
+    Kind.ADDING_SLIDING: "during a stick the torque just touches the limit of the holding torque: a"
+    " short slip begins or ends there",
+    Kind.GRAZING: "a slip just touches a breakpoint of the brake's law, such as the release speed",
+}
+
+
+class Scenario(Enum):
+    """How the orbits on both sides of a discontinuity-induced bifurcation lie."""
+
+    NONE = ""
+    PERSISTENCE = "persistence"
+    FOLD = "non-smooth fold"
+    JUMP = "jump"
+    """The law jumps: no orbit near by continues."""
+
+
+class Margin(NamedTuple):
+    """One distance from where an orbit ends to be one: of which segment, and which quantity.
+
+    quantity : field of ``segment_margins.MARGINS``
+    """
+
+    segment: int
+    quantity: str
+
+
+@dataclass(frozen=True, repr=False)
+class Bifurcation(Result):
+    """A bifurcation at a point of a branch.
+
+    effect   : what of the motion begins or ends there; empty if nothing does
+    scenario : how the orbits on both sides lie, if it is discontinuity-induced
+    change   : which multipliers jump across the unit circle
+    margins  : those that vanish there
+    """
+
+    kind: Kind
+    effect: str = ""
+    scenario: Scenario = Scenario.NONE
+    change: str = ""
+    margins: tuple[Margin, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """The bifurcation in a sentence."""
+        text = f"{self.kind.value}: {self.kind.meaning}"
+        for more in (self.effect, self.scenario.value, self.change):
+            text += f"; {more}" if more else ""
+        return f"{text}."
+
+    def _headline(self) -> str:
+        return self.sentence

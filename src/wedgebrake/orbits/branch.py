@@ -1,0 +1,432 @@
+"""One branch of periodic orbits, point by point (docs/theory.md, section 13)."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.display import Result
+from wedgebrake.model.validation import check_instance, check_number, check_whole, shown
+from wedgebrake.orbits.bifurcation_detection import (
+    Step,
+    first_vanishing,
+    smooth_bifurcations,
+    tests,
+)
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.branch_restart import (
+    PERMANENT,
+    onset_of_permanent_sticking,
+    restart,
+)
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
+from wedgebrake.orbits.deduplication import CLOSED, Mark, reached, way
+from wedgebrake.orbits.discontinuity_induced import ALL_SLIP_ENDS
+from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.palc import (
+    CurvePoint,
+    NotConvergedError,
+    StepLength,
+    corrected,
+    newton,
+    tangent,
+)
+from wedgebrake.orbits.problem import OrbitProblem, make_ranges, value_of
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.segment_margins import violated
+
+STEP, LONGEST_STEP = 0.02, 0.5
+POINTS, _MOST_POINTS = 2000, 1_000_000
+# Shortest step, as a share of the longest.
+_SHORTEST = 1e-6
+# The direction may turn by so much in a step (cosine); steps of this share of the longest may
+# turn by any amount, as at the corner of a fold.
+_TURN, _ANY_TURN = 0.95, 1e-3
+# Smooth bifurcations are detected up to this share of the way to a discontinuity-induced one.
+_SHORT_OF = 1.0 - 1e-6
+# Scales that have changed by this factor are renewed.
+_OUTGROWN = 1.5
+# Where branches meet, orbits nearer than this share of their size may be one; nearer than the
+# second, they are; nearer than the third, where no orbit is found further on.
+MEETS, COLLAPSED, _NEARLY = 1e-4, 1e-8, 1e-3
+NOTHING_FURTHER = "no orbit was found further on"
+
+
+def continuation(
+    orbit: Orbit, *, step: float = STEP, points: int = POINTS, **parameter: tuple[float, float]
+) -> Branch:
+    """The branch of an orbit over a parameter, as an iterator (docs/theory.md, section 13).
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Start of the branch, as ``wb.orbit`` found it.
+    step : float
+        Longest step along the branch, as a share of the range.
+    points : int
+        Most points, bifurcations among them.
+    **parameter : (float, float)
+        One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
+        sets out from the orbit's own value towards the second, and ends where it leaves the
+        range, or has closed.
+
+    Returns
+    -------
+    Branch
+        Each ``next`` gives a ``BranchPoint``. ``points``, ``bifurcations``, ``step`` and
+        ``end`` can be watched, ``stop()`` ends it.
+
+    Raises ``InputError`` for arguments that are wrong, or an orbit that was not found.
+    """
+    check_instance("orbit", orbit, Orbit, "an Orbit, as wb.orbit(system) gives it")
+    if orbit._solution is None:
+        raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
+    check_step(step, points)
+    (over,) = make_ranges(orbit.system, parameter, 1)
+    value = value_of(orbit.system, over.name)
+    low, high = over.bounds
+    if not low <= value <= high:
+        raise InputError(
+            f"{over.name} = {shown(parameter[over.name])}: must contain {value:g}, where the orbit"
+            f" is. Find the orbit at {over.name}={over.first:g} first, or widen the range."
+        )
+    equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
+    if not has_odd_symmetry(orbit.system.replace(**{over.name: over.last})):
+        # An orbit that is its own mirror image does not stay so.
+        equations, unknowns = equations.whole(unknowns)
+    problem = OrbitProblem(
+        orbit.system, (over.name,), (over.scale,), method=orbit.method, rtol=orbit.rtol
+    )
+    start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
+    longest = float(step) * over.scale / over.exact_scale
+    return Branch(start, over.bounds, over.last > over.first, longest, int(points))
+
+
+def check_step(step: Any, points: Any) -> None:
+    """Refuse, with ``InputError``, steps and numbers of points out of range."""
+    allowed, why = f"a number, 1e-6 to {LONGEST_STEP}", " It is a share of the range."
+    check_number("step", step, 1e-6, LONGEST_STEP, allowed, why)
+    check_whole("points", points, 2, _MOST_POINTS)
+
+
+@dataclass(repr=False)
+class Branch(Result, Iterator[BranchPoint]):
+    """A branch of orbits as an iterator: each ``next`` gives one more point of it.
+
+    Its state can be watched: ``points`` and ``bifurcations`` so far, the length ``step`` of the
+    next step, and, once it has ended, ``end``, which says why. ``stop`` ends it.
+
+    start     : an orbit; its direction may be empty
+    bounds    : of the parameter, (least, greatest)
+    rising    : whether the parameter grows at first
+    largest   : longest step, in scaled unknowns (a share of the range of the parameter)
+    most      : number of points after which it ends
+    points    : those found so far; those given come before the start
+    met       : whether it has ended where it branches off another one
+    marks     : ends of other branches, which it does not retrace
+    """
+
+    start: BranchPoint
+    bounds: tuple[float, float]
+    rising: bool
+    largest: float = 0.02
+    most: int = 5000
+    points: list[BranchPoint] = field(default_factory=list)
+    end: str = ""
+    met: bool = False
+    marks: list[Mark] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._queue: deque[BranchPoint] = deque()
+        # Why the branch ends once its queue is empty, and what obstructs the present step.
+        self._next_end = self._obstacle = ""
+        self._length = StepLength(self.largest)
+        start = self.start
+        self._curve = OrbitCurve(start)
+        y = self._curve.scaled(start)
+        held = np.zeros(y.size)
+        held[-1] = 1.0 if self.rising else -1.0
+        along = start.direction if start.direction.size else held
+        y, matrix = newton(self._curve, y, along)
+        # Not by the last bit off the value that it is an orbit of.
+        y[-1] = start.values[-1] / self._curve.scales[-1] if not start.direction.size else y[-1]
+        self._now = CurvePoint(y, matrix, tangent(matrix, along))
+        # Where a system is symmetric at one value only its orbits are: they meet no parent there.
+        self._odd = all(has_odd_symmetry(start.problem.system((bound,))) for bound in self.bounds)
+        # A symmetric orbit, or one of one period, meets no parent.
+        self._has_parent = True
+        self._has_parent = not self._parent_of(self._now, COLLAPSED)
+        self._arclength = start.arclength
+        self._queue.append(self._point(self._now))
+
+    @property
+    def step(self) -> float:
+        """Length of the next step, in scaled unknowns."""
+        return self._length.length
+
+    @property
+    def bifurcations(self) -> list[BranchPoint]:
+        """The points so far that are bifurcations."""
+        return [point for point in self.points if point.bifurcation is not None]
+
+    @property
+    def jumps(self) -> bool:
+        """Whether its last point is one beyond which the motion jumps."""
+        last = self.points[-1].bifurcation if len(self.points) > 1 else None
+        return last is not None and last.scenario is Scenario.JUMP
+
+    def stop(self, why: str = "stopped by the user") -> None:
+        """End the branch with the points found so far; ``end`` then says ``why``."""
+        self._queue.clear()
+        self.end = why
+
+    def _headline(self) -> str:
+        text = f"branch over {self.start.problem.names[0]}: {len(self.points)} points"
+        if self.points:
+            text += f" from {self.points[0].value:.6g} to {self.points[-1].value:.6g}"
+        return f"{text}; bifurcations: {len(self.bifurcations)}; {self.end or 'goes on'}"
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        for point in self.bifurcations:
+            yield f"{point.problem.names[0]} = {point.value:.9g}", point.bifurcation, ""
+
+    def __next__(self) -> BranchPoint:
+        while not self._queue:
+            if not self.end and self._next_end:
+                self.end = self._next_end
+            elif not self.end and len(self.points) >= self.most:
+                self.end = f"stopped after {self.most} points"
+            if self.end:
+                raise StopIteration
+            self._advance()
+        point = self._queue.popleft()
+        mark = self._mark_before(point)
+        if mark is not None:
+            point, self._next_end = mark
+            self._queue.clear()
+            self.met = False
+        self.points.append(point)
+        return point
+
+    def _mark_before(self, point: BranchPoint) -> tuple[BranchPoint, str] | None:
+        """The branch's own begin, or the end of another, if it comes before the next point."""
+        if not self.points:
+            return None
+        marks = self.marks
+        if len(self.points) > 1:
+            begin, then = self.points[:2]
+            marks = [Mark(begin, way(begin, then), CLOSED), *marks]
+        return reached(self.points[-1], point, marks)
+
+    def _at(self, at: CurvePoint) -> OrbitSolution:
+        """The orbit at a point of the curve."""
+        return self._curve.solution(at.y)
+
+    def _point(
+        self, at: CurvePoint, bifurcation: Bifurcation | None = None, length: float = 0.0
+    ) -> BranchPoint:
+        return BranchPoint.of(self._at(at), at.direction, self._arclength + length, bifurcation)
+
+    def _advance(self) -> None:
+        """Make one step and queue its points."""
+        self._obstacle = ""
+        if self._length.attempt(self._try, _SHORTEST) or self._comes_to_rest():
+            return
+        parent = self._parent_of(self._now, _NEARLY)
+        self.met = bool(parent)
+        self._next_end = parent or self._obstacle or NOTHING_FURTHER
+
+    def _try(self) -> bool:
+        """Attempt a step and return True if it led on."""
+        before = self._now
+        after, leaves = self._predict_and_correct()
+        if after is None:
+            return False
+        turn = float(after.direction @ before.direction)
+        if turn < _TURN and self._length.exceeds(_ANY_TURN):
+            return False
+        step = Step(self._curve, before, after)
+        lacking = violated(self._at(after).margins)
+        if lacking:
+            return self._restart_beyond(step, lacking)
+        if not self._at(after).follows_flow:
+            return False
+        if self._meets_parent(step, step.length):
+            return True
+        if self._parent_of(after, COLLAPSED):
+            # Across to the branch that this one meets: it turns there, in a shorter step.
+            return False
+        passed = self._smooth_bifurcations(step, step.length)
+        self._arclength += float(np.linalg.norm(after.y - before.y))
+        self._now = after
+        self._queue.extend([*passed, self._point(after)])
+        if leaves:
+            name, value = self.start.problem.names[0], self._at(after).values[0]
+            self._next_end = f"left the range at {name} = {value:g}"
+        if turn > 0.5 * (1.0 + _TURN):
+            self._length.grow()
+        self._rescale()
+        return True
+
+    def _predict_and_correct(self) -> tuple[CurvePoint | None, bool]:
+        """The next point, and whether it is at the end of the range; None if beyond."""
+        before = self._now
+        low, high = (bound / self._curve.scales[-1] for bound in self.bounds)
+        guess = before.y + self.step * before.direction
+        if low <= guess[-1] <= high:
+            after = corrected(self._curve, guess, before.direction)
+            return (after if low <= after.y[-1] <= high else None), False
+        # To the end of the range and no further: beyond, there may be no such system.
+        bound = low if guess[-1] < low else high
+        share = (bound - before.y[-1]) / before.direction[-1]
+        guess, held = before.y + share * before.direction, np.zeros(guess.size)
+        held[-1] = 1.0
+        guess[-1] = bound
+        y, matrix = newton(self._curve, guess, held)
+        y[-1] = bound
+        return CurvePoint(y, matrix, tangent(matrix, before.direction)), True
+
+    def _rescale(self) -> None:
+        """Take the scales of the present orbit if it has outgrown those of the branch."""
+        here = self._at(self._now)
+        curve = OrbitCurve(here)
+        ratio = curve.scales / self._curve.scales
+        if np.all(ratio < _OUTGROWN) and np.all(ratio * _OUTGROWN > 1.0):
+            return
+        direction = self._now.direction / ratio
+        direction /= np.linalg.norm(direction)
+        self._now = CurvePoint(curve.scaled(here), self._now.matrix * ratio, direction)
+        self._curve = curve
+
+    def _meets_parent(self, step: Step[OrbitCurve], until: float) -> bool:
+        """Return True where it passes a branching from another branch, and then retraces itself.
+
+        It turns there, and the halves of the orbit change places. A turn alone may be a fold, and
+        with a fold in the same step there is none from end to end. The equations are singular
+        where branches meet, and points between may be on the other one: no root is located, but
+        steps are shortened until one of their ends is near enough.
+        """
+        if not self._has_parent:
+            return False
+        after = step.at(until)
+        turned = step.start.direction[-1] * after.direction[-1] < 0.0
+        halves = self._half_difference(step.start) * self._half_difference(after)
+        changed = float(np.sum(halves)) < 0.0
+        if not turned and not changed:
+            return False
+        ends = [(one, self._parent_of(one)) for one in (step.start, after)]
+        near = [(one, parent) for one, parent in ends if parent]
+        if not near:
+            if changed:
+                raise NotConvergedError
+            return False
+        at, parent = near[0]
+        if at is not step.start:
+            # A multiplier just comes to 1 where it turns.
+            passed = self._smooth_bifurcations(step, until, (Kind.FOLD, Kind.BRANCH_POINT))
+            length = float(np.linalg.norm(at.y - step.start.y))
+            self._queue.extend([*passed, self._point(at, length=length)])
+        self.met, self._next_end = True, parent
+        return True
+
+    def _half_difference(self, at: CurvePoint) -> FloatArray:
+        """Difference of the orbit's halves, or to its mirror image; it vanishes on a parent."""
+        solution = self._at(at)
+        if solution.order % 2 == 0:
+            return solution.section.half_difference(solution.points)
+        return solution.mirror_difference(MEETS) if self._odd else np.zeros(0)
+
+    def _parent_of(self, at: CurvePoint, tolerance: float = MEETS) -> str:
+        """The bifurcation that is met where an orbit repeats early, or is symmetric."""
+        if not self._has_parent:
+            return ""
+        solution = self._at(at)
+        fewer = solution.prime_order(tolerance)
+        if fewer < solution.order:
+            return doubling_of(fewer)
+        if self._odd and solution.is_symmetric(tolerance):
+            return "symmetry breaking of a symmetric orbit"
+        return ""
+
+    def _comes_to_rest(self) -> bool:
+        """Queue the onset of permanent sticking as the last point, if it is just ahead."""
+        found = onset_of_permanent_sticking(self._curve, self._now)
+        if found is None:
+            return False
+        last = replace(
+            self._point(self._now), values=found.values, unknowns=found.unknowns,
+            bifurcation=Bifurcation(Kind.ADDING_SLIDING, ALL_SLIP_ENDS),
+        )  # fmt: skip
+        self._queue.append(last)
+        self._next_end = PERMANENT
+        return True
+
+    def _smooth_bifurcations(
+        self, step: Step[OrbitCurve], until: float, excluded: tuple[Kind, ...] = ()
+    ) -> list[BranchPoint]:
+        """The bifurcations of the orbit's derivative inside a step, without some kinds."""
+        points = []
+        for s, kind in smooth_bifurcations(step, until):
+            if kind in excluded:
+                continue
+            at = step.at(s)
+            if kind is Kind.BRANCH_POINT and self._at(at).is_symmetric():
+                kind = Kind.SYMMETRY_BREAKING
+            length = float(np.linalg.norm(at.y - step.start.y))
+            points.append(self._point(at, Bifurcation(kind), length))
+        return points
+
+    def _restart_beyond(self, step: Step[OrbitCurve], lacking: list[Margin]) -> bool:
+        """Queue a discontinuity-induced bifurcation and go on with the segments beyond."""
+        found = first_vanishing(step, lacking)
+        if found is None:
+            return False
+        s, margins = found
+        at = step.at(s)
+        if self._meets_parent(step, s):
+            return True
+        came = float(at.y[-1] - step.start.y[-1])
+        beyond = restart(self._curve, came, at, margins, self.largest)
+        if beyond is None:
+            if not self._length.exceeds(_ANY_TURN):
+                # A shorter step may yet lead on.
+                self._obstacle = "a change of the sequence of segments that is not known"
+            return False
+        # Without the poles that multipliers may have there.
+        passed = self._smooth_bifurcations(step, _SHORT_OF * s)
+        self._arclength += float(np.linalg.norm(at.y - step.start.y))
+        point = self._point(at, beyond.bifurcation)
+        self._queue.extend(passed)
+        if beyond.curve is None or beyond.point is None:
+            self._queue.append(point)
+            self._next_end = beyond.why
+            return True
+        here = tests(self._curve, at.y)
+        self._curve, self._now = beyond.curve, beyond.point
+        change = _change(here, tests(self._curve, self._now.y))
+        told = replace(point, bifurcation=replace(beyond.bifurcation, change=change))
+        self._queue.extend([told, self._point(self._now)])
+        self._length = StepLength(self.largest)
+        return True
+
+
+def _change(before: dict[str, float], after: dict[str, float]) -> str:
+    """Words for a jump of the multipliers across the unit circle."""
+    words = {
+        "minus one": "a multiplier jumps across -1: a period doubling by a border collision",
+        "one": "a multiplier jumps across 1",
+        "torus": "a pair of multipliers jumps across modulus 1",
+    }
+    return "; ".join(word for name, word in words.items() if before[name] * after[name] < 0.0)
+
+
+def doubling_of(fewer: int) -> str:
+    """Words for the end of a branch whose orbit repeats after fewer periods there."""
+    of = "the synchronous orbit" if fewer == 1 else f"an orbit of {fewer} periods"
+    return f"period doubling of {of}"

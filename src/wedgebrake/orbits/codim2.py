@@ -1,0 +1,390 @@
+"""``boundary`` and ``boundaries``: bifurcations followed over two parameters."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import shown
+from wedgebrake.orbits.bifurcation_detection import Step, tests
+from wedgebrake.orbits.bifurcation_types import Kind
+from wedgebrake.orbits.branch import (
+    COLLAPSED,
+    MEETS,
+    NOTHING_FURTHER,
+    POINTS,
+    STEP,
+    Branch,
+    check_step,
+    doubling_of,
+)
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.curves import (
+    BifurcationCurve,
+    OrbitCurve,
+    OrbitSolution,
+    has_odd_symmetry,
+)
+from wedgebrake.orbits.dataset import multiplier_columns, provenance
+from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow
+from wedgebrake.orbits.discontinuity_induced import leading_quantity, transition
+from wedgebrake.orbits.palc import (
+    FAILED,
+    CurvePoint,
+    NotConvergedError,
+    StepLength,
+    corrected,
+    newton,
+    tangent,
+)
+from wedgebrake.orbits.problem import OrbitProblem, Range, make_ranges, value_of
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.segment_margins import violated
+from wedgebrake.orbits.shooting import check
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_TESTS = {
+    Kind.FOLD: "one",
+    Kind.SYMMETRY_BREAKING: "one",
+    Kind.PERIOD_DOUBLING: "minus one",
+    Kind.NEIMARK_SACKER: "torus",
+}
+# Shortest step; steps below which the direction may turn by any amount, and below which the end
+# of the curve is near enough; all as shares of the longest. The turn is a cosine.
+_SHORTEST, _ANY_TURN, _NEAR_END = 1e-5, 1e-2, 1e-3
+_TURN = 0.95
+# A margin that vanishes all along a curve is no more than this below zero.
+_VANISHING = 1e-7
+# Parameters (scaled) and orbits (as shares of their size) nearer than this are the same.
+_SAME = 1e-5
+_CLOSED = "the curve has closed"
+
+
+def boundary(
+    point: BranchPoint,
+    *,
+    step: float = STEP,
+    points: int = POINTS,
+    **parameters: tuple[float, float],
+) -> xr.Dataset:
+    """A bifurcation followed over two parameters (docs/theory.md, section 13).
+
+    Parameters
+    ----------
+    point : BranchPoint
+        A bifurcation, of ``Branch.bifurcations``.
+    step : float
+        Longest step along the curve, as a share of the ranges.
+    points : int
+        Most points in each of the two directions.
+    **parameters : (float, float)
+        Two of them with their ends, for example ``eta=(-60, 12), F0=(0.01, 0.1)``: that of the
+        branch and a second one.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, from one end to the other: both parameters, the multipliers of the
+        orbit, and its Poincare point at t = 0. ``attrs`` say the kind and why it ends.
+
+    Raises ``InputError`` for arguments that are wrong, for a branch point and for a symmetry
+    breaking of an orbit with smooth friction, where branches cross and the equations are
+    singular, and for the onset of permanent sticking, which is known in closed form.
+    """
+    bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
+    if bifurcation is None:
+        raise InputError(
+            f"point = {shown(point)}: must be a bifurcation, one of Branch.bifurcations."
+        )
+    if not point.can_be_followed:
+        onset = bifurcation.kind.of_friction and not bifurcation.margins
+        what = "onset of permanent sticking" if onset else bifurcation.kind.value
+        raise InputError(
+            f"point: is a {what}, which cannot be followed with method {point.problem.method!r}."
+            " Follow a fold, a period doubling, a Neimark-Sacker bifurcation or one of friction."
+        )
+    check_step(step, points)
+    ranges = make_ranges(point.problem.base, parameters, 2)
+    names = [one.name for one in ranges]
+    own = point.problem.names[0]
+    if own not in names:
+        raise InputError(
+            f"{', '.join(names)}: must hold {own}, which the bifurcation was found over. Give"
+            f" {own}=(from, to) and one more."
+        )
+    first, second = sorted(ranges, key=lambda one: one.name != own)
+    return _Boundary(point, first, second, float(step), int(points)).dataset(ranges)
+
+
+def boundaries(
+    system: BrakedDriveline,
+    *,
+    kinds: Collection[str] | None = None,
+    order: int | None = None,
+    initial: tuple[float, float] | None = None,
+    method: str | None = None,
+    rtol: float = 1e-10,
+    switch: int = SWITCH,
+    opposite: bool = True,
+    step: float = STEP,
+    points: int = POINTS,
+    progress: Callable[[Branch], None] | None = None,
+    **parameters: tuple[float, float],
+) -> list[xr.Dataset]:
+    """The boundaries over two parameters of all bifurcations over the first.
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        System whose parameters vary. The second keeps its own value while branches are followed
+        over the first.
+    kinds : collection of str
+        Which ones, for example ``["period doubling", "grazing-sliding"]``. Default: all that
+        can be followed.
+    order, initial, method, rtol, switch, opposite, step, points, progress
+        As for ``wb.branches``.
+    **parameters : (float, float)
+        Two of them with their ends; the branches begin at the first end of the first.
+
+    Returns
+    -------
+    list of xarray.Dataset
+        One for each bifurcation, as ``wb.boundary`` gives it; ``wb.plot(map, boundaries=...)``
+        draws them over a map of ``wb.regime_map``.
+
+    Raises ``InputError`` as ``wb.branches``.
+    """
+    chosen = check(system, order, method, rtol)
+    allowed = [kind.value for kind in Kind if kind.can_be_followed(chosen)]
+    if isinstance(kinds, str):
+        raise InputError(f"kinds = {shown(kinds)}: must be a list of kinds, as [{shown(kinds)}].")
+    for kind in kinds or ():
+        if kind not in allowed:
+            raise InputError(
+                f"kinds: {shown(kind)} cannot be followed. {nearest(str(kind), allowed)}"
+            )
+    over, _ = make_ranges(system, parameters, 2)
+    first = first_orbit(system, over, order=order, initial=initial, method=method, rtol=rtol)
+    followed = follow(
+        first, over, switch=switch, opposite=opposite, step=step, points=points, progress=progress
+    )
+    found = [point for one in followed for point in one.branch.bifurcations]
+    wanted = [
+        point
+        for point in found
+        if point.bifurcation is not None
+        and point.bifurcation.kind.value in (kinds or allowed)
+        and point.can_be_followed
+    ]
+    return [boundary(point, step=step, points=points, **parameters) for point in wanted]
+
+
+class _Boundary:
+    """The curve of a bifurcation, followed both ways from where it was found."""
+
+    def __init__(
+        self, point: BranchPoint, first: Range, second: Range, step: float, points: int
+    ) -> None:
+        assert point.bifurcation is not None  # noqa: S101 - checked by the caller
+        ends = {first.name: first.last, second.name: second.last}
+        half = point.equations is not point.equations.whole(point.unknowns)[0]
+        base = point.problem.base
+        if half and not has_odd_symmetry(base.replace(**ends)):
+            raise InputError(
+                f"{second.name}: takes the symmetry from the system, which the bifurcation has."
+                " Follow it over another parameter."
+            )
+        self.bifurcation = point.bifurcation
+        self.ranges, self.step, self.most = (first, second), step, points
+        problem = OrbitProblem(
+            base, (first.name, second.name), (first.exact_scale, second.exact_scale),
+            method=point.problem.method, rtol=point.problem.rtol,
+        )  # fmt: skip
+        values = (point.value, value_of(point.system, second.name))
+        for one, value in zip(self.ranges, values, strict=True):
+            if not one.bounds[0] <= value <= one.bounds[1]:
+                raise InputError(
+                    f"{one.name} = ({one.first:g}, {one.last:g}): must contain {value:g}, where the"
+                    " bifurcation is. Widen the range."
+                )
+        start = OrbitSolution(problem, values, point.equations, point.unknowns)
+        self.orbits = OrbitCurve(start)
+        self.curve = BifurcationCurve(self.orbits, self._condition)
+        self.start = self.orbits.scaled(start)
+
+    def _condition(self, y: FloatArray) -> float:
+        """The function that vanishes on the curve."""
+        if self.bifurcation.kind in _TESTS:
+            return tests(self.orbits, y)[_TESTS[self.bifurcation.kind]]
+        quantity = leading_quantity(self.bifurcation.margins)
+        margin = next(one for one in self.bifurcation.margins if one.quantity == quantity)
+        return float(self.orbits.solution(y).margins[margin.segment][quantity])
+
+    def dataset(self, ranges: list[Range]) -> xr.Dataset:
+        """Both halves as one, with the parameters in the order of ``ranges``."""
+        import xarray as xr
+
+        (back, begin), (on, end) = self._halves()
+        points = [
+            BranchPoint.of(self.orbits.solution(at.y), at.direction)
+            for at in (*reversed(back[1:]), *on)
+        ]
+        section = np.array([point.points[0] for point in points])
+        values = {
+            one.name: np.array([point.values[i] for point in points])
+            for i, one in enumerate(self.ranges)
+        }
+        equations, problem = self.orbits.equations, self.orbits.problem
+        return xr.Dataset(
+            {
+                **multiplier_columns(points),
+                "angle": ("point", section[:, 0], {"units": "rad", "long_name": "angle at t = 0"}),
+                "velocity": (
+                    "point", section[:, 1], {"units": "rad/s", "long_name": "velocity at t = 0"},
+                ),
+            },
+            coords={one.dim: ("point", values[one.name], one.attributes()) for one in ranges},
+            attrs={
+                "kind": "boundary",
+                "bifurcation": self.bifurcation.kind.value,
+                "effect": self.bifurcation.effect,
+                "order": equations.order,
+                "sequence": equations.sequence,
+                "parameters": [one.dim for one in ranges],
+                "ranges": json.dumps([one.bounds for one in ranges]),
+                "begin": begin,
+                "end": end,
+                **provenance(problem.base, problem.method),
+            },
+        )  # fmt: skip
+
+    def _halves(self) -> list[tuple[list[CurvePoint], str]]:
+        """The curve against its direction and along it, and why each half ends."""
+        size = self.start.size
+        across = np.zeros((2, size))
+        across[0, -2], across[1, -1] = 1.0, 1.0
+        try:
+            start = self._first_point(across)
+        except FAILED:
+            alone = CurvePoint(self.start, np.empty((0, 0)), np.zeros(size))
+            return [([alone], "the curve has no direction here")] * 2
+        on = self._half(start, start)
+        if on[1] == _CLOSED:
+            # One way round is all of it.
+            return [([start], _CLOSED), on]
+        # If the curve has not quite closed, back only to the end of the other half.
+        return [self._half(_reversed(start), _reversed(on[0][-1])), on]
+
+    def _first_point(self, across: FloatArray) -> CurvePoint:
+        """The first point, solved with either parameter held."""
+        try:
+            y, matrix = newton(self.curve, self.start, across[1])
+        except NotConvergedError:
+            y, matrix = newton(self.curve, self.start, across[0])
+        return CurvePoint(y, matrix, tangent(matrix, across[1]))
+
+    def _half(self, start: CurvePoint, goal: CurvePoint) -> tuple[list[CurvePoint], str]:
+        """The curve in one direction, and why it ends.
+
+        goal : of the curve, with the direction in which it closes there
+        """
+        found, length, end = [start], StepLength(self.step), ""
+
+        def step() -> bool:
+            nonlocal end
+            now = found[-1]
+            after = corrected(self.curve, now.y + length.length * now.direction, now.direction)
+            if after.direction @ now.direction < _TURN and length.exceeds(_ANY_TURN):
+                return False
+            why = self._end_at(after)
+            if why and length.exceeds(_NEAR_END):
+                return False
+            if why:
+                # Keep the point where the orbit is almost one of fewer periods.
+                orbit = self.orbits.solution(after.y)
+                whole = orbit.prime_order(COLLAPSED) == orbit.order
+                if whole and why == doubling_of(orbit.prime_order(MEETS)):
+                    found.append(after)
+                end = why
+                return True
+            closed = self._closes(Step(self.curve, now, after), after, goal)
+            found.append(after if closed is None else closed)
+            end = "" if closed is None else _CLOSED
+            length.grow()
+            return True
+
+        while len(found) <= self.most:
+            if not length.attempt(step, _SHORTEST):
+                return found, NOTHING_FURTHER
+            if end:
+                return found, end
+        return found, f"stopped after {self.most} points"
+
+    def _closes(
+        self, step: Step[BifurcationCurve], after: CurvePoint, goal: CurvePoint
+    ) -> CurvePoint | None:
+        """The point at which the curve closes inside a step; None if it does not."""
+
+        def beyond_goal(there: CurvePoint) -> float:
+            return float(goal.direction[-2:] @ (there.y - goal.y)[-2:])
+
+        halves = self._half_difference(step.start) * self._half_difference(after)
+        if float(np.sum(halves)) < 0.0:
+            # The halves of the orbit have changed places: the curve has passed through an orbit of
+            # half the periods and retraces its own points, half an orbit later. No root is located,
+            # because points between may be on the curve of that orbit; the step is shortened until
+            # its end is near enough.
+            raise NotConvergedError
+        if beyond_goal(step.start) < 0.0 <= beyond_goal(after):
+            at = step.at(step.root(beyond_goal))
+            if self._is_same(at, goal):
+                return at
+        return None
+
+    def _is_same(self, one: CurvePoint, other: CurvePoint) -> bool:
+        """Return True if two points are one orbit, at any shift by whole periods."""
+        if np.linalg.norm((one.y - other.y)[-2:]) > _SAME:
+            return False
+        first, second = self.orbits.solution(one.y), self.orbits.solution(other.y)
+        return second.section.same_orbit(first.points, second.points, _SAME)
+
+    def _half_difference(self, at: CurvePoint) -> FloatArray:
+        """Difference of the orbit's halves, which vanishes where they are the same."""
+        there = self.orbits.solution(at.y)
+        return there.section.half_difference(there.points)
+
+    def _end_at(self, at: CurvePoint) -> str:
+        """Why a point is no longer on the curve; empty where it is."""
+        orbit = self.orbits.solution(at.y)
+        for one, value in zip(self.ranges, orbit.values, strict=True):
+            if not one.bounds[0] <= value <= one.bounds[1]:
+                return f"left the range of {one.name}"
+        # Without the margins that vanish all along.
+        others = [
+            one
+            for one in violated(orbit.margins)
+            if not orbit.margins[one.segment][one.quantity] >= -_VANISHING
+        ]
+        if others:
+            found = transition(orbit, others)
+            return f"it meets {'a bifurcation of friction' if found is None else found.kind.value}"
+        fewer = orbit.prime_order(MEETS)
+        if fewer < orbit.order:
+            return doubling_of(fewer)
+        trace, _ = orbit.invariants
+        if self.bifurcation.kind is Kind.NEIMARK_SACKER and not abs(trace) < 2.0:
+            return "both multipliers are real: a resonance 1:1 or 1:2"
+        return "" if math.isfinite(trace) else "the multipliers are infinite"
+
+
+def _reversed(at: CurvePoint) -> CurvePoint:
+    """A point of a curve followed in the opposite direction."""
+    return at._replace(direction=-at.direction)

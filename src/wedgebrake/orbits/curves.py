@@ -1,0 +1,198 @@
+"""Orbits over parameters, and the curves that continuation follows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.equations import Equations, Measures, NoOrbitError
+from wedgebrake.orbits.problem import OrbitProblem
+from wedgebrake.orbits.section import SAME, FloatArray, Records, Section
+
+# Step of differences in scaled unknowns: its square, and rounding over it, are both small.
+_DIFFERENCE = 1e-6
+# Solutions of a curve that are remembered with what was computed of them.
+_REMEMBERED = 8
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitSolution:
+    """A solution of the equations of an orbit at one value of each parameter.
+
+    problem : the system, and the parameters that vary
+    values  : of these parameters
+    equations, unknowns : what is solved, and its solution
+    """
+
+    problem: OrbitProblem
+    values: tuple[float, ...]
+    equations: Equations
+    unknowns: FloatArray
+
+    @cached_property
+    def kernel_problem(self) -> Any:
+        """The system as the kernels take it; raises ``NoOrbitError`` where there is none."""
+        return _kernel_problem(self.problem, self.values)
+
+    @cached_property
+    def system(self) -> BrakedDriveline:
+        """System of which it is an orbit."""
+        return self.problem.system(self.values)
+
+    @cached_property
+    def section(self) -> Section:
+        """Section at which the orbit is sampled."""
+        return self.problem.section(self.values)
+
+    @property
+    def order(self) -> int:
+        """Periods of the torque in the orbit."""
+        return self.equations.order
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """(order, 2) Poincare points at t = 0, T, ...: angle [rad] and velocity [rad/s]."""
+        return self.equations.points(self.unknowns, self.kernel_problem)
+
+    @cached_property
+    def measures(self) -> Measures:
+        """Amplitudes, sticking, events and torque."""
+        return self.equations.measures(self.unknowns, self.kernel_problem, self.system)
+
+    @cached_property
+    def invariants(self) -> tuple[float, float]:
+        """Trace and determinant of the monodromy matrix."""
+        return self.equations.invariants(self.unknowns, self.kernel_problem)
+
+    @cached_property
+    def margins(self) -> Records:
+        """Distances from where a solution is no orbit, as of its ``Equations``."""
+        return self.equations.margins(self.unknowns, self.kernel_problem)
+
+    @property
+    def follows_flow(self) -> bool:
+        """Whether the flow passes through the solution and returns."""
+        growth = abs(self.invariants[0])
+        return self.equations.follows_flow(self.unknowns, self.kernel_problem, growth)
+
+    def prime_order(self, tolerance: float = SAME) -> int:
+        """Fewest periods of the torque after which the orbit repeats."""
+        return self.section.prime_order(self.points, tolerance)
+
+    def is_symmetric(self, tolerance: float = SAME) -> bool:
+        """Return True if theta(t + nT/2) = -theta(t), n odd, on a brake without preference."""
+        if self.order % 2 == 0 or not has_odd_symmetry(self.system):
+            return False
+        gap = self.mirror_difference(tolerance)
+        return bool(gap.size > 0 and np.max(np.abs(gap)) <= tolerance)
+
+    def mirror_difference(self, tolerance: float) -> FloatArray:
+        """Difference of the orbit to its mirror image half an orbit later."""
+        return self.equations.mirror_difference(self.unknowns, self.system, tolerance)
+
+
+def _kernel_problem(problem: OrbitProblem, values: tuple[float, ...]) -> Any:
+    try:
+        return problem.kernel_problem(values)
+    except InputError as error:
+        raise NoOrbitError(str(error)) from None
+
+
+def has_odd_symmetry(system: BrakedDriveline) -> bool:
+    """Return True if both directions are alike: an odd brake on a shaft that does not turn."""
+    gain = system.brake.amplification
+    alike = all(gain(m) == -gain(-m) for m in (0.05, 0.2, 0.4))
+    return alike and system.driveline.drive_speed == 0.0
+
+
+class OrbitCurve:
+    """Orbits over one or more parameters, F(u, p) = 0.
+
+    Scaled unknowns are y = (u / scales / sqrt(size), p / problem.scales), so that an orbit of
+    many events counts no more than one of few.
+
+    through : orbit whose size gives the scales; raises ``NoOrbitError``
+    """
+
+    def __init__(self, through: OrbitSolution) -> None:
+        self.equations, self.problem = through.equations, through.problem
+        sizes = self.equations.scales(through.unknowns, through.kernel_problem)
+        sizes = sizes * np.sqrt(self.equations.size)
+        self.scales: FloatArray = np.concatenate((sizes, self.problem.scales))
+        self._solutions: dict[bytes, OrbitSolution] = {}
+
+    def scaled(self, solution: OrbitSolution) -> FloatArray:
+        """Scaled unknowns y of an orbit."""
+        return np.concatenate((solution.unknowns, solution.values)) / self.scales
+
+    def solution(self, y: FloatArray) -> OrbitSolution:
+        """The orbit at y; it remembers what is computed of it."""
+        key = y.tobytes()
+        if key not in self._solutions:
+            if len(self._solutions) >= _REMEMBERED:
+                del self._solutions[next(iter(self._solutions))]
+            unknowns, values = self._unscaled(y)
+            self._solutions[key] = OrbitSolution(self.problem, values, self.equations, unknowns)
+        return self._solutions[key]
+
+    def _unscaled(self, y: FloatArray) -> tuple[FloatArray, tuple[float, ...]]:
+        """Unknowns and parameters."""
+        size, unscaled = self.equations.size, y * self.scales
+        return unscaled[:size], tuple(unscaled[size:].tolist())
+
+    def residual(self, y: FloatArray) -> FloatArray:
+        """F(y)."""
+        unknowns, values = self._unscaled(y)
+        return self.equations.residual(unknowns, _kernel_problem(self.problem, values))
+
+    def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F(y) and its derivative; that by the parameters from differences."""
+        size, (unknowns, values) = self.equations.size, self._unscaled(y)
+        kernel_problem = _kernel_problem(self.problem, values)
+        residual, matrix = self.equations.linearize(unknowns, kernel_problem)
+        columns = [matrix * self.scales[:size]]
+        columns += [difference(self.residual, y, i)[:, None] for i in range(size, y.size)]
+        return residual, np.hstack(columns)
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationCurve:
+    """Orbits on which a function vanishes, over two parameters: F(u, p, q) = 0 and g = 0."""
+
+    orbits: OrbitCurve
+    condition: Callable[[FloatArray], float]
+
+    def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(F, g) and its derivative, that of g from differences."""
+        values, matrix = self.orbits.linearize(y)
+        gradient = [
+            difference(lambda there: np.array([self.condition(there)]), y, i)[0]
+            for i in range(y.size)
+        ]
+        return np.append(values, self.condition(y)), np.vstack((matrix, gradient))
+
+
+def difference(
+    function: Callable[[FloatArray], FloatArray], y: FloatArray, column: int
+) -> FloatArray:
+    """Derivative by one unknown: a central difference, one-sided where one side has no value."""
+    ends, steps = [], []
+    for sign in (1.0, -1.0):
+        there = y.copy()
+        there[column] += sign * _DIFFERENCE
+        try:
+            ends.append(function(there))
+        except NoOrbitError:
+            ends.append(function(y))
+            steps.append(0.0)
+        else:
+            steps.append(_DIFFERENCE)
+    if sum(steps) == 0.0 or not all(np.all(np.isfinite(end)) for end in ends):
+        raise NoOrbitError
+    return np.asarray((ends[0] - ends[1]) / sum(steps))

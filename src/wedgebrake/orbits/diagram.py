@@ -1,0 +1,253 @@
+"""The bifurcation diagram: all branches from the ends of a range, and ``branches``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, check_whole
+from wedgebrake.orbits.branch import LONGEST_STEP, POINTS, STEP, Branch, continuation
+from wedgebrake.orbits.branch_point import BranchPoint
+from wedgebrake.orbits.branch_switching import leaving
+from wedgebrake.orbits.dataset import Followed, assemble
+from wedgebrake.orbits.deduplication import CLOSED, lies_on, marks
+from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.problem import Range, make_ranges
+from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.shooting import check, orbit, orbit_to_follow
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SWITCH = 2
+_MOST_LEVELS = 20
+# Orbits of more periods are not looked for where branches leave: their windows are narrow.
+_MOST_ORDER = 16
+# How far beyond a jump the motion there is looked for, as a share of the range.
+_ONWARD = 1e-6
+# Poincare points nearer than this share of their size may be those of one orbit, at another value
+# near by.
+_LIKE = 0.02
+# Ends of branches may miss what they meet by this share of the range.
+_NEAR = 1e-3
+# How far beside the end of a branch the one that it has met is begun, as a share of the range.
+_ASIDE = 1e-3
+
+
+def branches(
+    system: BrakedDriveline,
+    *,
+    order: int | None = None,
+    initial: tuple[float, float] | None = None,
+    method: str | None = None,
+    rtol: float = 1e-10,
+    switch: int = SWITCH,
+    opposite: bool = True,
+    step: float = STEP,
+    points: int = POINTS,
+    progress: Callable[[Branch], None] | None = None,
+    **parameter: tuple[float, float],
+) -> xr.Dataset:
+    """Branches of periodic orbits over one parameter, stable and unstable, with bifurcations.
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        System whose parameter varies.
+    **parameter : (float, float)
+        One SI parameter or group with its ends, for example ``eta=(12, -60)``. The first
+        branch begins at the first end.
+    order, initial, method, rtol
+        Of the first orbit, as for ``wb.orbit``. If the motion is still irregular after the
+        longest transient of ``wb.orbit``, the first orbit is a stable one near that motion.
+    switch : int
+        Levels of branches that leave other branches (at period doublings, symmetry breakings,
+        branch points, and where the motion jumps): 0 none, 1 those that leave the first, ...
+        None are followed of more than 16 periods.
+    opposite : bool
+        Also follow a branch from the other end, with the motion that settles there, unless the
+        first one has come there.
+    step, points
+        As for ``wb.continuation``, for each branch.
+    progress : callable
+        Called with the ``Branch`` after each of its points.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, branch after branch: the parameter, ``branch``, ``order``, ``stable``,
+        ``sequence``, Floquet multipliers, amplitudes, sticks and events in a period of the
+        torque, Poincare points. Over ``bifurcation``: kind, value (located to 1e-8 of the
+        range or better), effect. Over ``branch_number``: where each comes from and why it ends.
+
+    Raises ``InputError`` for arguments that are wrong, and where there is no orbit to begin.
+    """
+    check(system, order, method, rtol)
+    (over,) = make_ranges(system, parameter, 1)
+    first = first_orbit(system, over, order=order, initial=initial, method=method, rtol=rtol)
+    followed = follow(
+        first, over, switch=switch, opposite=opposite, step=step, points=points, progress=progress
+    )
+    return assemble(system, over, followed)
+
+
+def first_orbit(system: BrakedDriveline, over: Range, **settings: Any) -> Orbit:
+    """The orbit at the first end of a range; ``InputError`` where there is none.
+
+    settings : of ``orbit_to_follow``
+    """
+    first = orbit_to_follow(system.replace(**{over.name: over.first}), **settings)
+    if not first.found:
+        raise InputError(
+            f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}"
+        )
+    return first
+
+
+def follow(
+    first: Orbit,
+    over: Range,
+    *,
+    switch: int = SWITCH,
+    opposite: bool = True,
+    step: float = STEP,
+    points: int = POINTS,
+    progress: Callable[[Branch], None] | None = None,
+) -> list[Followed]:
+    """The branches themselves, in the order in which they were found.
+
+    first : an orbit at the first end of the range
+    """
+    check_whole("switch", switch, 0, _MOST_LEVELS)
+    check_instance("opposite", opposite, bool)
+    diagram = _Diagram(over, {"step": step, "points": points}, progress)
+    diagram.add_from(first, (over.first, over.last), -1, "begin of the range")
+    diagram.add_descendants(switch)
+    if opposite:
+        other = orbit_to_follow(
+            first.system.replace(**{over.name: over.last}), method=first.method, rtol=first.rtol
+        )
+        if other.found and not diagram.contains(other.points, over.last):
+            diagram.add_from(other, (over.last, over.first), -1, "end of the range")
+            diagram.add_descendants(switch)
+    return diagram.followed
+
+
+class _Diagram:
+    """The branches followed so far.
+
+    settings : of ``continuation``
+    """
+
+    def __init__(
+        self,
+        over: Range,
+        settings: dict[str, Any],
+        progress: Callable[[Branch], None] | None,
+    ) -> None:
+        self.followed: list[Followed] = []
+        self._over, self._settings, self._progress = over, settings, progress
+
+    def contains(self, points: FloatArray, value: float) -> bool:
+        """Return True if an orbit, by its Poincare points, is on one of the branches."""
+        return any(lies_on(points, value, one.branch.points) for one in self.followed)
+
+    def add_from(
+        self, found: Orbit, ends: tuple[float, float], origin: int, begin: str, **settings: Any
+    ) -> Branch:
+        """Follow the branch of an orbit."""
+        arguments = self._settings | settings | {self._over.name: ends}
+        return self._add(continuation(found, **arguments), origin, begin)
+
+    def _add(self, branch: Branch, origin: int, begin: str) -> Branch:
+        """Follow a branch to its end; it does not retrace the others."""
+        for number, one in enumerate(self.followed, 1):
+            branch.marks += marks(one.branch.points, f"goes on as branch {number}")
+        for _ in branch:
+            if self._progress is not None:
+                self._progress(branch)
+        self.followed.append(Followed(branch, origin, begin))
+        return branch
+
+    def add_descendants(self, levels: int) -> None:
+        """Follow the branches that leave the last one, those that leave these, and so on."""
+        begin, end = len(self.followed) - 1, len(self.followed)
+        for _ in range(levels):
+            for place in range(begin, end):
+                number = sum(len(one.branch.bifurcations) for one in self.followed[:place])
+                branch = self.followed[place].branch
+                for point in branch.bifurcations:
+                    self._add_leaving(point, number)
+                    number += 1
+                if branch.jumps:
+                    self._add_beyond_jump(branch, number - 1)
+                if branch.met:
+                    self._add_parents(branch, place)
+            begin, end = end, len(self.followed)
+
+    def _add_leaving(self, point: BranchPoint, number: int) -> None:
+        """Follow the branches that leave a bifurcation and are not known yet."""
+        if 2 * point.order > _MOST_ORDER or self._ends_at(point):
+            return
+        first = self.followed[0].branch
+        begin = point.bifurcation.kind.value if point.bifurcation is not None else ""
+        for origin, start in leaving(point):
+            if not self.contains(start.points, start.value):
+                rising = start.direction[-1] > 0.0
+                branch = Branch(start, first.bounds, rising, first.largest, first.most, [origin])
+                self._add(branch, number, begin)
+
+    def _ends_at(self, point: BranchPoint) -> bool:
+        """Return True if a branch that leaves a bifurcation ends there, coming from elsewhere."""
+        for one in self.followed:
+            last = one.branch.points[-1]
+            near = abs(last.value - point.value) <= _NEAR * self._over.scale
+            if near and one.branch.met and last.order in (point.order, 2 * point.order):
+                repeated = np.tile(point.points, (last.order // point.order, 1))
+                if point.section.same_orbit(last.points, repeated, _LIKE):
+                    return True
+        return False
+
+    def _add_beyond_jump(self, branch: Branch, number: int) -> None:
+        """Follow the branch of the motion just beyond a jump, if it is not known yet."""
+        before, last = branch.points[-2:]
+        low, high = branch.bounds
+        onward = math.copysign(_ONWARD * (high - low), last.value - before.value)
+        value = last.value + onward
+        if not low < value < high:
+            return
+        # The whole range: beyond a fold it may come back, over the value that it is begun at.
+        ends = (low, high) if onward > 0.0 else (high, low)
+        for found in self._new_orbit(last, value, None):
+            step = min(branch.largest, LONGEST_STEP)
+            self.add_from(found, ends, number, "beyond a jump", step=step)
+
+    def _add_parents(self, branch: Branch, place: int) -> None:
+        """Follow both ways the branch that one has met at its end, if it is not known yet."""
+        last, (low, high) = branch.points[-1], branch.bounds
+        # A little beside, so that one of the two passes the bifurcation where they meet.
+        inwards = 1.0 if last.value < 0.5 * (low + high) else -1.0
+        value = last.value + _ASIDE * (high - low) * inwards
+        begin, step = f"beside the end of branch {place + 1}", min(branch.largest, LONGEST_STEP)
+        for found in self._new_orbit(last, value, last.prime_order(_LIKE)):
+            for ends in ((high, low), (low, high)):
+                further = self.add_from(found, ends, -1, begin, step=step)
+                if further.end == CLOSED:
+                    # One way round is all of it.
+                    break
+
+    def _new_orbit(self, near: BranchPoint, value: float, order: int | None) -> Iterator[Orbit]:
+        """The orbit from the state of another one at a value of the parameter, unless known."""
+        problem = near.problem
+        found = orbit(
+            problem.base.replace(**{self._over.name: value}), order,
+            initial=(near.points[0, 0], near.points[0, 1]),
+            method=problem.method, rtol=problem.rtol,
+        )  # fmt: skip
+        if found.found and not self.contains(found.points, value):
+            yield found
