@@ -110,8 +110,8 @@ def continuation(
 
 def check_step(step: Any, points: Any) -> None:
     """Refuse, with ``InputError``, steps and numbers of points out of range."""
-    allowed, why = f"a number, 1e-6 to {LONGEST_STEP}", " It is a share of the range."
-    check_number("step", step, 1e-6, LONGEST_STEP, allowed, why)
+    why = " It is a share of the range."
+    check_number("step", step, 1e-6, LONGEST_STEP, f"a number, 1e-6 to {LONGEST_STEP}", why)
     check_whole("points", points, 2, _MOST_POINTS)
 
 
