@@ -127,16 +127,6 @@ class TestShortCuts:
         assert (figure.canvas, figure.dpi) == (canvas, dpi)
 
 
-def test_a_public_function_may_have_the_name_of_a_folder():
-    """Importing a folder of that name must not hide it."""
-    code = (
-        "import wedgebrake as wb\n"
-        "for name in wb.__all__: getattr(wb, name)\n"
-        "print(all(callable(getattr(wb, name)) for name in ('continuation', 'orbit', 'sweep')))\n"
-    )
-    assert python("-c", code) == "True\n"
-
-
 def test_nothing_is_written_where_the_cache_is_named(tmp_path):
     """Beside the cache itself, a start leaves no file behind."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}

@@ -19,7 +19,6 @@ from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.log_reader import SHORTEST_STICK
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -227,6 +226,8 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
 
 def _layer_line(system: BrakedDriveline, friction: SmoothFriction) -> str:
     """The meaning of rest with a smooth law, which has none (docs/theory.md, section 6)."""
+    from wedgebrake.solvers.log_reader import SHORTEST_STICK
+
     speed = friction.transition
     return (
         f"  with smooth friction the brake never rests exactly; stick and rest mean |sliding speed|"
