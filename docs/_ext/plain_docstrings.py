@@ -19,7 +19,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 
-from wedgebrake.model.part import labels
+from wedgebrake.model.validation import labels
 
 _NAMES = re.compile(r"\**\w[\w*.]*(?:, \**\w[\w*.]*)*|\"[^\"]+\"")
 _UNDERLINE = re.compile(r"-{3,}\s*")

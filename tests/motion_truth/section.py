@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import wedgebrake as wb
-from wedgebrake.dynamics import enums
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.problem import Instant, State
+from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.solvers.event_driven import trajectory as kernel
 from wedgebrake.solvers.event_driven.solve import problem
 
@@ -17,11 +19,11 @@ FloatArray = NDArray[np.float64]
 
 COMPLETED, DIVERGED, SELF_LOCKED = "completed", "diverged", "self-locked"
 _ENDS = {
-    enums.COMPLETED: COMPLETED,
-    enums.DIVERGED: DIVERGED,
-    enums.NO_SLIDING: SELF_LOCKED,
+    Outcome.COMPLETED: COMPLETED,
+    Outcome.DIVERGED: DIVERGED,
+    Outcome.NO_FORWARD_SOLUTION: SELF_LOCKED,
 }
-_NO_LOG = kernel.empty_log(0)
+_NO_LOG = empty_log(0)
 _MOST_EVENTS = 10**12
 
 
@@ -59,11 +61,9 @@ class Section:
         """``periods`` iterates; fewer where the run ended early."""
         states = np.empty((periods + 1, 2))
         states[0] = state
-        outcome, reached, *_ = kernel.run(
-            *self._problem, 0, 0.0, float(state[0]), float(state[1]), periods, 0.0,
-            _MOST_EVENTS, _NO_LOG, states[1:],
-        )  # fmt: skip
-        return Points(states[: reached + 1], _ENDS[outcome])
+        start, end = State(0, 0.0, float(state[0]), float(state[1])), Instant(periods, 0.0)
+        found = kernel.run(self._problem, start, end, _MOST_EVENTS, _NO_LOG, states[1:])
+        return Points(states[: found.state.period + 1], _ENDS[found.outcome])
 
     def size(self, state: FloatArray, periods: int = 16) -> Size:
         """Extent of the next periods, with 32 samples in each, and their sticks."""

@@ -100,7 +100,7 @@ def test_a_table_of_friction_is_met_at_its_points():
 
 
 def test_a_new_brake_is_one_small_class():
-    """The promise of the model: state g and a radius, and everything works."""
+    """The promise of the model: state g and a radius, and everything works (docs/extend.md)."""
 
     class DuoServoBrake(wb.Brake):
         gain: float
@@ -114,11 +114,7 @@ def test_a_new_brake_is_one_small_class():
 
     system = wb.paper.system(eta=-6.0).replace(brake=DuoServoBrake(radius=R, gain=3.0))
     assert wb.stability(system).forward.hopf_eta == pytest.approx(-0.3 / math.sinh(0.9))
-    exact = wb.simulate(system, periods=10)
-    assert exact.attrs["status"] == "completed"
-    smoothed = system.replace(friction=wb.SmoothedFriction(kinetic=0.3, steepness=1e5))
-    smooth = wb.simulate(smoothed, periods=10)
-    assert float(abs(smooth.velocity[-1] - exact.velocity[-1])) < 1e-2
+    assert wb.simulate(system, periods=10).attrs["status"] == "completed"
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import http.client
 import importlib.util
-import os
 import re
 import signal
 import socket
@@ -97,22 +96,6 @@ def running(*arguments):
         one.process.stdout.close()
 
 
-class TestHelp:
-    def test_says_what_it_does_and_takes(self, run):
-        status, text, message = run("app", "--help")
-        assert (status, message) == (0, "")
-        assert text.startswith("Usage: wedgebrake app")
-        for word in (
-            "[STUDY.toml]", "--port N", "--address HOST", "--allow HOST:PORT", "--no-browser",
-            "Ctrl-C", "Repeatable", "0.0.0.0", "Example:", "extra app",  # noqa: S104
-        ):  # fmt: skip
-            assert word in unwrapped(text), word
-
-    def test_stands_in_the_list_of_commands(self, run):
-        _, text, _ = run("--help")
-        assert re.search(r"^\s+app\s+A page", text, re.MULTILINE)
-
-
 class TestRefusals:
     @pytest.fixture
     def refused(self, run):
@@ -128,42 +111,33 @@ class TestRefusals:
 
         return call
 
-    @pytest.mark.parametrize("port", ["65536", "-1", "99999999999999999999"])
-    def test_a_port_that_there_is_not(self, refused, port):
-        words = refused("--port", port)
-        assert f"--port {port}: must be 0 to 65535" in words
-
-    @pytest.mark.parametrize("port", ["five", "80.5", ""])
-    def test_a_port_that_is_no_number(self, refused, port):
-        assert "--port" in refused("--port", port)
+    @pytest.mark.parametrize(
+        ("options", "named"),
+        [
+            (["--port", "65536"], "--port 65536"),
+            (["--port", "-1"], "--port -1"),
+            (["--port", "five"], "--port"),
+            (["--port", "0", "--address", "nowhere.invalid"], "--address 'nowhere.invalid'"),
+            (["--port", "0", "--address", "1.2.3.4"], "--address '1.2.3.4'"),
+            (["--port", "0", "--address", "a b"], "--address 'a b'"),
+            *(
+                (["--allow", one], "--allow")
+                for one in ("http://lab.example.org", "lab.example.org/", "lab:port", "", "*.*/x")
+            ),
+            (["missing.toml"], "missing.toml"),
+            (["."], "directory"),
+            ([EXAMPLES / "paper.toml", EXAMPLES / "band.toml"], "band.toml"),
+        ],
+    )
+    def test_names_the_option(self, refused, options, named):
+        assert named in refused(*options)
 
     def test_a_port_in_use(self, refused):
         with socket.socket() as taken:
             taken.bind(("127.0.0.1", 0))
             taken.listen()
             port = taken.getsockname()[1]
-            words = refused("--port", port)
-        assert f"--port {port}: is in use" in words
-        assert "0 for any that is free" in words
-
-    @pytest.mark.skipif(os.geteuid() == 0, reason="root may use any port")
-    def test_a_port_of_the_system(self, refused):
-        assert "Choose one above 1023" in refused("--port", 80)
-
-    @pytest.mark.parametrize("address", ["nowhere.invalid", "1.2.3.4", "300.1.1.1", "a b"])
-    def test_an_address_of_another_machine(self, refused, address):
-        words = refused("--address", address, "--port", 0)
-        assert f"--address '{address}': cannot be listened on" in words
-        assert "127.0.0.1" in words
-
-    @pytest.mark.parametrize(
-        "origin",
-        ["http://lab.example.org", "lab.example.org/", "lab:port", "", "a b", "*.*/x"],
-    )
-    def test_an_origin_that_is_none(self, refused, origin):
-        words = refused("--allow", origin)
-        assert "--allow" in words
-        assert "HOST:PORT" in words
+            assert f"--port {port}" in refused("--port", port)
 
     def test_without_the_extra(self, refused, monkeypatch):
         found = importlib.util.find_spec
@@ -171,32 +145,18 @@ class TestRefusals:
             "wedgebrake.cli.app_command.find_spec",
             lambda name: None if name in ("panel", "bokeh") else found(name),
         )
-        words = refused()
-        assert "needs panel and bokeh" in words
-        assert "pip install 'wedgebrake[app]'" in words
+        assert "pip install 'wedgebrake[app]'" in refused()
 
     def test_a_broken_study(self, refused, tmp_path):
         path = tmp_path / "broken.toml"
-        path.write_text("[driveline\ninertia = 1")
-        assert "broken.toml" in refused(path)
         path.write_text((EXAMPLES / "paper.toml").read_text().replace("0.1 ", "-0.1 "))
-        words = refused(path)
-        assert "driveline.damping = -0.1: must be at least 0" in words
-
-    def test_a_study_that_is_not_there(self, refused, tmp_path):
-        assert "missing.toml" in refused(tmp_path / "missing.toml")
-        assert str(tmp_path.name) in refused(tmp_path)  # a folder
-
-    def test_more_than_one_study(self, refused):
-        refused(EXAMPLES / "paper.toml", EXAMPLES / "band.toml")
+        assert "driveline.damping = -0.1" in refused(path)
 
 
 class TestServing:
     def test_serves_a_study_until_ctrl_c(self):
         with running(EXAMPLES / "band.toml", "--port", 0) as explorer:
             assert explorer.host == "127.0.0.1"
-            assert "until Ctrl-C" in explorer.said
-            assert "processors" not in explorer.said  # this machine alone
             status, page = explorer.get()
             assert status == 200
             assert "wedgebrake explorer" in page
@@ -206,24 +166,18 @@ class TestServing:
             assert explorer.get("/nothing")[0] == 404
             status, output = explorer.end()
             assert (status, output) == (0, "")
-            assert explorer.said.endswith("stopped\n")
             assert "Traceback" not in explorer.said
             with socket.socket() as again:  # the port is free
                 again.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 again.bind(("127.0.0.1", explorer.port))
 
-    def test_a_polite_kill_ends_it_as_well(self):
-        with running("--port", 0) as explorer:
-            assert explorer.end(signal.SIGTERM)[0] == 0
-            assert explorer.said.endswith("stopped\n")
-
-    def test_ctrl_c_while_browsers_are_connected(self):
+    def test_ends_while_browsers_are_connected(self):
         with running("--port", 0) as explorer:
             open_ = [socket.create_connection(("127.0.0.1", explorer.port)) for _ in range(3)]
             open_[0].sendall(b"GET / HTT")
             open_[1].sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
             open_[1].recv(10)
-            assert explorer.end()[0] == 0
+            assert explorer.end(signal.SIGTERM)[0] == 0
             for one in open_:
                 one.close()
             assert "Traceback" not in explorer.said
@@ -247,13 +201,3 @@ class TestServing:
             # As a proxy passes it on, under the name that the browser knows.
             assert explorer.websocket("http://lab.example.org", "lab.example.org") == 101
             assert explorer.end()[0] == 0
-
-    def test_tells_who_can_reach_it(self):
-        with running("--port", 0, "--address", "0.0.0.0") as explorer:  # noqa: S104
-            assert explorer.host == "localhost"
-            for _ in range(50):
-                if "processors" in explorer.said:
-                    break
-                explorer.get()
-            assert "can use this machine's processors" in explorer.said
-            assert explorer.get()[0] == 200

@@ -80,19 +80,13 @@ class Page(HTMLParser):
         return {row[0]: tuple(row[1:]) for row in self.rows}
 
 
-@pytest.mark.parametrize("name", VERDICTS)
-def test_a_repr_begins_with_the_verdict(name, branch):
-    result = VERDICTS[name](branch)
-    assert repr(result).startswith(result.verdict)
-    assert len(repr(result)) <= len(result.verdict) + 20
-
-
 @pytest.mark.parametrize("name", VERDICTS | OTHERS)
-def test_a_repr_is_one_line_without_fields(name, branch):
-    said = repr((VERDICTS | OTHERS)[name](branch))
-    assert "\n" not in said
-    assert "=" not in said.replace("eta = ", "")
-    assert " at 0x" not in said
+def test_a_repr_is_one_line_that_begins_with_the_verdict(name, branch):
+    result = (VERDICTS | OTHERS)[name](branch)
+    assert "\n" not in repr(result)
+    assert " at 0x" not in repr(result)
+    if name in VERDICTS:
+        assert repr(result).startswith(result.verdict)
 
 
 @pytest.mark.parametrize("name", VERDICTS | OTHERS | PLAIN)

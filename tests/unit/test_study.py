@@ -8,7 +8,7 @@ import json
 import math
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import jsonschema
 import numpy as np
@@ -16,10 +16,10 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.errors import nearest
-from wedgebrake.model.part import labels
 from wedgebrake.model.study import METHODS, Run, parse_study, schema
 from wedgebrake.model.sweep_settings import Sweep, sweepable
 from wedgebrake.model.tables import CHOSEN, FIXED
+from wedgebrake.model.validation import labels
 from wedgebrake.solvers.simulate import METHODS as SOLVERS
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
@@ -39,6 +39,9 @@ FRICTIONS = {
     "tabulated": wb.TabulatedFriction(speeds=(0.0, 0.1, 1.0), coefficients=(0.4, 0.35, 0.3)),
     "smoothed": wb.SmoothedFriction(kinetic=0.3, static=0.33, decay=5.0, steepness=1e3),
 }
+# Each kind once.
+MACHINES = [("wedge", "coulomb"), ("conventional", "tabulated"), ("band", "smoothed"),
+            ("leading-shoe", "coulomb")]  # fmt: skip
 
 
 def toml(tables: dict[str, dict[str, Any]]) -> str:
@@ -65,8 +68,7 @@ def study() -> wb.Study:
 
 
 class TestRoundTrip:
-    @pytest.mark.parametrize("brake", BRAKES)
-    @pytest.mark.parametrize("friction", FRICTIONS)
+    @pytest.mark.parametrize(("brake", "friction"), MACHINES)
     def test_of_a_system(self, brake, friction, tmp_path):
         """As plain tables, as a file, and back: equal in every bit."""
         given = system(brake, friction)
@@ -106,11 +108,8 @@ class TestRoundTrip:
         read = parse_study({**system().as_dict(), "run": run}).run
         assert read.arguments() == {**run, "periods": None, "initial": (0.1, -0.2)}
 
-    @pytest.mark.parametrize("path", [PAPER, str(PAPER)])
-    def test_path_or_text(self, path):
-        assert wb.load_study(path).run.duration == 25.0
-
     def test_is_the_same_as_in_python(self, study):
+        assert wb.load_study(str(PAPER)) == study
         assert study.system == wb.paper.system()
         assert study.system.groups == wb.paper.system().groups
 
@@ -130,20 +129,18 @@ class TestDefaults:
 
     def test_limits_are_those_of_simulate(self):
         """What a file may say, ``simulate`` takes."""
-        short = {"duration": 0.0}
-        for name, value in (("rtol", 1e-13), ("rtol", 1e-2), ("step", 1e-9), ("step", 1.0)):
-            wb.simulate(system(), **short, **{name: value})
-            Run(**{name: value})
-        for name, value in (
-            ("rtol", 0.99e-13),
-            ("rtol", 1.01e-2),
-            ("step", 0.99e-9),
-            ("step", 1.1),
-        ):
-            with pytest.raises(wb.InputError, match=name):
-                wb.simulate(system(), **short, **{name: value})
-            with pytest.raises(wb.InputError, match=f"run.{name}"):
+        right = {"rtol": (1e-13, 1e-2), "step": (1e-9, 1.0), "max_events": (1, 10**12)}
+        wrong = {"rtol": (0.99e-13, 1.01e-2), "step": (0.99e-9, 1.1), "max_events": (0, 10**13)}
+        for name, values in right.items():
+            for value in values:
+                wb.simulate(system(), duration=0.0, **{name: value})
                 Run(**{name: value})
+        for name, values in wrong.items():
+            for value in values:
+                with pytest.raises(wb.InputError, match=name):
+                    wb.simulate(system(), duration=0.0, **{name: value})
+                with pytest.raises(wb.InputError, match=f"run.{name}"):
+                    Run(**{name: value})
 
     def test_of_a_system(self):
         tables = system().as_dict()
@@ -158,6 +155,8 @@ class TestDefaults:
 class TestGroups:
     SI = (("eta", "actuation", "slope"), ("f", "excitation", "frequency"),
           ("F0", "excitation", "amplitude"), ("alpha", "brake", "angle"))  # fmt: skip
+
+    SETS: ClassVar[set[str]] = {name for _, _, name in SI}
 
     @pytest.mark.parametrize(("group", "table", "name"), SI)
     def test_each_stands_for_its_si_value(self, group, table, name):
@@ -176,19 +175,16 @@ class TestGroups:
         assert study.system.actuation.slope == pytest.approx(-40.0)
         assert study.system.brake.angle == math.atan(1.18 * 0.3)
 
-    def test_none(self):
-        assert parse_study({**system().as_dict(), "groups": {}}).system == system()
-
-    def test_whole_numbers(self):
+    def test_whole_numbers_and_none(self):
         tables = system().as_dict()
+        assert parse_study({**tables, "groups": {}}).system == system()
         del tables["actuation"]["slope"]
         assert parse_study({**tables, "groups": {"eta": -24}}).system.groups.eta == -24.0
 
     @pytest.mark.parametrize(("group", "table", "name"), SI)
     def test_beside_the_si_value_is_refused(self, group, table, name):
         tables = {**system().as_dict(), "groups": {group: 1.0}}
-        message = rf"groups.{group} and {table}.{name}: both given, but {group} sets {name}"
-        with pytest.raises(wb.InputError, match=message):
+        with pytest.raises(wb.InputError, match=rf"^groups.{group} and {table}.{name}: "):
             parse_study(tables)
 
     def test_the_tables_are_not_changed(self):
@@ -236,113 +232,74 @@ class TestSweep:
         assert study.sweep == Sweep() == swept({})
         assert (study.sweep.parameters(), study.sweep.arguments()) == ({}, {})
 
-    @pytest.mark.parametrize("brake", BRAKES)
-    @pytest.mark.parametrize("friction", FRICTIONS)
+    @pytest.mark.parametrize(("brake", "friction"), MACHINES)
     def test_takes_the_names_that_sweep_takes(self, brake, friction):
         given = system(brake, friction)
         allowed = sweepable(given)
         tables = given.as_dict()
-        for name in allowed:
-            table = {name: [0.5]}
-            assert list(parse_study({**tables, "sweep": table}).sweep.parameters()) == [name]
-            jsonschema.validate({**tables, "sweep": table}, schema())
+        table = {name: [0.5] for name in allowed if name not in TestGroups.SETS}
+        assert list(parse_study({**tables, "sweep": table}).sweep.parameters()) == list(table)
+        jsonschema.validate({**tables, "sweep": {name: [0.5] for name in allowed}}, schema())
         with pytest.raises(wb.InputError, match="Allowed: ") as caught:
             parse_study({**tables, "sweep": {"zzz": [1.0]}})
         told = set(str(caught.value).partition("Allowed: ")[2].rstrip(".").split(", "))
         assert told == set(allowed) | set(Sweep.model_fields) - {"axes"}
 
     @pytest.mark.parametrize(
-        ("table", "messages"),
+        ("table", "named"),
         [
-            (3, ["sweep = 3: must be one table"]),
-            ([{}], ["sweep = [{}]: must be one table"]),
-            ({"etta": [1]}, ["sweep.etta: neither", "Did you mean 'eta'?"]),
-            ({"transiant": 3}, ["sweep.transiant: neither", "Did you mean 'transient'?"]),
-            ({"release": [1]}, ["sweep.release: neither a parameter that can be swept"]),
-            ({"axes": [1]}, ["sweep.axes: neither"]),
-            ({"\x1b[1m": [1]}, ["sweep.'\\x1b[1m': neither"]),
-            ({"wrap_angle": [1]}, ["sweep.wrap_angle: no parameter of the brake", "'band'"]),
-            ({"speeds": [1]}, ["sweep.speeds: no parameter of the friction", "'tabulated'"]),
-            ({"eta": 3}, ["sweep.eta = 3: must be a list", "from = -60"]),
-            ({"eta": "-60:12"}, ["sweep.eta = '-60:12': must be a list"]),
-            ({"eta": []}, ["sweep.eta = []: must be a list of values, at least one"]),
-            ({"eta": [1, "a"]}, ["sweep.eta[1] = 'a': must be a number"]),
-            ({"eta": [True]}, ["sweep.eta[0] = True: must be a number"]),
-            ({"eta": [[1, 2]]}, ["sweep.eta[0] = [1, 2]: must be a number"]),
-            ({"eta": [1, math.nan]}, ["sweep.eta[1] = nan: must be a finite number"]),
-            ({"eta": [-math.inf]}, ["sweep.eta[0] = -inf: must be a finite number"]),
-            ({"eta": [10**400]}, ["sweep.eta[0] = 1000", "must be a finite number"]),
+            (3, ["sweep = 3"]),
+            ([{}], ["sweep = [{}]"]),
+            ({"etta": [1]}, ["sweep.etta: ", "Did you mean 'eta'?"]),
+            ({"transiant": 3}, ["sweep.transiant: ", "Did you mean 'transient'?"]),
+            ({"release": [1]}, ["sweep.release: "]),
+            ({"axes": [1]}, ["sweep.axes: "]),
+            ({"\x1b[1m": [1]}, ["sweep.'\\x1b[1m': "]),
+            ({"wrap_angle": [1]}, ["sweep.wrap_angle: ", "'band'"]),
+            ({"speeds": [1]}, ["sweep.speeds: ", "'tabulated'"]),
+            ({"eta": 3}, ["sweep.eta = 3: "]),
+            ({"eta": "-60:12"}, ["sweep.eta = '-60:12': "]),
+            ({"eta": []}, ["sweep.eta = []: "]),
+            ({"eta": [1, "a"]}, ["sweep.eta[1] = 'a': "]),
+            ({"eta": [True]}, ["sweep.eta[0] = True: "]),
+            ({"eta": [[1, 2]]}, ["sweep.eta[0] = [1, 2]: "]),
+            ({"eta": [1, math.nan]}, ["sweep.eta[1] = nan: "]),
+            ({"eta": [10**400]}, ["sweep.eta[0] = 1000"]),
             ({"eta": {}}, ["sweep.eta.from: missing", "eta.to: missing", "eta.points: missing"]),
-            (
-                {"eta": {"form": 1, "to": 2, "points": 3}},
-                ["sweep.eta.form: no such parameter. Did you mean 'from'?", "eta.from: missing"],
-            ),
-            (
-                {"eta": {"from": 1, "to": 1.0, "points": 3}},
-                ["sweep.eta.from = 1.0 and to = 1.0: are equal"],
-            ),
-            (
-                {"eta": {"from": -1, "to": 1, "points": 3, "scale": "log"}},
-                ["sweep.eta.from = -1.0 and to = 1.0: must both lie above 0, or both below"],
-            ),
+            ({"eta": {"form": 1, "to": 2, "points": 3}}, ["sweep.eta.form: ", "'from'?"]),
+            ({"eta": {"from": 1, "to": 1.0, "points": 3}}, ["sweep.eta.from = 1.0 and to = 1.0"]),
             (
                 {"eta": {"from": 0, "to": 1, "points": 3, "scale": "log"}},
-                ["sweep.eta.from = 0.0 and to = 1.0: must both lie above 0"],
+                ["sweep.eta.from = 0.0 and to = 1.0: "],
             ),
             (
                 {"eta": {"from": "a", "to": math.inf, "points": 1, "scale": "lin"}},
-                [
-                    "sweep.eta.from = 'a': must be a number",
-                    "sweep.eta.to = inf: must be a finite number",
-                    "sweep.eta.points = 1: must be at least 2",
-                    "sweep.eta.scale = 'lin': must be 'linear' or 'log'",
-                ],
+                ["eta.from = 'a': ", "eta.to = inf: ", "eta.points = 1: ", "eta.scale = 'lin': "],
             ),
             (
-                {"eta": {"from": 10**400, "to": 1, "points": 2.5}},
-                ["must be a finite number (at most 1.8e308)", "points = 2.5: must be a whole"],
+                {"eta": {"from": 10**400, "to": 1, "points": 10**9}},
+                ["sweep.eta.from = 1000", "sweep.eta.points = 1000000000: "],
             ),
-            (
-                {"eta": {"from": 0, "to": 1, "points": 10**9}},
-                ["sweep.eta.points = 1000000000: must be at most 1e+07"],
+            ({"eta": [1], "slope": [2], "periods": 0}, ["eta and sweep.slope: ", "periods = 0: "]),
+            ({"eta": [1], "F0": [2], "follow": "F"}, ["sweep.follow = 'F': ", "'F0'?"]),
+            ({"self": [1]}, ["sweep.self: "]),
+            ({"follow": 3}, ["sweep.follow = 3: "]),
+            *(
+                ({"transient": one}, [f"sweep.transient = {one!r}: "])
+                for one in (True, "Auto", -1, 1.5, [1])
             ),
-            ({"eta": [1], "slope": [2]}, ["sweep.eta and sweep.slope: both swept, but eta sets"]),
-            (
-                {"eta": [1], "F0": [2], "follow": "F"},
-                ["sweep.follow = 'F': must be a parameter that is swept. Did you mean 'F0'?"],
-            ),
-            ({"self": [1]}, ["sweep.self: neither a parameter that can be swept"]),
-            (
-                {"eta": {"self": 1, "from": 1, "to": 2, "points": 3}},
-                ["sweep.eta.self: no such parameter. Allowed: from, points, scale, to."],
-            ),
-            (
-                {"eta": [1], "slope": [2], "periods": 0},
-                ["sweep.eta and sweep.slope: both swept", "sweep.periods = 0"],
-            ),
-            ({"follow": 3}, ["sweep.follow = 3: must be"]),
-            ({"transient": True}, ["sweep.transient = True: must be a whole number of periods"]),
-            ({"transient": "Auto"}, ["sweep.transient = 'Auto': must be", "or 'auto'"]),
-            ({"transient": -1}, ["sweep.transient = -1: must be"]),
-            ({"transient": 1.5}, ["sweep.transient = 1.5: must be"]),
-            ({"transient": [1]}, ["sweep.transient = [1]: must be"]),
             (
                 {"periods": 0, "limit": 2.5, "keep_points": 1, "eta": 3},
-                [
-                    "sweep.eta = 3", "sweep.periods = 0: must be greater than 0",
-                    "sweep.limit = 2.5: must be a whole number",
-                    "sweep.keep_points = 1: must be true or false",
-                ],
+                ["eta = 3: ", "periods = 0: ", "limit = 2.5: ", "keep_points = 1: "],
             ),
         ],
-    )  # fmt: skip
-    def test_wrongly(self, table, messages):
+    )
+    def test_wrongly(self, table, named):
         with pytest.raises(wb.InputError) as caught:
             swept(table)
-        for message in messages:
-            assert message in str(caught.value)
-        lines = str(caught.value).split("\n")
-        assert max(map(len, lines)) <= 400
+        for name in named:
+            assert name in str(caught.value)
+        assert max(map(len, str(caught.value).split("\n"))) <= 400
 
     def test_of_a_thousand_mistakes_the_first_are_told(self):
         with pytest.raises(wb.InputError) as caught:
@@ -366,15 +323,14 @@ class TestSweep:
         assert other.changed(periods=5).run.periods == 5
         assert study.sweep == Sweep()
         assert hash(other) != hash(study)
-        for changes, message in (
-            ({"sweep": {"eta": [1]}}, "sweep = {'eta': .* must be a Sweep"),
-            ({"sweep": None}, "sweep = None: must be a Sweep"),
-            ({"limit": 0}, "sweep.limit = 0: must be greater than 0"),
-            ({"transient": "soon"}, "sweep.transient = 'soon': must be"),
+        for changes, named in (
+            ({"sweep": {"eta": [1]}}, "sweep = {'eta': "),
+            ({"limit": 0}, "sweep.limit = 0: "),
+            ({"transient": "soon"}, "sweep.transient = 'soon': "),
             ({"transeint": 3}, "transeint: no such .*'transient'"),
-            ({"self": 3}, "self: no such parameter"),
+            ({"self": 3}, "self: "),
         ):
-            with pytest.raises(wb.InputError, match=message):
+            with pytest.raises(wb.InputError, match=f"^{named}"):
                 study.changed(**changes)
 
 
@@ -405,36 +361,33 @@ class TestChanged:
         assert (other.run.duration, other.run.periods) == (None, 7)
         back = other.changed(duration=2)
         assert (back.run.duration, back.run.periods) == (2.0, None)
-        with pytest.raises(wb.InputError, match=r"run.duration = 1.0 and run.periods = 2: both"):
+        with pytest.raises(wb.InputError, match=r"run.duration = 1.0 and run.periods = 2: "):
             study.changed(duration=1, periods=2)
 
     def test_other_settings_stay(self, study):
         other = study.changed(initial=(0.1, 0.2), rtol=1e-6).changed(periods=3)
         assert (other.run.initial, other.run.rtol) == ((0.1, 0.2), 1e-6)
 
-    def test_by_nothing(self, study):
-        assert study.changed() == study
-
     @pytest.mark.parametrize(
-        ("changes", "message"),
+        ("changes", "named"),
         [
-            ({"inertai": 1.0}, "inertai: no such parameter, group or run setting. .*'inertia'"),
-            ({"period": 3}, "period: no such parameter, group or run setting. .*'periods'"),
+            ({"inertai": 1.0}, "inertai: .*'inertia'"),
+            ({"period": 3}, "period: .*'periods'"),
             ({"times": [1.0]}, "times: no such"),
             ({"wrap_angle": 3.0}, "wrap_angle: no parameter of the brake .* of kind 'band'"),
             ({"decay": 3.0}, "decay: no parameter of the friction .* of kind 'smoothed'"),
-            ({"inertia": -1}, "driveline.inertia = -1: must be greater than 0"),
-            ({"periods": 2.0}, "run.periods = 2.0: must be a whole number"),
-            ({"method": "exakt"}, "run.method = 'exakt': must be 'exact', 'smooth' or 'ode14x'"),
-            ({"eta": math.nan}, "groups.eta = nan: must be a finite number"),
-            ({"eta": 10**400}, r"groups.eta = 1000+\.\.\.: must be a finite number"),
-            ({"eta": "-3"}, "groups.eta = '-3': must be a number"),
-            ({"eta": 1.0, "slope": 2.0}, "eta and slope: both given"),
-            ({"brake": "band"}, "brake = 'band': must be a Brake"),
+            ({"inertia": -1}, "driveline.inertia = -1: "),
+            ({"periods": 2.0}, "run.periods = 2.0: "),
+            ({"method": "exakt"}, "run.method = 'exakt': "),
+            ({"eta": math.nan}, "groups.eta = nan: "),
+            ({"eta": 10**400}, r"groups.eta = 1000+\.\.\.: "),
+            ({"eta": "-3"}, "groups.eta = '-3': "),
+            ({"eta": 1.0, "slope": 2.0}, "eta and slope: "),
+            ({"brake": "band"}, "brake = 'band': "),
         ],
     )
-    def test_wrongly(self, changes, message, study):
-        with pytest.raises(wb.InputError, match=message):
+    def test_wrongly(self, changes, named, study):
+        with pytest.raises(wb.InputError, match=f"^{named}"):
             study.changed(**changes)
 
     def test_of_a_part_without_a_kind(self, study):
@@ -452,34 +405,30 @@ class TestChanged:
             study.run = Run()
 
 
-@pytest.mark.parametrize("table", ["driveline", "brake", "friction", "actuation", "run"])
+@pytest.mark.parametrize("table", ["driveline", "run"])
 def test_a_parameter_called_self_is_none(table, study):
     tables = {**study.system.as_dict(), "run": {}}
     tables[table] = {**tables[table], "self": 1}
-    with pytest.raises(wb.InputError, match=rf"^{table}.self: no such parameter. Allowed: "):
+    with pytest.raises(wb.InputError, match=rf"^{table}.self: no such parameter"):
         parse_study(tables)
 
 
 class TestErrorsNameTheFile:
-    def test_before_one_mistake(self, tmp_path):
-        path = tmp_path / "mine.toml"
-        path.write_text(PAPER.read_text().replace("inertia = 1.0", "inertia = -1.0"))
-        with pytest.raises(wb.InputError) as caught:
-            wb.load_study(path)
-        assert str(caught.value).startswith(f"{path}: driveline.inertia = -1.0: must be greater")
-        assert caught.value.__suppress_context__
-
-    def test_before_several(self, tmp_path):
+    def test_before_one_mistake_and_several(self, tmp_path):
         path = tmp_path / "mine.toml"
         text = PAPER.read_text().replace("inertia = 1.0", "inertia = -1.0")
+        path.write_text(text)
+        with pytest.raises(wb.InputError) as caught:
+            wb.load_study(path)
+        assert str(caught.value).startswith(f"{path}: driveline.inertia = -1.0: ")
+        assert caught.value.__suppress_context__
         path.write_text(text.replace("duration = 25.0", "duration = -1"))
         with pytest.raises(wb.InputError) as caught:
             wb.load_study(path)
         first, *others = str(caught.value).split("\n")
         assert first == f"{path}:"
-        assert len(others) == 2
-        assert others[0].startswith("  driveline.inertia = -1.0: must be")
-        assert others[1].startswith("  run.duration = -1: must be")
+        named = [one.partition(": ")[0] for one in others]
+        assert named == ["  driveline.inertia = -1.0", "  run.duration = -1"]
 
     @pytest.mark.parametrize(
         ("name", "message"),
@@ -494,10 +443,6 @@ class TestErrorsNameTheFile:
         with pytest.raises(wb.InputError) as caught:
             wb.load_study(tmp_path / name)
         assert str(caught.value).startswith(f"{tmp_path / name}: {message}")
-
-    def test_a_parsed_study_has_no_file(self):
-        with pytest.raises(wb.InputError, match=r"^missing: \[driveline\]"):
-            parse_study({})
 
 
 class TestSchema:
@@ -523,19 +468,12 @@ class TestSchema:
                             or (jsonschema.validate(field["default"], field) is None)
                         ), (table, name)
 
-    def test_says_what_a_group_means(self):
-        """In the words of ``sweepable``, where it is set and where it is swept."""
-        groups, sweep = (schema()["properties"][name]["properties"] for name in ("groups", "sweep"))
-        meanings = sweepable(system())
-        for name, group in groups.items():
-            unit, meaning = meanings[name]
-            assert (unit, group["description"].split("; ")[0]) == ("1", meaning)
-            assert sweep[name]["description"] == f"swept: {meaning}"
-        assert set(groups) == {"eta", "f", "F0", "alpha"}
-
-    def test_is_a_new_one_each_time(self):
-        schema()["properties"].clear()
-        assert schema()["properties"]
+    def test_of_every_number_has_unit_symbol_and_meaning(self):
+        for table, node in schema()["properties"].items():
+            for choice in node.get("oneOf", [node]):
+                for name, field in choice["properties"].items():
+                    if name != "kind" and table != "groups":
+                        assert {"description", "unit", "symbol", "example"} <= set(field), name
 
 
 def test_every_symbol_leads_to_its_parameter():

@@ -9,7 +9,10 @@ import pytest
 
 import wedgebrake as wb
 from cases import CASES
-from wedgebrake.analysis import accumulators, evaluate_point, saltation
+from wedgebrake.analysis import evaluate_point, saltation
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.problem import Instant, State
+from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.solvers.event_driven import trajectory
 from wedgebrake.solvers.event_driven.solve import problem
 
@@ -20,25 +23,24 @@ _STEP, _NOISE = 1e-4, 1e-10
 
 
 def _flow(system, state, periods=PERIODS):
-    given = tuple(problem(system, *state))
-    outcome, _, _, theta, w, *_ = trajectory.run(
-        *given, 0, 0.0, *state, periods, 0.0, 10**6, np.empty((0, 7)), np.empty((0, 2))
-    )
-    return outcome, np.array([theta, w])
+    found = _run(system, state, periods, empty_log(0))
+    return found.outcome, np.array([found.state.angle, found.state.velocity])
+
+
+def _run(system, state, periods, log):
+    start, end = State(0, 0.0, *state), Instant(periods, 0.0)
+    return trajectory.run(problem(system, *state), start, end, 10**6, log, np.empty((0, 2)))
 
 
 def _derivative(system, state, periods=PERIODS):
     """(outcome, matrix, logdet, ranked) from the kernel."""
-    given = tuple(problem(system, *state))
-    log = np.empty((4000, 7))
-    outcome, *_, rows, _ = trajectory.run(
-        *given, 0, 0.0, *state, periods, 0.0, 10**6, log, np.empty((0, 2))
-    )
-    plant, laws = saltation.split(given)
-    x1, y1, x2, y2, logdet, ranked, scale = saltation.carry(
-        plant, laws, log, rows, 1.0, 0.0, 0.0, 1.0, np.empty(0), 0
-    )
-    return outcome, math.exp(scale) * np.array([[x1, x2], [y1, y2]]), logdet, ranked
+    log = empty_log(4000)
+    found = _run(system, state, periods, log)
+    identity = saltation.Deviations(1.0, 0.0, 0.0, 1.0)
+    there = saltation.propagate(problem(system, *state), log, found.rows, identity, np.empty(0), 0)
+    x1, y1, x2, y2 = there.deviations
+    matrix = math.exp(there.log_scale) * np.array([[x1, x2], [y1, y2]])
+    return found.outcome, matrix, there.log_determinant, there.full_rank
 
 
 def _differences(system, state, scale, step):
@@ -70,7 +72,7 @@ def test_derivative_agrees_with_differences(name) -> None:
         size = 10.0 ** rng.uniform(0.0, 1.3)
         state = (size / weight * rng.normal(), size * rng.normal() - line.drive_speed)
         outcome, matrix, logdet, ranked = _derivative(system, state)
-        if outcome != 0:
+        if outcome != Outcome.COMPLETED:
             continue
         scale = (size / weight, size)
         fine, coarse = (_differences(system, state, scale, h) for h in (_STEP, 2.0 * _STEP))
@@ -91,16 +93,12 @@ def test_derivative_agrees_with_differences(name) -> None:
 
 
 def test_log_in_pieces_gives_the_same_sum() -> None:
-    """A log that fills up again and again changes neither the tally nor the derivative."""
+    """A log that fills up again and again changes neither the sums nor the derivative."""
     system = wb.paper.system(eta=-24.0, F0=0.036)
-    answers = []
-    for rows in (3, 17, 4000):
-        answer = np.empty(evaluate_point.COLUMNS)
-        points, growth = np.empty((900, 2)), np.empty(900)
-        evaluate_point.judge(
-            tuple(problem(system)), 0.0, 0.0, 40, 20, 100, 10**6, np.empty((rows, 7)), points,
-            growth, np.zeros((2, accumulators.ENTRIES)), answer,
-        )  # fmt: skip
-        answers.append(answer)
-    for answer in answers[1:]:
-        np.testing.assert_allclose(answer, answers[0], rtol=1e-7, atol=1e-9)
+    settings = evaluate_point.Settings(40, 20, 100, 10**6)
+    results = np.empty(3, dtype=evaluate_point.RESULT)
+    for rows, result in zip((3, 17, 4000), results, strict=True):
+        arrays = evaluate_point.arrays_for(settings, rows)
+        evaluate_point.evaluate(problem(system), 0.0, 0.0, settings, arrays, result)
+    for name in evaluate_point.RESULT.names:
+        np.testing.assert_allclose(results[name][1:], results[name][0], rtol=1e-7, atol=1e-9)

@@ -195,24 +195,24 @@ def order_of(points, weight, size):
 
 
 @compiled
-def _mean(values, begin, end):
+def _mean(values):
     total = 0.0
-    for k in range(begin, end):
-        total += values[k]
-    return total / (end - begin)
+    for value in values:
+        total += value
+    return total / values.size
 
 
 @compiled
 def mean_growth(growth):
     """(mean, standard error) of a growth per period, the error from batches."""
     count = growth.size
-    mean = _mean(growth, 0, count)
+    mean = _mean(growth)
     if count < 2 * _BATCHES:
         return mean, math.inf
     share = count // _BATCHES
     spread = 0.0
     for batch in range(_BATCHES):
-        spread += (_mean(growth, batch * share, (batch + 1) * share) - mean) ** 2
+        spread += (_mean(growth[batch * share : (batch + 1) * share]) - mean) ** 2
     return mean, math.sqrt(spread / (_BATCHES * (_BATCHES - 1)))
 
 
@@ -237,28 +237,30 @@ def _trend(points, weight):
 
 
 @compiled
-def _average(points, begin, end, column):
-    """Weighted Birkhoff average: for quasi-periodic motion it converges faster than any power.
+def _average(points):
+    """Weighted Birkhoff average of (angle, velocity).
 
-    S. Das, Y. Saiki, E. Sander and J. A. Yorke, Nonlinearity 30 (2017), 4111-4140.
+    For quasi-periodic motion it converges faster than any power: S. Das, Y. Saiki, E. Sander
+    and J. A. Yorke, Nonlinearity 30 (2017), 4111-4140.
     """
-    total, weights = 0.0, 0.0
-    for k in range(begin + 1, end):
-        x = (k - begin) / (end - begin)
+    angle, velocity, weights = 0.0, 0.0, 0.0
+    for k in range(1, points.shape[0]):
+        x = k / points.shape[0]
         bump = math.exp(-1.0 / (x * (1.0 - x)))
-        total += bump * points[k, column]
+        angle += bump * points[k, ANGLE]
+        velocity += bump * points[k, VELOCITY]
         weights += bump
-    return total / weights
+    return angle / weights, velocity / weights
 
 
 @compiled
 def disagreement(points, weight, size):
-    """How far the averages of two halves of the points are apart, over the motion's size."""
+    """Distance of the averages of two halves of the points, over the motion's size."""
     last = points.shape[0] - 1
     middle = last // 2
-    angle = _average(points, 0, middle, ANGLE) - _average(points, middle, last, ANGLE)
-    velocity = _average(points, 0, middle, VELOCITY) - _average(points, middle, last, VELOCITY)
-    return math.hypot(weight * angle, velocity) / size
+    angle0, velocity0 = _average(points[:middle])
+    angle1, velocity1 = _average(points[middle:last])
+    return math.hypot(weight * (angle0 - angle1), velocity0 - velocity1) / size
 
 
 @compiled

@@ -7,10 +7,9 @@ from dataclasses import asdict, dataclass, fields
 from typing import Any, Literal
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol
-from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.simulate import check_state, choose_method
 
@@ -148,8 +147,7 @@ def motion(
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
-    if not isinstance(system, BrakedDriveline):
-        raise InputError(f"system = {shown(system)}: must be a BrakedDriveline.")
+    check_instance("system", system, BrakedDriveline)
     chosen = choose_method(system, method)
     state = check_state("initial", initial)
     limits: dict[str, Any] = {

@@ -10,6 +10,7 @@ import numpy as np
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, check_number, check_whole
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
@@ -70,19 +71,19 @@ def poincare(
     InputError
         For arguments that are wrong, and as ``simulate``.
     """
-    if not isinstance(system, BrakedDriveline):
-        raise InputError(f"system = {system!r}: must be a BrakedDriveline.")
+    check_instance("system", system, BrakedDriveline)
     _check_options(options)
-    _whole("periods", periods)
-    _whole("transient", transient)
+    check_whole("periods", periods, 0, _MOST)
+    check_whole("transient", transient, 0, _MOST)
     if transient >= periods:
         raise InputError(
             f"transient = {transient!r}: must be below periods = {periods!r}, or no point is"
             f" left. Raise periods, for example periods={transient + 50}, or lower transient."
         )
-    _seconds("section_time", section_time)
+    seconds = "a number of seconds in [0, 1e+12]"
+    check_number("section_time", section_time, 0.0, 1e12, seconds)
     start_time = options.get("start_time", 0.0)
-    _seconds("start_time", start_time)
+    check_number("start_time", start_time, 0.0, 1e12, seconds)
 
     numbers = np.arange(int(transient), int(periods) + 1)
     frequency = system.excitation.frequency
@@ -139,15 +140,3 @@ def _check_options(options: dict[str, Any]) -> None:
             )
         if name not in allowed:
             raise InputError(f"{name}: no such option. {nearest(name, allowed)}")
-
-
-def _whole(name: str, value: Any) -> None:
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not 0 <= value <= _MOST:
-        raise InputError(f"{name} = {value!r}: must be a whole number, 0 to {_MOST}.")
-
-
-def _seconds(name: str, value: Any) -> None:
-    plain = isinstance(value, int | float | np.integer | np.floating)
-    if not plain or isinstance(value, bool) or not 0.0 <= value <= 1e12:
-        raise InputError(f"{name} = {value!r}: must be a number of seconds in [0, 1e+12].")

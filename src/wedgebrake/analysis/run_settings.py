@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import shown
+from wedgebrake.model.validation import check_whole
 from wedgebrake.solvers.simulate import check_limits
 
 if TYPE_CHECKING:
@@ -89,7 +87,8 @@ def protocol(
         "max_events": max_events,
         "max_steps": max_steps,
     }
-    _whole("limit", limit, 1, " It is the longest wait for a motion to settle, in periods.")
+    why = " It is the longest wait for a motion to settle, in periods."
+    check_whole("limit", limit, 1, _MOST, why=why)
     if isinstance(transient, str):
         if transient != AUTO:
             raise InputError(
@@ -97,22 +96,15 @@ def protocol(
                 " until the motion has settled."
             )
         recorded = RECORDED if periods is None else periods
-        _whole("periods", recorded, 1, " With transient='auto', those recorded after settling.")
+        why = " With transient='auto', those recorded after settling."
+        check_whole("periods", recorded, 1, _MOST, why=why)
         return Protocol(AUTO, int(recorded), int(limit), **limits)
     last = PERIODS if periods is None else periods
-    _whole("periods", last, 1)
-    _whole("transient", transient, 0)
+    check_whole("periods", last, 1, _MOST)
+    check_whole("transient", transient, 0, _MOST)
     if transient >= last:
         raise InputError(
             f"transient = {transient!r}: must be below periods = {last!r}, or nothing is left to"
             f" look at. Raise periods, for example periods={transient + 50}, or lower transient."
         )
     return Protocol(int(transient), int(last - transient), int(limit), **limits)
-
-
-def _whole(name: str, value: Any, least: int, why: str = "") -> None:
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not least <= value <= _MOST:
-        raise InputError(
-            f"{name} = {shown(value)}: must be a whole number, {least} to {_MOST}.{why}"
-        )

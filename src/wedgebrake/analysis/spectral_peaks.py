@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.spectrum import window_weights
 from wedgebrake.errors import InputError
+from wedgebrake.model.validation import check_number, check_whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +25,7 @@ _LONGEST, _FINE = 4096, 32
 _CLEAR = 2.0
 # Values below this fraction of the largest one are rounding.
 _ROUNDING = 1e-12
+_MOST_LINES = 10**9
 # Fractions p/q of f_e are tried up to this q.
 _LARGEST_Q = 12
 
@@ -113,13 +115,9 @@ def _check(spectrum: Any, count: Any, floor: Any) -> None:
         raise InputError(
             f"spectrum = {type(spectrum).__name__}: must be the result of wb.spectrum(response)."
         )
-    if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
-        raise InputError(f"count = {count!r}: must be a whole number, at least 1.")
-    plain = isinstance(floor, int | float | np.integer | np.floating)
-    if not plain or isinstance(floor, bool) or not 0.0 <= floor < 1.0:
-        raise InputError(
-            f"floor = {floor!r}: must be a share of the strongest line in [0, 1), for example 1e-3."
-        )
+    check_whole("count", count, 1, _MOST_LINES)
+    share = "a share of the strongest line in [0, 1), for example 1e-3"
+    check_number("floor", floor, 0.0, math.nextafter(1.0, 0.0), share)
 
 
 def _peaks(spectrum: xr.Dataset, count: int, floor: float) -> tuple[FloatArray, FloatArray]:

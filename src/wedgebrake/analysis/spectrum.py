@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.validation import SECONDS, check_number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -174,8 +175,8 @@ def _samples(
     times = np.asarray(response["time"].to_numpy(), dtype=float)
     values = np.asarray(response[quantity].to_numpy(), dtype=float)
     first, last = (float(times[0]), float(times[-1])) if times.size else (0.0, 0.0)
-    low = first if start is None else _number("start", start)
-    high = last if stop is None else _number("stop", stop)
+    low = first if start is None else check_number("start", start, allowed=SECONDS)
+    high = last if stop is None else check_number("stop", stop, allowed=SECONDS)
     slack = 1e-12 * max(abs(first), abs(last))
     inside = (times >= low - slack) & (times <= high + slack)
     if np.count_nonzero(inside) < 2:
@@ -191,13 +192,6 @@ def _samples(
             " around them."
         )
     return times, values
-
-
-def _number(name: str, value: Any) -> float:
-    plain = isinstance(value, int | float | np.integer | np.floating)
-    if not plain or isinstance(value, bool) or not math.isfinite(value):
-        raise InputError(f"{name} = {value!r}: must be a finite number of seconds, or None.")
-    return float(value)
 
 
 def _interval(times: FloatArray) -> float:

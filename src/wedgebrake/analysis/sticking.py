@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.validation import SECONDS, check_number
 from wedgebrake.solvers.solution import SIDE_FLAGS
 
 if TYPE_CHECKING:
@@ -138,9 +138,7 @@ def steady_start(response: xr.Dataset) -> float:
 
 def inside(start: Any, begin: float, end: float) -> float:
     """Return ``start`` [s]; raise ``InputError`` if it is not a time of the response."""
-    plain = isinstance(start, int | float | np.integer | np.floating)
-    if not plain or isinstance(start, bool) or not math.isfinite(start):
-        raise InputError(f"start = {start!r}: must be a finite number of seconds, or None.")
+    check_number("start", start, allowed=SECONDS)
     if not begin <= start <= end:
         raise InputError(
             f"start = {start!r}: must be a time of the response, {begin:g} s to {end:g} s."

@@ -14,7 +14,7 @@ from wedgebrake.analysis.segments import NODES, WEIGHTS, Segments, segments_betw
 from wedgebrake.analysis.system_from_response import system_from_response
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Tabular
-from wedgebrake.model.part import is_finite, is_number, shown
+from wedgebrake.model.validation import SECONDS, check_number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -149,10 +149,7 @@ def _window(response: xr.Dataset, start: Any, stop: Any, period: float) -> tuple
     bounds = []
     for name, given, default in (("start", start, first), ("stop", stop, last)):
         value = default if given is None else given
-        if not is_number(value) or not is_finite(value):
-            raise InputError(
-                f"{name} = {shown(value)}: must be a finite number of seconds, or None."
-            )
+        check_number(name, value, allowed=SECONDS)
         if not first - beside < value < last + beside:
             raise InputError(
                 f"{name} = {shown(value)}: must be a time of the response that was sampled,"

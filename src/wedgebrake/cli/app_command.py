@@ -10,9 +10,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from wedgebrake.cli.main import USUAL_COLLECTIONS
+from wedgebrake.cli.overrides import in_options
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import shown
 from wedgebrake.model.study import load_study
+from wedgebrake.model.validation import shown
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
 _ORIGIN = re.compile(r"[A-Za-z0-9.*-]+(:\d{1,5})?|\[[0-9a-fA-F:]+\](:\d{1,5})?")
@@ -21,7 +22,7 @@ _ORIGIN = re.compile(r"[A-Za-z0-9.*-]+(:\d{1,5})?|\[[0-9a-fA-F:]+\](:\d{1,5})?")
 def explore(
     path: Path | None, port: int, address: str, allowed: tuple[str, ...], browser: bool
 ) -> None:
-    """Serve the explorer, say where it is, and open it in a browser if wanted."""
+    """Serve the explorer, print its address, and open it in a browser if wanted."""
     missing = [name for name in ("panel", "bokeh") if find_spec(name) is None]
     if missing:
         raise InputError(
@@ -41,7 +42,7 @@ def explore(
     from wedgebrake.explorer.core.studies import opened
     from wedgebrake.explorer.ui.server import serve
 
-    gc.set_threshold(*USUAL_COLLECTIONS)  # what is served for days must give back what it leaves
+    gc.set_threshold(*USUAL_COLLECTIONS)  # a server that runs for days must free its memory
 
     desk = preset(START).desk() if study is None else opened(study)
 
@@ -55,7 +56,7 @@ def explore(
     try:
         serve(desk, address=address, port=port, origins=allowed, ready=ready)
     except InputError as error:
-        raise InputError(re.sub(r"^(port|address) = ", r"--\1 ", str(error))) from None
+        raise InputError(in_options(str(error), "port|address")) from None
     _say("stopped")
 
 

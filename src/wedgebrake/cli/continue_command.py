@@ -1,8 +1,7 @@
-"""The work of ``wedgebrake continue``: what is asked, checked before the work, and progress."""
+"""The work of ``wedgebrake continue``: options checked before the work, the work, progress."""
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
+from wedgebrake.cli.overrides import in_options
 from wedgebrake.cli.progress import watched
 from wedgebrake.cli.ranges import parse_range
 from wedgebrake.errors import InputError
@@ -30,18 +30,18 @@ from wedgebrake.sweeps.regime_map import regime_map
 if TYPE_CHECKING:
     import xarray as xr
 
-# Settings of [run] that the points beneath a picture take.
+# Settings of [run] that apply to the points beneath a picture.
 _OF_RUN = ("initial", "method", "rtol", "max_events", "max_steps")
-# Columns of points beneath branches of the exact method. Smooth ones take a minute, and the
-# cells of a map are many: those are drawn where they are asked for.
+# Columns of points beneath branches of the exact method. With smooth friction they take a minute,
+# and a map has many cells: these are drawn on request alone.
 _COLUMNS, _MOST_COLUMNS = 200, 10_000
-# Periods for which a motion of a map may take to settle.
+# Largest number of periods in which a point of a map must settle.
 _PATIENCE = 2000
 
 
 @dataclass(frozen=True)
 class Order:
-    """What is asked for.
+    """A checked order of the command line.
 
     over, second : the parameter that orbits are followed over, and that for their bifurcations
     settings     : of the branches: switch, step, points
@@ -74,7 +74,7 @@ class Order:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was found.
+    """The results.
 
     start      : the orbit that it begins with
     followed   : the branches, and all of them as a dataset
@@ -144,7 +144,7 @@ def ordered(
         method = check(system, order, run.method, run.rtol)
         check_step(settings["step"], settings["points"])
     except InputError as error:
-        raise InputError(_in_options(str(error))) from None
+        raise InputError(in_options(str(error), "order|switch|step|points")) from None
     given = _COLUMNS if beneath is None and method == "exact" and other is None else beneath or 0
     if not (given == 0 or 2 <= given <= _MOST_COLUMNS):
         raise InputError(
@@ -196,7 +196,7 @@ def carry_out(order: Order) -> Outcome:
         interrupt.add_note("Nothing is kept.")
         raise
     except InputError as error:
-        raise InputError(_in_options(str(error))) from None
+        raise InputError(in_options(str(error), "order|switch|step|points")) from None
     dataset = assemble(order.study.system, order.over, followed)
     seconds = time.perf_counter() - begin
     return Outcome(start, followed, dataset, boundaries, beneath, seconds, compilation.said)
@@ -295,8 +295,3 @@ class _Told:
         count = sum(len(one.branch.points) for one in followed)
         branches = "1 branch" if len(followed) == 1 else f"{len(followed)} branches"
         self._hear(_Branches(100, 100, 0, 0.0, words=f"{count} orbits of {branches}"))
-
-
-def _in_options(text: str) -> str:
-    """A message about arguments, about the options of the command line."""
-    return re.sub(r"(?m)^(order|switch|step|points) = ", r"--\1 ", text)

@@ -1,4 +1,4 @@
-"""What ``continue --json`` prints: the answer, branches, bifurcations, boundaries."""
+"""The data that ``continue --json`` prints: answer, branches, bifurcations, boundaries."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake._version import __version__
 from wedgebrake.cli.continue_command import Order, Outcome
-from wedgebrake.cli.report import versions
+from wedgebrake.cli.writing import header
 from wedgebrake.dynamics.enums import MotionClass, motion_word
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.branch_point import BranchPoint
@@ -19,12 +18,12 @@ from wedgebrake.orbits.stability_intervals import stability_intervals
 if TYPE_CHECKING:
     import xarray as xr
 
-# What becomes of a stable motion where it loses its stability.
-_THERE = {
-    Kind.FOLD: "it meets an unstable one, and both end (fold)",
+# The change of a stable motion at the bifurcation where it loses its stability.
+_LOSSES = {
+    Kind.FOLD: "it meets an unstable motion, and both end (fold)",
     Kind.PERIOD_DOUBLING: "its period doubles",
     Kind.NEIMARK_SACKER: "a second frequency sets in (Neimark-Sacker)",
-    Kind.SYMMETRY_BREAKING: "its halves become unlike (symmetry breaking)",
+    Kind.SYMMETRY_BREAKING: "its two halves become different (symmetry breaking)",
     Kind.BRANCH_POINT: "another branch crosses it",
 }
 
@@ -32,19 +31,16 @@ _THERE = {
 def continue_report(
     order: Order, outcome: Outcome, files: dict[str, Path | None]
 ) -> dict[str, Any]:
-    """Everything that ``continue --json`` prints.
+    """The data that ``continue --json`` prints.
 
-    files : "picture", "data" -> where they lie
+    files : "picture", "data" -> their paths
     """
     system, over, followed = order.study.system, order.over, outcome.followed
     numbers = _numbers(followed)
     return {
-        "wedgebrake": __version__,
-        "versions": versions(),
+        **header(system),
         "kind": outcome.dataset.attrs["kind"],
         "method": outcome.start.method,
-        "system": system.as_dict(),
-        "groups": system.groups.as_dict(),
         "parameter": {"name": over.name, "unit": over.unit, "meaning": over.meaning},
         "range": [over.first, over.last],
         "settings": order.settings,
@@ -83,12 +79,12 @@ def _branch(number: int, one: Followed) -> dict[str, Any]:
         "origin": one.origin if one.origin >= 0 else None,
         "begin": {"value": points[0].value, "why": one.begin},
         "end": {"value": points[-1].value, "why": one.branch.end},
-        "stable": [_stretch(points[first : last + 1]) for first, last in stable_stretches(one)],
+        "stable": [_interval(points[first : last + 1]) for first, last in stable_stretches(one)],
     }
 
 
-def _stretch(points: list[BranchPoint]) -> dict[str, Any]:
-    """From where to where a branch is stable, and how it vibrates there: [least, greatest]."""
+def _interval(points: list[BranchPoint]) -> dict[str, Any]:
+    """A stable interval of a branch, with the range of each measure: [least, greatest]."""
     found: dict[str, Any] = {"from": points[0].value, "to": points[-1].value}
     for name in ("velocity_amplitude", "stick_share", "peak_torque"):
         values = [getattr(point.measures, name) for point in points]
@@ -142,7 +138,7 @@ def stable_stretches(one: Followed) -> list[tuple[int, int]]:
 
 
 def answer(name: str, followed: list[Followed]) -> str:
-    """How far the motion that it begins with is stable, and what comes then."""
+    """How far the first motion is stable, and what replaces it."""
     first = followed[0]
     points, stretches = first.branch.points, stable_stretches(first)
     motion, begin = word(points[0].order), f"{name} = {points[0].value:.6g}"
@@ -158,12 +154,12 @@ def answer(name: str, followed: list[Followed]) -> str:
     if last == len(points) - 1:
         return f"From {begin} on, the {motion} motion is stable{_to_end(name, first)}."
     lost = points[last]
-    text = f"From {begin} on, the {motion} motion is stable {_until(name, first, (0, last))}."
-    return text + _what_comes(name, lost, followed)
+    text = f"From {begin} on, the {motion} motion is stable {_up_to(name, first, (0, last))}."
+    return text + _successor(name, lost, followed)
 
 
 def _to_end(name: str, one: Followed) -> str:
-    """To which value a branch goes, and why no further where that is not the end of the range."""
+    """The last value of a branch, and the reason if that is not the end of the range."""
     last = one.branch.points[-1].value
     why = without_value(one.branch.end, name, last)
     ended = "" if why == "left the range" else f", where it ends: {why}"
@@ -171,29 +167,29 @@ def _to_end(name: str, one: Followed) -> str:
 
 
 def without_value(why: str, name: str, value: float) -> str:
-    """Why a branch ends, where the value of the parameter has been said."""
+    """The reason why a branch ends, without the value of the parameter."""
     return why.removesuffix(f" at {name} = {value:g}")
 
 
-def _until(name: str, one: Followed, stretch: tuple[int, int]) -> str:
-    """Up or down to where a stretch ends, and what happens there."""
+def _up_to(name: str, one: Followed, stretch: tuple[int, int]) -> str:
+    """The end of a stable interval, and what happens there."""
     begin, end = (one.branch.points[place] for place in stretch)
     way = "up" if end.value > begin.value else "down"
-    return f"{way} to {name} = {end.value:.6g}; there {_there(end)}"
+    return f"{way} to {name} = {end.value:.6g}; there {_loss_of_stability(end)}"
 
 
-def _there(point: BranchPoint) -> str:
+def _loss_of_stability(point: BranchPoint) -> str:
     found = point.bifurcation
     if found is None:
         return "it loses its stability"
     if not found.kind.of_friction:
-        return _THERE[found.kind]
+        return _LOSSES[found.kind]
     effect = f": {found.effect}" if found.effect else ""
     return f"a bifurcation of friction ends its stability ({found.kind.value}{effect})"
 
 
-def _what_comes(name: str, lost: BranchPoint, followed: list[Followed]) -> str:
-    """Whether what branches off where stability is lost is stable itself."""
+def _successor(name: str, lost: BranchPoint, followed: list[Followed]) -> str:
+    """The stability of the motion that branches off where stability is lost."""
     number = _numbers(followed).get(id(lost), -1)
     for one in followed[1:]:
         if one.origin != number:
@@ -201,8 +197,8 @@ def _what_comes(name: str, lost: BranchPoint, followed: list[Followed]) -> str:
         points, stretches = one.branch.points, stable_stretches(one)
         text = f" The {word(points[-1].order)} motion that branches off is "
         if not stretches or stretches[0][0] > 0:
-            return f"{text}unstable at first: the motion jumps to another one."
+            return f"{text}unstable at first: the system jumps to another motion."
         if stretches[0][1] == len(points) - 1:
             return f"{text}stable{_to_end(name, one)}."
-        return f"{text}stable {_until(name, one, stretches[0])}."
+        return f"{text}stable {_up_to(name, one, stretches[0])}."
     return ""

@@ -1,4 +1,4 @@
-"""What ``continue`` prints for a person."""
+"""The text that ``continue`` prints."""
 
 from __future__ import annotations
 
@@ -6,47 +6,42 @@ from itertools import zip_longest
 from typing import Any
 
 from wedgebrake.cli.continue_report import without_value
-from wedgebrake.cli.report import describe
+from wedgebrake.cli.writing import compiled_note, describe, file_lines, with_unit
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 
-# Lines of a table that a reader takes in.
-_MOST_LINES = 40
-_FILES = {"picture": "Picture", "data": "Data"}
+_MOST_LINES = 40  # of the table of bifurcations
 _SCENARIOS = {
-    Scenario.PERSISTENCE: "the motion goes on beyond, a little changed",
+    Scenario.PERSISTENCE: "the motion continues, slightly changed",
     Scenario.FOLD: "two motions meet and end",
-    Scenario.JUMP: "no motion near by goes on",
+    Scenario.JUMP: "no nearby motion continues",
 }
 _SOURCE = (
     "Bifurcations of friction as in M. di Bernardo, C. J. Budd, A. R. Champneys and P. Kowalczyk,"
     " Piecewise-smooth Dynamical Systems (2008), chapters 7 and 8."
 )
-
-
 _STABLE = (
-    "  Stable: small disturbances die out. Other motions may live beside a stable one; a sweep over"
-    " initial_angle and initial_velocity shows which is reached from where."
+    "  Stable: small disturbances die out. Other motions may coexist with a stable one; a sweep"
+    " over initial_angle and initial_velocity shows which is reached from which initial state."
 )
 
 
 def continue_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
-    """The report on branches of orbits in words."""
+    """The report of ``continue_report`` in words."""
     name = report["parameter"]["name"]
     lines = [report["answer"], "", describe(system, [name]), _range(report)]
     verdict = report["start"]["verdict"]
-    lines += [f"Begin, at {name} = {report['range'][0]:.6g}: {verdict}", "", *_branches(report)]
+    lines += [f"Beginning, at {name} = {report['range'][0]:.6g}: {verdict}", "", *_branches(report)]
     lines += ["", *_bifurcations(report)]
     if report["boundaries"] is not None:
         lines += ["", *_boundaries(report)]
     lines += [*_meanings(report), "", _speed(report["speed"])]
-    lines += [f"{_FILES[what]}: {path}" for what, path in report["files"].items() if path]
-    return "\n".join(lines)
+    return "\n".join([*lines, *file_lines(report["files"])])
 
 
 def _range(report: dict[str, Any]) -> str:
     parameter, (first, last) = report["parameter"], report["range"]
-    unit = "" if parameter["unit"] in ("1", "-") else f" {parameter['unit']}"
+    unit = with_unit(parameter["unit"])
     return (
         f"Followed: {parameter['name']} from {first:.6g} to {last:.6g}{unit}"
         f" ({parameter['meaning']}); method {report['method']}"
@@ -66,20 +61,20 @@ def _branches(report: dict[str, Any]) -> list[str]:
             f"  {one['number'] + 1}  {one['motion']}: begins at {name} = {begin['value']:.6g}"
             f" ({why}), ends at {end['value']:.6g} ({ended})"
         )
-        lines += [f"     stable for {name} = {_stretch(run)}" for run in one["stable"]]
+        lines += [f"     stable for {name} = {_interval(run)}" for run in one["stable"]]
         if not one["stable"]:
-            lines.append("     nowhere stable")
+            lines.append("     stable nowhere")
     last = report["range"][1]
     if all(one["begin"]["why"] != "end of the range" for one in report["branches"]):
         lines.append(
-            f"  No other branch begins at {name} = {last:.6g}: what settles there is on one of"
-            " these, or not periodic."
+            f"  No other branch begins at {name} = {last:.6g}: the motion that settles there is on"
+            " one of these branches, or is not periodic."
         )
     return [*lines, _STABLE]
 
 
-def _stretch(run: dict[str, Any]) -> str:
-    """From where to where, and how it vibrates there."""
+def _interval(run: dict[str, Any]) -> str:
+    """A stable interval and the vibration in it."""
     ends = run["from"], run["to"]
     digits = next((n for n in (6, 8) if f"{ends[0]:.{n}g}" != f"{ends[1]:.{n}g}"), 10)
     speed, torque = run["velocity_amplitude"], run["peak_torque"]
@@ -140,7 +135,7 @@ def _boundaries(report: dict[str, Any]) -> list[str]:
 
 
 def _meanings(report: dict[str, Any]) -> list[str]:
-    """The words that occur in the table."""
+    """The meaning of the words in the table."""
     found = report["bifurcations"]
     if not found:
         return []
@@ -148,10 +143,11 @@ def _meanings(report: dict[str, Any]) -> list[str]:
     scenarios = {one["scenario"] for one in found}
     words = [(kind.value, kind.meaning) for kind in kinds]
     words += [(one.value, text) for one, text in _SCENARIOS.items() if one.value in scenarios]
-    lines = ["", "In words:", *(f"  {word}: {meaning}" for word, meaning in words)]
+    lines = ["", "Meaning:", *(f"  {word}: {meaning}" for word, meaning in words)]
     return lines + ([_SOURCE] if any(kind.of_friction for kind in kinds) else [])
 
 
 def _speed(speed: dict[str, Any]) -> str:
     text = f"{speed['points']} orbits in {speed['seconds']:.3g} s"
-    return text + (" (with compilation of the kernels)" if speed["with_compilation"] else "")
+    note = compiled_note(speed)
+    return text + (f" ({note})" if note else "")

@@ -1,4 +1,4 @@
-"""Compiled kernels: where Numba keeps them, and which are there for this machine."""
+"""Compiled kernels: their cache, and which of them are compiled for this machine."""
 
 from __future__ import annotations
 
@@ -9,32 +9,22 @@ import re
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import wedgebrake
 
 _PACKAGE = Path(wedgebrake.__file__).parent
-# Packages with kernels, and a kernel of each, which knows where Numba keeps those of its folder.
-_PACKAGES = {
-    "dynamics": "linear_flow.acceleration",
-    "solvers": "ode14x_kernel.acceleration",
-    "solvers.event_driven": "root_exclusion.safe_step",
-    "solvers.smooth": "runge_kutta.pole_distance",
-    "analysis": "saltation.propagate",
-    "orbits": "segment_kernel.residual",
-}
-_SOURCES = Path(wedgebrake.__file__).parent
 # "linear_flow.constants-254.py311.nbi": an index of what is compiled of one function, by its line.
 _INDEX = re.compile(r"(\w+\.\w+)-\d+\.py\d+\w*\.nbi")
 
 
 @dataclass(frozen=True)
 class Kernels:
-    """What is compiled.
+    """The kernels and their cache.
 
-    folder   : where compiled kernels are kept; None where there is no place for them
-    problem  : why nothing can be kept or read there; "" where all is well
+    folder   : of the cache; None if no folder can be written
+    problem  : why nothing can be kept or read there; "" if there is none
     names    : of all kernels, "package.module.function"
     compiled : of those that need no compilation on this machine
     stale    : of those compiled from other sources, by another Numba or for another processor
@@ -49,22 +39,22 @@ class Kernels:
 
 def kernels() -> Kernels:
     """The kernels and their cache, as they are now; nothing is compiled."""
-    names = tuple(sorted(set(_names())))
+    found = _kernels()
+    names = tuple(sorted(f"{package}.{one}" for package, ones in found.items() for one in ones))
     try:
         from numba.core import config
 
         if vars(config)["DISABLE_JIT"]:  # set as Numba loads, unknown to type checkers
             return Kernels(None, "compilation is switched off", names, (), ())
-        folders = {package: _folder(package) for package in _PACKAGES}
-    except Exception as error:  # Numba broken, or no place for its cache
+        folders = {package: _folder(package) for package in found}
+    except Exception as error:  # Numba broken, or no folder for its cache
         return Kernels(None, _why(error), names, (), ())
     fresh, stale = set[str](), set[str]()
     for package, folder in folders.items():
-        for found, cached in zip((fresh, stale), _cached(folder), strict=True):
-            found.update(f"{package}.{name}" for name in cached)
-    folder = Path(os.path.commonpath(folders.values()))
+        for total, cached in zip((fresh, stale), _cached(folder), strict=True):
+            total.update(f"{package}.{name}" for name in cached)
     return Kernels(
-        folder,
+        Path(os.path.commonpath(folders.values())),
         _unwritable(folders["dynamics"]),
         names,
         tuple(name for name in names if name in fresh),
@@ -73,9 +63,15 @@ def kernels() -> Kernels:
 
 
 def _folder(package: str) -> Path:
-    module, _, kernel = _PACKAGES[package].partition(".")
-    found = getattr(import_module(f"wedgebrake.{package}.{module}"), kernel)
-    return Path(found.stats.cache_path)
+    """The folder in which Numba keeps the kernels of a package; none of them is imported."""
+    from numba.core.caching import CompileResultCacheImpl
+
+    source = _PACKAGE / package.replace(".", "/") / "__init__.py"
+    scope: dict[str, Any] = {}
+    # Numba looks at the place of the source, and some kernels are compiled as they are imported.
+    exec(compile("def kernel(): pass", source, "exec"), scope)  # noqa: S102
+    cache = CompileResultCacheImpl(scope["kernel"])  # type: ignore[no-untyped-call]
+    return Path(cache.locator.get_cache_path())
 
 
 def _why(error: Exception) -> str:
@@ -84,16 +80,20 @@ def _why(error: Exception) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split())[:200]
 
 
-def _names() -> Iterator[str]:
-    """All kernels, from the sources: what stands under or in brackets of ``compiled``."""
-    for package in _PACKAGES:
-        for path in sorted((_SOURCES / package.replace(".", "/")).glob("*.py")):
-            if path.stem != "jit":
-                yield from (f"{package}.{name}" for name in _names_in(path))
+def _kernels() -> dict[str, set[str]]:
+    """Kernels of each package, from the sources: the functions that ``compiled`` is applied to."""
+    found: dict[str, set[str]] = {}
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        names = set() if path.stem == "jit" else set(_names_in(path))
+        if names:
+            package = ".".join(path.parent.relative_to(_PACKAGE).parts)
+            found.setdefault(package, set()).update(names)
+    return found
 
 
 def _names_in(path: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    text = path.read_text(encoding="utf-8")
+    for node in ast.walk(ast.parse(text)) if "compiled" in text else ():
         if isinstance(node, ast.FunctionDef):
             if any(map(_compiles, node.decorator_list)):
                 yield f"{path.stem}.{node.name}"
@@ -106,7 +106,7 @@ def _names_in(path: Path) -> Iterator[str]:
 
 
 def _compiles(node: ast.expr) -> bool:
-    """Whether this is ``compiled`` or ``compiled_for(signature)``."""
+    """Return True for ``compiled`` and ``compiled_for(signature)``."""
     if isinstance(node, ast.Call):
         return isinstance(node.func, ast.Name) and node.func.id == "compiled_for"
     return isinstance(node, ast.Name) and node.id == "compiled"

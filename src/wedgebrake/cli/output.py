@@ -1,39 +1,34 @@
-"""Files that a command writes: checked before the work, written at once or not at all."""
+"""Files that a command writes: checked before the work, each written completely or not at all."""
 
 from __future__ import annotations
 
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from wedgebrake.errors import InputError, OutputError
+from wedgebrake.errors import InputError, OutputError, WedgebrakeError
 from wedgebrake.model import netcdf
 from wedgebrake.model.files import write
 
 if TYPE_CHECKING:
     import xarray as xr
 
-PICTURES = (".png", ".svg", ".pdf")
-DATA = (".nc",)
 
-
-def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
+def check_target(option: str, path: Path, suffixes: tuple[str, ...]) -> None:
     """Refuse a path that could not be written, before any work is done.
 
     Raises ``InputError`` that names the option, the path and the way out.
     """
-    if path is None:
-        return
     if path.suffix.lower() not in suffixes:
         raise InputError(
             f"{option} {path}: must end in {', '.join(suffixes)}; the suffix sets the format. For"
             f" example {option} run{suffixes[0]}."
         )
-    beside = _beside(path)
+    beside = path.with_name(f".{path.name}.{secrets.token_hex(6)}.part")
     try:
         is_folder = path.is_dir()
         try:
@@ -55,13 +50,17 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
         raise InputError(f"{option} {path}: is a directory. Give the name of a file.")
 
 
-def check_netcdf(path: Path | None) -> None:
-    """Refuse to promise a netCDF file where nothing can write it.
+def check_files(data: Path | None, picture: Path | None) -> None:
+    """Refuse files of ``--out`` and ``--plot`` that could not be written; see ``check_target``."""
+    if data is not None:
+        check_target("--out", data, (".nc",))
+        _check_netcdf(data)
+    if picture is not None:
+        check_target("--plot", picture, (".png", ".svg", ".pdf"))
 
-    Raises ``InputError`` where the netcdf extra is not installed.
-    """
-    if path is None:
-        return
+
+def _check_netcdf(path: Path) -> None:
+    """Refuse a netCDF file if the netcdf extra is not installed."""
     missing = [name for name in ("h5netcdf", "h5py") if find_spec(name) is None]
     if missing:
         raise InputError(
@@ -70,10 +69,40 @@ def check_netcdf(path: Path | None) -> None:
         )
 
 
-def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
-    """Write a dataset as netCDF-4, whole or not at all.
+def write_files(
+    **files: tuple[Path | None, Callable[[Path], None]],
+) -> tuple[dict[str, Path | None], list[WedgebrakeError]]:
+    """Write the picture and the data that were asked for.
 
-    Raises ``OutputError`` where the file cannot be written.
+    files : "data", "picture" -> the path, and the function that writes it
+
+    Returns where each of them is, and the errors of those that could not be written: the report
+    is printed all the same.
+    """
+    places: dict[str, Path | None] = {"picture": None, "data": None}
+    failures = []
+    for what, (path, write_to) in files.items():
+        try:
+            if path is not None:
+                write_to(path)
+                places[what] = path.resolve()
+        except WedgebrakeError as error:
+            failures.append(error)
+    return places, failures
+
+
+def draw(path: Path, dataset: xr.Dataset, **options: Any) -> None:
+    """Draw a dataset into a file; options as for ``wb.plot``."""
+    from wedgebrake.figures.matplotlib.draw import plot
+    from wedgebrake.figures.matplotlib.save import save
+
+    save(plot(dataset, **options), path)
+
+
+def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
+    """Write a dataset as netCDF-4, completely or not at all.
+
+    Raises ``OutputError`` if the file cannot be written.
     """
     with _as_option(path):
         netcdf.write_netcdf(dataset, path)
@@ -97,8 +126,3 @@ def _as_option(path: Path) -> Iterator[None]:
         yield
     except OutputError as error:
         raise OutputError(str(error).replace(f"path = {str(path)!r}", f"--out {path}")) from None
-
-
-def _beside(path: Path) -> Path:
-    """Another name in the same folder, to be renamed when all is written."""
-    return path.with_name(f".{path.name}.{secrets.token_hex(6)}.part")

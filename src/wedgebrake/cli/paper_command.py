@@ -19,7 +19,7 @@ from typing import Any
 
 from wedgebrake._version import __version__
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
-from wedgebrake.cli.report import to_json, versions
+from wedgebrake.cli.writing import to_json, versions
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.files import write
 from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED

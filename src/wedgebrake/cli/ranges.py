@@ -6,12 +6,11 @@ import math
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from wedgebrake.cli.overrides import short
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.part import shown
 from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import refuse_of_another_kind
+from wedgebrake.model.validation import as_typed, shown
 from wedgebrake.orbits.problem import Range, make_ranges
 
 _FORMS = (
@@ -31,11 +30,11 @@ def parse_axes(texts: Iterable[str], system: BrakedDriveline) -> tuple[tuple[str
     axes: dict[str, Any] = {}
     for text in texts:
         name, values = _parted("--over", text, f"{_FORMS}; {_EXAMPLE}")
-        allowed, refused = sweepable(system), f"{short(name)} cannot be swept"
+        allowed, refused = sweepable(system), f"{as_typed(name)} cannot be swept"
         _check_name("--over", text, name, system, allowed, refused)
         if name in axes:
-            raise InputError(f"--over {short(name)}: given twice. Give it once.")
-        where = f"--over {short(text)}: "
+            raise InputError(f"--over {as_typed(name)}: given twice. Give it once.")
+        where = f"--over {as_typed(text)}: "
         axes[name] = swept_values(_read(where, name, values), where)
     return tuple(axes.items())
 
@@ -48,9 +47,9 @@ def parse_range(option: str, text: str, system: BrakedDriveline) -> Range:
     """
     name, values = _parted(option, text, _RANGE)
     allowed = [one for one in sweepable(system) if one not in INITIAL]
-    refused = f"orbits cannot be followed over {short(name)}"
+    refused = f"orbits cannot be followed over {as_typed(name)}"
     _check_name(option, text, name, system, allowed, refused)
-    where = f"{option} {short(text)}: "
+    where = f"{option} {as_typed(text)}: "
     ends = values.split(":")
     if len(ends) != 2:
         more = " The points between are chosen as the branch bends, see --step."
@@ -67,7 +66,7 @@ def _parted(option: str, text: str, forms: str) -> tuple[str, str]:
     """Name and values, both there."""
     name, separator, values = (part.strip() for part in text.partition("="))
     if not separator or not name or not values:
-        raise InputError(f"{option} {short(text)}: must be {forms}.")
+        raise InputError(f"{option} {as_typed(text)}: must be {forms}.")
     return name, values
 
 
@@ -83,12 +82,12 @@ def _check_name(
     table, _, rest = name.partition(".")
     if table in (*PARTS, "groups") and rest.isidentifier():
         raise InputError(
-            f"{option} {short(text)}: write the name without its table: {option} {rest}=..."
+            f"{option} {as_typed(text)}: write the name without its table: {option} {rest}=..."
         )
     if name not in allowed:
-        refuse_of_another_kind(name, system, f"{option} {short(text)}: ")
+        refuse_of_another_kind(name, system, f"{option} {as_typed(text)}: ")
         raise InputError(
-            f"{option} {short(text)}: {refused} on this brake and driveline."
+            f"{option} {as_typed(text)}: {refused} on this brake and driveline."
             f" {nearest(name, allowed)}"
         )
 

@@ -1,56 +1,40 @@
-"""A verdict and a response, as JSON and as words."""
+"""Reports on linear stability and on a response: as data for ``--json``, and as text."""
 
 from __future__ import annotations
 
 import json
 import math
-import platform
-from collections.abc import Collection
 from dataclasses import asdict
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake._version import __version__
 from wedgebrake.analysis.linear_stability import DirectionStability, Stability, stability
 from wedgebrake.analysis.sticking import AT_REST, span
 from wedgebrake.analysis.torque import brake_torque
+from wedgebrake.cli.writing import describe, versions
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
-from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.log_reader import SHORTEST_STICK
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Most periods of the torque that a repetition is looked for in.
+# Largest number of torque periods after which a repetition is searched for.
 _LONGEST = 24
-_LIBRARIES = ("numpy", "scipy", "numba", "xarray", "pydantic")
 
 
-def to_json(report: dict[str, Any]) -> str:
-    """One JSON object; infinities are the strings "inf" and "-inf", and nan is null."""
-    return json.dumps(_plain(report), allow_nan=False)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else str(value)
-    return value
+def stability_report(system: BrakedDriveline, verdict: Stability) -> dict[str, Any]:
+    """The data that ``stability --json`` prints."""
+    about = {"wedgebrake": __version__, "system": system.as_dict()}
+    return {**about, "groups": system.groups.as_dict(), **verdict.as_dict()}
 
 
 def stability_text(system: BrakedDriveline, verdict: Stability) -> str:
-    """The linear verdict for a person."""
+    """The text that ``stability`` prints."""
     lines = [describe(system), "", f"Linear stability: {verdict.verdict}"]
     for name, one in (("forwards", verdict.forward), ("backwards", verdict.backward)):
         if one.speed is not None:
@@ -59,7 +43,7 @@ def stability_text(system: BrakedDriveline, verdict: Stability) -> str:
 
 
 def _angle_lines(system: BrakedDriveline, verdict: Stability) -> list[str]:
-    """Of a wedge: the angles at which the verdict changes."""
+    """The angles of a wedge at which the verdict changes."""
     sliding, resting = verdict.kinetic_locking_angle, verdict.static_locking_angle
     if sliding is None or resting is None or not isinstance(system.brake, WedgeBrake):
         return []
@@ -104,30 +88,18 @@ def _direction_lines(name: str, one: DirectionStability) -> list[str]:
     return lines
 
 
-def versions() -> dict[str, str]:
-    """Of Python and of the libraries that compute."""
-    return {
-        "python": platform.python_version(),
-        **{name: version(name) for name in _LIBRARIES},
-    }
+def simulated(study: Study) -> tuple[xr.Dataset, dict[str, Any]]:
+    """Simulate a study; returns the response and the report on it."""
+    from wedgebrake.cli.interrupts import announce_compilation
+    from wedgebrake.solvers.simulate import simulate
 
-
-def describe(system: BrakedDriveline, swept: Collection[str] = ()) -> str:
-    """The system in one line: its brake, friction, and groups that ``swept`` leaves alone."""
-    given = system.groups.as_dict()
-    groups = [
-        f"{name} = {given[name]:.6g}"
-        for name, setter in SETTERS.items()
-        if given[name] is not None and not {name, setter.target, *setter.reads} & set(swept)
-    ]
-    friction = type(system.friction).__name__.removesuffix("Friction")
-    brake = type(system.brake).__name__.removesuffix("Brake")
-    about = ": " + ", ".join(groups) if groups else ""
-    return f"{brake} brake, {friction} friction{about}"
+    with announce_compilation():
+        response = simulate(study.system, **study.run.arguments())
+        return response, response_report(study.system, response)
 
 
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
-    """Everything that ``simulate --json`` prints."""
+    """The data that ``simulate --json`` prints."""
     from wedgebrake.analysis.sticking import steady_start, sticks
     from wedgebrake.dynamics.enums import EventKind
 
@@ -177,7 +149,7 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
 
 
 def _torque(response: xr.Dataset, start: float) -> dict[str, float] | None:
-    """Mean, mean size and peak [N m] of the brake's torque; None where samples are too few."""
+    """Mean, mean size and peak of the brake torque [N m]; None if there are too few samples."""
     try:
         return asdict(brake_torque(response, start))
     except InputError:
@@ -185,10 +157,10 @@ def _torque(response: xr.Dataset, start: float) -> dict[str, float] | None:
 
 
 def _rest_from(report: dict[str, Any], response: xr.Dataset) -> float | None:
-    """When the rest began that lasts for good [s]; None where it goes on to move."""
+    """Beginning of the rest that lasts for good [s]; None if the driveline goes on to move."""
     machine = report["system"]
     exits = response["stick_exit"].values
-    # A torque breaks most rests again: one that it left alone for the last fifth of a run lasts.
+    # A torque ends most rests; one that lasted for the last fifth of a run is taken as permanent.
     lasts = report["stick_slip_class"] == AT_REST or machine["excitation"]["amplitude"] == 0.0
     if machine["driveline"]["drive_speed"] != 0.0 or not (lasts and exits.size and exits[-1] == 0):
         return None
@@ -196,16 +168,16 @@ def _rest_from(report: dict[str, Any], response: xr.Dataset) -> float | None:
 
 
 def _longest(response: xr.Dataset) -> int:
-    """Most periods that a repetition is looked for in; a short run has fewer points."""
+    """Largest number of periods that is tried; a short run has too few points for more."""
     return min(_LONGEST, max(2, response.sizes["period"] // 5) // 2)
 
 
 def repetition(response: xr.Dataset) -> tuple[int, float] | None:
-    """(n, distance): the last Poincare points return after n periods, to a share of their size.
+    """Number of torque periods after which the last Poincare points return, and the distance.
 
-    The smallest n whose points return within 1e-3 over the last fifth of the run; None if
-    there is none up to 24, or too few points to say. It is an observation, not a
-    classification of the motion.
+    The distance is relative to the size of the points. The smallest number whose points return
+    within 1e-3 over the last fifth of the run; None if there is none up to 24, or too few points.
+    This is an observation, not a classification of the motion.
     """
     points = np.column_stack(
         [response["poincare_angle"].values, response["poincare_velocity"].values]
@@ -220,7 +192,7 @@ def repetition(response: xr.Dataset) -> tuple[int, float] | None:
 
 
 def summary(report: dict[str, Any], response: xr.Dataset) -> str:
-    """How the brake vibrates, in one or two sentences."""
+    """The motion in one or two sentences."""
     if report["status"] != "completed":
         return str(report["message"])
     late = response["velocity"].values[response["time"].values >= report["steady_from"]]
@@ -241,10 +213,10 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
     words += "."
     if report["system"]["excitation"]["amplitude"] == 0.0:
         words += f" It ends {since}." if since else ""
-        return words + " No torque drives it: its periods are not counted."
+        return words + " No torque acts: no repetition is searched for."
     repeats = report["repeats_after"]
     if repeats is None and looked < _LONGEST:
-        return words + " The run is too short to tell after how many periods it repeats."
+        return words + " The run is too short to find after how many periods it repeats."
     if repeats is None:
         return words + f" It does not repeat within {_LONGEST} torque periods."
     n, distance = repeats["periods"], repeats["distance"]
@@ -253,17 +225,19 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
 
 
 def _layer_line(system: BrakedDriveline, friction: SmoothFriction) -> str:
-    """What counts as rest with a smooth law, which has none (docs/theory.md, section 6)."""
+    """The meaning of rest with a smooth law, which has none (docs/theory.md, section 6)."""
+    from wedgebrake.solvers.log_reader import SHORTEST_STICK
+
     speed = friction.transition
     return (
-        f"  a smoothed brake never rests: as stick, and as rest, counts |sliding speed| below"
-        f" {speed:.4g} m/s ({speed / system.brake.radius:.4g} rad/s) for longer than"
+        f"  with smooth friction the brake never rests exactly; stick and rest mean |sliding speed|"
+        f" below {speed:.4g} m/s ({speed / system.brake.radius:.4g} rad/s) for longer than"
         f" {100 * SHORTEST_STICK:g} % of a torque period"
     )
 
 
 def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
-    """The response for a person."""
+    """The text that ``simulate`` prints."""
     final = report["final"]
     events = ", ".join(f"{count} {name}" for name, count in report["events"].items()) or "none"
     lines = [

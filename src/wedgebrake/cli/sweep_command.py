@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.progress import Watch
 from wedgebrake.errors import InputError, OutputError, nearest
-from wedgebrake.model.part import shown
 from wedgebrake.model.study import Study
 from wedgebrake.model.sweep_settings import INITIAL
+from wedgebrake.model.validation import shown
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.sweeps.progress import Progress
 

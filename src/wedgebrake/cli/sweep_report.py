@@ -1,4 +1,4 @@
-"""What ``sweep --json`` prints: counts, intervals of a parameter, attractors."""
+"""The data that ``sweep --json`` prints: counts, intervals of a parameter, attractors."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import sliding_damping
-from wedgebrake.cli.report import versions
 from wedgebrake.cli.sweep_command import Outcome
+from wedgebrake.cli.writing import versions
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
 from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Codes = NDArray[np.int64]
-# Classes in which there is nothing more to say about sticking.
+# Classes that a class of stick-slip adds nothing to.
 _ENDED = (MotionClass.AT_REST, MotionClass.DIVERGED, MotionClass.SELF_LOCKED)
 _ENDS = {
     PointStatus.NOT_COMPUTED: "not computed",
@@ -35,14 +35,14 @@ _ENDS = {
     PointStatus.STEP_LIMIT: "stopped at max_steps",
     PointStatus.INVALID: "cannot be built",
 }
-# Halvings of a step of an axis until the limit of linear stability is found.
+# Bisections of a step of an axis to find the limit of linear stability.
 _HALVINGS = 50
 
 
 def sweep_report(study: Study, outcome: Outcome, files: dict[str, Path | None]) -> dict[str, Any]:
-    """Everything that ``sweep --json`` prints.
+    """The data that ``sweep --json`` prints.
 
-    files : "picture", "data", "store" -> where they lie
+    files : "picture", "data", "store" -> their paths
     """
     dataset = outcome.dataset
     attrs = dataset.attrs
@@ -120,7 +120,7 @@ def _meaning(code: int) -> dict[str, str]:
 
 
 def _counts(codes: Codes, word: Any) -> dict[str, int]:
-    """How many points there are of each word, the most frequent first."""
+    """Number of points of each class, the most frequent first."""
     counts: dict[str, int] = {}
     for code, count in zip(*np.unique(codes, return_counts=True), strict=True):
         one = word(_meaning(int(code)))
@@ -129,7 +129,7 @@ def _counts(codes: Codes, word: Any) -> dict[str, int]:
 
 
 def _intervals(dataset: xr.Dataset, dim: str, codes: Codes) -> list[dict[str, Any]]:
-    """Runs of neighbouring values with the same motion, in ascending order of the parameter."""
+    """Intervals of neighbouring values with the same motion, in ascending order."""
     values = dataset[dim].to_numpy()
     order = np.argsort(values, kind="stable")
     branches = dataset["branch"].to_numpy().tolist() if "branch" in dataset.dims else [None]

@@ -1,4 +1,4 @@
-"""What ``sweep`` prints for a person."""
+"""The text that ``sweep`` prints."""
 
 from __future__ import annotations
 
@@ -9,35 +9,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.cli.report import describe
+from wedgebrake.cli.writing import compiled_note, describe, file_lines, with_unit
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
 
-# Lines that a reader takes in at a glance.
-_MOST_LINES = 12
-_MOST_WORDS = 8
-_FILES = {"picture": "Picture", "data": "Data", "store": "Store"}
+_MOST_LINES = 12  # of the intervals, and of the attractors
+_MOST_CLASSES = 8  # in one line
 
 
 def sweep_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
-    """The report on a sweep in words."""
+    """The report of ``sweep_report`` in words."""
     axes = report["axes"]
-    lines = [describe(system, axes), *_swept(report), f"Judged: {_protocol(report)}"]
+    lines = [describe(system, axes), *_swept(report), f"Evaluated {_settings(report)}"]
     lines += [*_undriven(system, axes), ""]
     total = report["points"]
     lines.append(f"Points: {total}, {_listed(report['status'], total)}")
     lines.append(f"Motion: {_listed(report['motion'], total)}")
     lines.append(f"Stick-slip: {_listed(report['stick_slip'], total)}")
     if "undecided" in report["motion"] and report["protocol"]["transient"] != "auto":
-        lines.append("  (with --transient auto each point is given the time to settle)")
+        lines.append("  (--transient auto gives each point the time to settle)")
     lines += _linear(report)
     if report["intervals"]:
         lines += ["", *_intervals(report)]
     if report["attractors"] is not None:
         lines += ["", *_attractors(report["attractors"])]
     lines += ["", _speed(report)]
-    lines += [f"{_FILES[what]}: {path}" for what, path in report["files"].items() if path]
-    return "\n".join(lines)
+    return "\n".join([*lines, *file_lines(report["files"])])
 
 
 def _swept(report: dict[str, Any]) -> list[str]:
@@ -45,53 +42,57 @@ def _swept(report: dict[str, Any]) -> list[str]:
     for name, axis in report["axes"].items():
         values, unit = axis["values"], axis["unit"]
         low, high = values.min(), values.max()
-        unit = "" if unit in ("1", "-") else f" {unit}"
         many = f"{len(values)} values" if len(values) > 1 else "one value"
         meaning = axis["meaning"]
-        if name in SETTERS:  # what is called a force may change the torque: F0
+        if name in SETTERS:  # a group may set another part than its name suggests: F0 the torque
             meaning += f"; sets {SETTERS[name].target}"
-        lines.append(f"Swept: {name} from {low:.6g} to {high:.6g}{unit}, {many} ({meaning})")
+        span = f"{low:.6g} to {high:.6g}{with_unit(unit)}"
+        lines.append(f"Swept: {name} from {span}, {many} ({meaning})")
     return lines
 
 
-def _protocol(report: dict[str, Any]) -> str:
+def _settings(report: dict[str, Any]) -> str:
     protocol = report["protocol"]
     if protocol["transient"] == "auto":
         text = (
-            f"{protocol['recorded']} periods of the torque once each point has settled, at the"
-            f" latest after {protocol['limit']}"
+            f"over {protocol['recorded']} torque periods once each point has settled, at the latest"
+            f" after {protocol['limit']} periods"
         )
     else:
-        text = f"periods {protocol['transient']} to {protocol['periods']} of the torque"
+        text = f"over torque periods {protocol['transient']}–{protocol['periods']}"
     if protocol["follow"] is not None:
         text += f"; each point starts where its neighbour in {protocol['follow']} ended"
     else:
-        starts = zip(("angle", "velocity"), ("rad", "rad/s"), protocol["initial"], strict=True)
-        fixed = [
-            f"{name} {value:.6g} {unit}"
-            for name, unit, value in starts
-            if f"initial_{name}" not in report["axes"]
-        ]
-        text += f", from {' and '.join(fixed)} on" if fixed else ""
+        text += _start(protocol["initial"], report["axes"])
     return f"{text}; method {report['method']}"
 
 
+def _start(initial: list[float], axes: dict[str, Any]) -> str:
+    """The initial state, as far as it is not swept."""
+    (angle, velocity), swept = initial, {"initial_angle", "initial_velocity"} & set(axes)
+    if not swept and velocity == 0.0:
+        return f", starting from rest at angle {angle:.6g}" + (" rad" if angle else "")
+    fixed = [] if "initial_angle" in swept else [f"angle {angle:.6g} rad"]
+    fixed += [] if "initial_velocity" in swept else [f"velocity {velocity:.6g} rad/s"]
+    return f", starting from {' and '.join(fixed)}" if fixed else ""
+
+
 def _undriven(system: BrakedDriveline, axes: dict[str, Any]) -> list[str]:
-    """Where no torque acts: what its periods mean."""
+    """The meaning of torque periods if no torque acts."""
     torque = system.excitation
     if torque.amplitude > 0.0 or not {"amplitude", "F0"}.isdisjoint(axes):
         return []
     period = "1/frequency" if not {"frequency", "f"}.isdisjoint(axes) else f"{torque.period:.4g} s"
     text = (
-        f"  (no torque acts: its period, {period}, only sets when the motion is looked at;"
-        " synchronous and nT-periodic mean that it repeats in step with that)"
+        f"  (no torque acts: its period, {period}, only sets the times at which the motion is"
+        " sampled; synchronous and nT-periodic refer to that period)"
     )
     return [text]
 
 
 def _listed(counts: dict[str, int], total: int) -> str:
-    """Words with their counts and shares, the most frequent first."""
-    shown = list(counts.items())[:_MOST_WORDS]
+    """Classes with their counts and shares, the most frequent first."""
+    shown = list(counts.items())[:_MOST_CLASSES]
     if len(shown) == 1:
         return f"all {shown[0][0]}"
     text = ", ".join(f"{count} {word} ({_share(count / total)})" for word, count in shown)
@@ -145,7 +146,7 @@ def _intervals(report: dict[str, Any]) -> list[str]:
             f"{place:{width}}   {words}" for place, (_, _, words) in zip(places, rows, strict=True)
         ]
     if cut:
-        lines.append("  (short intervals are put together; --json lists each)")
+        lines.append("  (short intervals are merged; --json lists each)")
     return lines
 
 
@@ -159,7 +160,7 @@ def _row(run: dict[str, Any]) -> _Row:
 
 
 def _condensed(rows: list[_Row], most: int) -> list[tuple[float, float, str]]:
-    """At most so many rows: neighbours among the shortest are put together."""
+    """At most so many rows: neighbours among the shortest are merged."""
     shortest = 0
     kept = rows
     while len(kept) > most:
@@ -201,7 +202,7 @@ def _range(low: float, high: float, digits: int) -> str:
 
 
 def _attractors(attractors: list[dict[str, Any]]) -> list[str]:
-    lines = [f"Attractors: {len(attractors)}, by the share of the points that settle to them"]
+    lines = [f"Attractors: {len(attractors)}, by the share of the points that settle to each"]
     shown = attractors[: _MOST_LINES - 1]
     lines += [f"  {one['number']:3}  {_share(one['share']):>7}  {one['motion']}" for one in shown]
     if len(attractors) > len(shown):
@@ -216,5 +217,6 @@ def _speed(report: dict[str, Any]) -> str:
         return f"All {resumed} points were in the store."
     text = f"{computed} points in {speed['seconds']:.3g} s"
     text += f" ({speed['points_per_second']:.3g} points/s"
-    text += ", with compilation of the kernels)" if speed["with_compilation"] else ")"
+    note = compiled_note(speed)
+    text += f", {note})" if note else ")"
     return text + (f"; {resumed} were in the store" if resumed else "")

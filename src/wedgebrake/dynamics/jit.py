@@ -29,6 +29,8 @@ _OPTIONS: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
     "fastmath": {"contract"},
+    # Stated, because a kernel would inherit it from the first one that calls it.
+    "forceinline": False,
 }
 
 
@@ -47,7 +49,7 @@ SOURCE_STAMP = _stamp()
 
 def compiled(function: Callable[..., Any], **options: Any) -> Any:
     """Compile a kernel at its first call."""
-    dispatcher = njit(**_OPTIONS, **options)(function)
+    dispatcher = njit(**{**_OPTIONS, **options})(function)
     # Private, since Numba has no public way; test_compiling fails if this stops working.
     index = dispatcher._cache._cache_file
     index._source_stamp = SOURCE_STAMP

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import shown
 from wedgebrake.model.study import Run, Study, load_study
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_whole, shown
 
 if TYPE_CHECKING:
     from wedgebrake.explorer.core.state import Desk
@@ -115,8 +115,7 @@ def explore(
         ("port", port, 0, 65535),
         ("height", height, _LEAST_HEIGHT, _MOST_HEIGHT),
     ):
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            raise InputError(f"{name} = {shown(value)}: must be a whole number, {least} to {most}.")
+        check_whole(name, value, least, most)
     return Cell(_laid(subject), port, height)
 
 

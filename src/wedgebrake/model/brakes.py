@@ -1,4 +1,4 @@
-"""Brakes: all differ in one signed function, the amplification g.
+"""Brakes. They differ in one signed function, the amplification g.
 
 The brake turns the actuation force F_a into the friction force F_mu = F_a g(m), with
 m = mu sign(v) the signed friction coefficient. To add a brake, write one class that states
@@ -8,8 +8,8 @@ m = mu sign(v) the signed friction coefficient. To add a brake, write one class 
 - ``law(m, shape)``: g(m), with ``math`` functions only (it is compiled for the smooth
   solver), returning ``math.inf`` where the brake locks itself and cannot slide.
 
-Where a balance of forces or moments gives g, derive it from ``LeverBrake`` and state the
-arms alone: smoothed friction is then solved several times as fast.
+If g follows from one balance of forces or moments, derive the brake from ``LeverBrake`` and
+state the arms alone: smoothed friction is then solved several times as fast.
 """
 
 from __future__ import annotations
@@ -17,18 +17,16 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from wedgebrake.model.part import Member, parameter
+from wedgebrake.model.part import Chosen, parameter
 
 
-class Brake(Member):
+class Brake(Chosen):
     """A brake: an amplification g and a radius."""
 
     table: ClassVar[str] = "brake"
-    kind: ClassVar[str] = ""
     kinds: ClassVar[dict[str, type[Brake]]] = {}
-    """Every brake that states a kind, by that kind."""
     schematic: ClassVar[str] = ""
     """Drawing of the brake on the explorer's page; empty: a plain block with its kind."""
 
@@ -36,12 +34,6 @@ class Brake(Member):
         "equivalent radius R of the friction force", symbol="R", unit="m", example=0.2,
         gt=0, le=1e3,
     )  # fmt: skip
-
-    @classmethod
-    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        super().__pydantic_init_subclass__(**kwargs)
-        if cls.kind:
-            Brake.kinds[cls.kind] = cls
 
     def shape(self) -> tuple[float, ...]:
         """The numbers that ``law`` needs, in its order."""
@@ -61,11 +53,11 @@ class Brake(Member):
         return self.law(float(m), self.shape())
 
     def locks(self, m: float) -> bool:
-        """Whether the brake cannot slide at the signed friction coefficient m."""
+        """Return True if the brake cannot slide at the signed friction coefficient m."""
         return math.isinf(self.amplification(m))
 
 
-# A relative difference of the arms below this value is rounding, as of tan(atan(mu)) from mu.
+# Relative differences of the arms below this value are rounding, as of tan(atan(mu)) from mu.
 _GAP = 2.0**-50
 
 

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.model.part import Part, is_number, labels, shown
+from wedgebrake.model.part import Part
+from wedgebrake.model.validation import is_number, labels, shown
 
 # SI units by attribute name; names that are missing have no unit.
 _UNITS = {

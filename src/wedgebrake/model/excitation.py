@@ -29,7 +29,7 @@ class HarmonicTorque(Member):
     )
 
     def torque(self, time: FloatArray) -> FloatArray:
-        """T [N m] at times [s]."""
+        """Torque T [N m] at an array of ``time`` [s]."""
         return np.asarray(self.amplitude * np.sin(self.angular_frequency * time))
 
     @property

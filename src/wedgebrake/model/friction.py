@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 from pydantic import ConfigDict, Field, model_validator
 
-from wedgebrake.model.part import Member, parameter
+from wedgebrake.model.part import Chosen, parameter
 
 
 def _kinetic(**extra: Any) -> Any:
@@ -31,19 +31,11 @@ def _static() -> Any:
     )  # fmt: skip
 
 
-class Friction(Member):
+class Friction(Chosen):
     """A friction law."""
 
     table: ClassVar[str] = "friction"
-    kind: ClassVar[str] = ""
     kinds: ClassVar[dict[str, type[Friction]]] = {}
-    """Every friction law that a study file can name."""
-
-    @classmethod
-    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        super().__pydantic_init_subclass__(**kwargs)
-        if cls.kind:
-            Friction.kinds[cls.kind] = cls
 
     @property
     def reference(self) -> float:
@@ -52,7 +44,7 @@ class Friction(Member):
 
     @property
     def constant(self) -> bool:
-        """Whether the kinetic coefficient is known to be the same at all speeds."""
+        """Return True if the kinetic coefficient is known to be the same at all speeds."""
         return False
 
 
@@ -218,7 +210,7 @@ class TabulatedFriction(SetValuedFriction):
 
     @property
     def constant(self) -> bool:
-        """Whether all values of the table are the same."""
+        """Return True if all values of the table are the same."""
         return len(set(self.coefficients)) == 1
 
     def nodes(self) -> tuple[tuple[float, float], ...]:
@@ -262,7 +254,7 @@ class SmoothedFriction(SmoothFriction):
 
     @property
     def constant(self) -> bool:
-        """Whether it has no static peak; the steep part about rest does not count."""
+        """Return True without a static peak; the steep part about rest does not count."""
         return self.static == self.kinetic
 
     @property

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Tabular
+from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
     from wedgebrake.model.system import BrakedDriveline
@@ -110,9 +111,15 @@ def _angle(system: BrakedDriveline, alpha: float) -> float:
     return math.atan(alpha * system.friction.reference)
 
 
+def check_group(name: str, value: Any) -> float:
+    """Return a value of a group as a float; raises ``InputError`` for anything else."""
+    allowed = "a finite number, without quotation marks or units"
+    return check_number(f"groups.{name}", value, allowed=allowed)
+
+
 @dataclass(frozen=True)
 class Setter:
-    """What a group means, and how it is set.
+    """The meaning of a group, and how it is set.
 
     meaning : in words, with its definition
     target  : the SI parameter that it changes

@@ -14,22 +14,23 @@ from pydantic import Field, model_validator
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import toml
 from wedgebrake.model.display import Tabular, part_rows
-from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, is_finite, is_number, named, parameter, shown
+from wedgebrake.model.groups import SETTERS, check_group
+from wedgebrake.model.part import Part, parameter
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, parse_sweep, sweep_schema
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
+from wedgebrake.model.validation import check_instance, named, shown
 
 Method = Literal["exact", "smooth", "ode14x"]
 METHODS: tuple[str, ...] = get_args(Method)
 _State = Annotated[float, Field(ge=-1e12, le=1e12)]
-# What stands in for an SI value until the group that sets it is applied: as in
-# wb.paper.system, so that the same groups give the same system there, to the last bit.
+# SI values until the group that sets them is applied: those of wb.paper.system, so that the same
+# groups give the same system there, to the last bit.
 _PLACEHOLDERS = {"slope": 0.0, "frequency": 10.0, "amplitude": 500.0, "angle": 0.34}
 
 
 class Run(Part):
-    """What to simulate: the arguments of ``wb.simulate``, with its defaults."""
+    """Arguments of ``wb.simulate``, with its defaults."""
 
     table: ClassVar[str] = "run"
 
@@ -96,7 +97,7 @@ _FIXED: dict[str, type[Part]] = {**FIXED, "run": Run}
 
 @dataclass(frozen=True)
 class Study(Tabular):
-    """A system, how to run it, and what to sweep on it."""
+    """A system, the settings of a run, and a sweep."""
 
     system: BrakedDriveline
     run: Run
@@ -114,7 +115,7 @@ class Study(Tabular):
         for name, value in changes.items():
             self._check(name)
             if name in SETTERS:
-                _check_group(name, value)
+                check_group(name, value)
         for_sweep = {name: changes.pop(name) for name in _CHANGED if name in changes}
         for_run = {name: value for name, value in changes.items() if name in Run.model_fields}
         for_system = {name: value for name, value in changes.items() if name not in for_run}
@@ -145,14 +146,13 @@ class Study(Tabular):
 
     def _swept(self, **settings: Any) -> Sweep:
         sweep = settings.pop("sweep", self.sweep)
-        if not isinstance(sweep, Sweep):
-            raise InputError(f"sweep = {shown(sweep)}: must be a Sweep.")
+        check_instance("sweep", sweep, Sweep)
         given = {name: getattr(sweep, name) for name in sweep.model_fields_set}
         return Sweep(**{**given, **settings})
 
     def _check(self, name: str) -> None:
         """Refuse an unknown name, with the nearest of all that can be changed."""
-        parts = [getattr(self.system, part) for part in PARTS]
+        parts = self.system.parts().values()
         fields = [name for part in parts for name in type(part).model_fields]
         allowed = [*fields, *SETTERS, *PARTS, *Run.model_fields, *_CHANGED]
         if name in allowed:
@@ -177,32 +177,27 @@ def load_study(path: str | Path) -> Study:
 
     Raises ``InputError`` that names the file and what is wrong in it.
     """
-    if not isinstance(path, str | os.PathLike):
-        raise InputError(f"path = {shown(path)}: must be the path of a study file (TOML).")
-    path = Path(path)
+    path = Path(check_instance("path", path, str | os.PathLike, "the path of a study file (TOML)"))
     with _about(str(path)):
         return parse_study(toml.read(_content(path)))
 
 
 def read_study(content: bytes | str) -> Study:
-    """The study that stands in a text (TOML), as ``load_study`` reads it from a file.
+    """Read a study from the text of a study file (TOML).
 
-    content : what stands in the file, as text or bytes
+    content : text or bytes of the file
 
     Raises ``InputError`` that names what is wrong.
     """
-    if not isinstance(content, bytes | str):
-        raise InputError(
-            f"content = {shown(content)}: must be what stands in a study file (TOML). Give text,"
-            " or bytes; of a path use wb.load_study(...)."
-        )
+    allowed = "the text or bytes of a study file (TOML); for a path use wb.load_study(...)"
+    check_instance("content", content, bytes | str, allowed)
     with _about("study"):
         return parse_study(toml.read(content))
 
 
 @contextmanager
 def _about(what: str) -> Iterator[None]:
-    """Set before an error what was read."""
+    """Name what was read at the beginning of an error."""
     try:
         yield
     except InputError as error:
@@ -281,7 +276,7 @@ def _chosen_groups(given: dict[str, Any], tables: dict[str, Any]) -> dict[str, f
             raise InputError(
                 f"groups.{named(name)}: no such group to set. {nearest(name, SETTERS)}"
             )
-        _check_group(name, value)
+        check_group(name, value)
         target = SETTERS[name].target
         doubled = [part for part in PARTS if target in tables[part]]
         if doubled:
@@ -290,17 +285,6 @@ def _chosen_groups(given: dict[str, Any], tables: dict[str, Any]) -> dict[str, f
                 " Remove one of them."
             )
     return dict(given)
-
-
-def _check_group(name: str, value: Any) -> None:
-    if not is_number(value):
-        raise InputError(
-            f"groups.{name} = {shown(value)}: must be a number, without quotation marks or units."
-        )
-    if not is_finite(value):
-        raise InputError(
-            f"groups.{name} = {shown(value)}: must be a finite number (not nan, not inf)."
-        )
 
 
 def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:

@@ -9,28 +9,26 @@ from typing import Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model import toml
-from wedgebrake.model.brakes import Brake
 from wedgebrake.model.files import write
-from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, labels, shown
+from wedgebrake.model.part import Chosen, Part
 from wedgebrake.model.study import Study, parse_study
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.validation import check_instance, labels, shown
 
 _Tables = dict[str, dict[str, Any]]
 
 
 def save_study(study: Study, path: str | os.PathLike[str]) -> Path:
-    """Write a study file (TOML), whole or not at all; ``load_study`` gives the study back.
+    """Write a study file (TOML), completely or not at all; ``load_study`` gives the study back.
 
     Returns the path.
 
     Raises ``InputError`` for what a study file cannot hold or a path that names no file,
     ``OutputError`` where nothing can be written.
     """
-    if not isinstance(study, Study):
-        raise InputError(f"study = {shown(study)}: must be a Study. Use wb.Study(system, run).")
+    check_instance("study", study, Study, "a Study, as wb.Study(system, run)")
     if not isinstance(path, str | os.PathLike) or not Path(path).name:
         raise InputError(f"path = {shown(path)}: must name a file, for example 'study.toml'.")
     target = Path(path)
@@ -41,8 +39,8 @@ def save_study(study: Study, path: str | os.PathLike[str]) -> Path:
 def study_text(study: Study) -> str:
     """A study as TOML, with a unit or a meaning beside each value.
 
-    Values that were left to their defaults are left out. A group that was stated stands
-    instead of the SI value that it sets, where it gives that value to the last bit.
+    Defaults are left out. A group that was given is written instead of the SI value that it
+    sets, if it gives that value to the last bit.
 
     Raises ``InputError`` for what a study file cannot hold: parts without a kind, values
     that are no numbers and no text, or too many of them.
@@ -58,9 +56,8 @@ def study_text(study: Study) -> str:
 def _tables(study: Study) -> _Tables:
     """Everything in SI values."""
     tables: _Tables = {}
-    for name in PARTS:
-        part = getattr(study.system, name)
-        kind = {"kind": _kind(name, part)} if isinstance(part, Brake | Friction) else {}
+    for name, part in study.system.parts().items():
+        kind = {"kind": _kind(name, part)} if isinstance(part, Chosen) else {}
         tables[name] = {**kind, **_given(part)}
     tables["groups"] = {}
     tables["run"] = _given(study.run)
@@ -68,17 +65,17 @@ def _tables(study: Study) -> _Tables:
     return {name: table for name, table in tables.items() if table or name in (*PARTS, "groups")}
 
 
-def _kind(name: str, part: Brake | Friction) -> str:
+def _kind(name: str, part: Chosen) -> str:
     if not part.kind:
         raise InputError(
-            f"{name} = {type(part).__name__}: has no kind, so that no study file can name it. Use"
-            " a brake or friction law with a kind, or keep the program that makes it."
+            f"{name} = {part.kind_or_class}: has no kind, so that no study file can name it. Use a"
+            " brake or friction law with a kind, or keep the program that makes it."
         )
     return part.kind
 
 
 def _given(part: Part) -> dict[str, Any]:
-    """What a part was given, in the order of its fields."""
+    """The values that a part was given, in the order of its fields."""
     values = {name: getattr(part, name) for name in type(part).model_fields}
     known = part.model_fields_set
     return {name: value for name, value in values.items() if name in known and value is not None}
@@ -93,8 +90,8 @@ def _of_sweep(sweep: Sweep) -> dict[str, Any]:
 
 
 def _state_groups(tables: _Tables, system: BrakedDriveline) -> None:
-    """Put the groups that were stated in the place of what they set, where that is exact."""
-    places = {name: _owner(system, SETTERS[name].target) for name in system.stated}
+    """Write the groups that were given instead of the values that they set, where that is exact."""
+    places = {name: system.owner(SETTERS[name].target) for name in system.stated}
     trial: _Tables = {part: dict(tables[part]) for part in PARTS}
     for name, part in places.items():
         trial[part].pop(SETTERS[name].target, None)
@@ -109,15 +106,10 @@ def _state_groups(tables: _Tables, system: BrakedDriveline) -> None:
         del tables["groups"]
 
 
-def _owner(system: BrakedDriveline, target: str) -> str:
-    """The part that has a parameter."""
-    return next(part for part in PARTS if target in type(getattr(system, part)).model_fields)
-
-
 def _comments(study: Study) -> dict[str, dict[str, str]]:
-    """What stands beside the values of each table, by name: the unit, or the meaning."""
-    parts = {name: getattr(study.system, name) for name in PARTS}
-    comments = {name: dict(_words(part)) for name, part in {**parts, "run": study.run}.items()}
+    """The comments of the values of each table: the unit, or the meaning."""
+    parts = {**study.system.parts(), "run": study.run}
+    comments = {name: dict(_words(part)) for name, part in parts.items()}
     comments["groups"] = {name: setter.meaning for name, setter in SETTERS.items()}
     axes = {name: _with_unit(*one) for name, one in sweepable(study.system).items()}
     comments["sweep"] = {**axes, **dict(_words(study.sweep))}
@@ -136,7 +128,7 @@ def _with_unit(unit: str, meaning: str) -> str:
 
 
 def _check(text: str, study: Study) -> None:
-    """Refuse a text that does not give the study back: parts and sweeps of one's own may not."""
+    """Refuse a text that does not give the study back, as for some parts of a user's own."""
     try:
         read = parse_study(toml.read(text))
     except InputError as error:

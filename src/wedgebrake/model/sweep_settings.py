@@ -11,9 +11,10 @@ from pydantic import PlainValidator, WithJsonSchema, create_model
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, is_finite, is_number, labels, named, parameter, shown
+from wedgebrake.model.part import Part, parameter
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
+from wedgebrake.model.validation import is_finite, is_number, labels, named, shown
 
 MOST_VALUES = 10_000_000  # of one swept parameter
 _MOST_WRONG = 8  # names of [sweep] in one error message

@@ -18,15 +18,23 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.part import Part, is_finite, is_number, shown
+from wedgebrake.model.part import Chosen, Part
+from wedgebrake.model.validation import check_instance
 
-PARTS: tuple[str, ...] = ("driveline", "brake", "friction", "actuation", "excitation")
-_BASES: dict[str, type[Part]] = {
+BASES: dict[str, type[Part]] = {
     "driveline": Driveline,
     "brake": Brake,
     "friction": Friction,
     "actuation": Actuation,
     "excitation": HarmonicTorque,
+}
+PARTS = tuple(BASES)
+_EXAMPLES = {
+    "driveline": "wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4)",
+    "brake": "wb.WedgeBrake(angle=0.34, radius=0.2)",
+    "friction": "wb.CoulombFriction(kinetic=0.3)",
+    "actuation": "wb.Actuation(initial_force=300, slope=-40)",
+    "excitation": "wb.HarmonicTorque(amplitude=500, frequency=10.03)",
 }
 
 
@@ -46,8 +54,8 @@ class BrakedDriveline(Part, Tabular):
     actuation: Actuation
     excitation: HarmonicTorque
 
-    # Groups as they were stated: reading back eta gives the number that was put in, to the
-    # last bit, although the slope that stores it is rounded.
+    # Groups as they were given: eta reads back to the last bit, although the slope that stores it
+    # is rounded.
     _stated: dict[str, float] = PrivateAttr(default_factory=dict)
 
     def __init__(self, /, **data: Any) -> None:
@@ -55,17 +63,17 @@ class BrakedDriveline(Part, Tabular):
         super().__init__(**data)
 
     def __eq__(self, other: object) -> bool:
-        """Same parts; how the groups were stated is no part of the machine."""
+        """Equal parts, however the groups were given."""
         if not isinstance(other, BrakedDriveline):
             return NotImplemented
-        return all(getattr(self, name) == getattr(other, name) for name in PARTS)
+        return self.parts() == other.parts()
 
     def __hash__(self) -> int:
         return hash(tuple(getattr(self, name) for name in PARTS))
 
     @property
     def stated(self) -> dict[str, float]:
-        """The groups that were given in the place of SI values, as they were given."""
+        """The groups that were given instead of SI values, as they were given."""
         return dict(self._stated)
 
     @property
@@ -134,35 +142,39 @@ class BrakedDriveline(Part, Tabular):
         return system
 
     def _with_group(self, name: str, value: Any) -> BrakedDriveline:
-        if not is_number(value) or not is_finite(value):
-            raise InputError(f"groups.{name} = {shown(value)}: must be a finite number.")
+        value = _groups.check_group(name, value)
         if getattr(self.groups, name) == value:
             return self
         target = _groups.SETTERS[name].target
-        si = _groups.SETTERS[name].value(self, float(value))
-        parts = {part: getattr(self, part) for part in PARTS}
-        for part, object_ in parts.items():
-            if target in type(object_).model_fields:
-                try:
-                    parts[part] = _changed(object_, {target: si})
-                except InputError as error:
-                    raise InputError(f"groups.{name} = {value!r}: sets {error}") from None
-        return BrakedDriveline(**parts)
+        si = _groups.SETTERS[name].value(self, value)
+        owner = self.owner(target)
+        try:
+            part = _changed(getattr(self, owner), {target: si})
+        except InputError as error:
+            raise InputError(f"groups.{name} = {value!r}: sets {error}") from None
+        return BrakedDriveline(**{**self.parts(), owner: part})
+
+    def parts(self) -> dict[str, Part]:
+        """The parts by name."""
+        return {name: getattr(self, name) for name in PARTS}
+
+    def owner(self, name: str) -> str:
+        """The name of the part that has a parameter."""
+        return next(key for key, part in self.parts().items() if name in type(part).model_fields)
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """The system as plain tables, as a study file holds them.
 
-        A part that has no name in study files is called by its class, without the functions
-        that it holds.
+        A part without a name in study files is called by its class, without the functions that
+        it holds.
         """
         tables: dict[str, dict[str, Any]] = {}
-        for name in PARTS:
-            part = getattr(self, name)
+        for name, part in self.parts().items():
             table = {key: _plain(value) for key, value in dict(part).items()}
-            if isinstance(part, Brake | Friction):
+            if isinstance(part, Chosen):
                 if not part.kind:
                     table = {key: value for key, value in table.items() if not callable(value)}
-                table = {"kind": part.kind or type(part).__name__, **table}
+                table = {"kind": part.kind_or_class, **table}
             tables[name] = table
         return tables
 
@@ -172,18 +184,15 @@ class BrakedDriveline(Part, Tabular):
         return f"{type(self.brake).__name__}, {type(self.friction).__name__}: {said}"
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
-        for name in PARTS:
-            part = getattr(self, name)
+        for name, part in self.parts().items():
             yield from part_rows(name, part, type(part).model_fields)
 
 
 def _check_parts(parts: dict[str, Any]) -> None:
-    for name, base in _BASES.items():
-        if name in parts and not isinstance(parts[name], base):
-            raise InputError(
-                f"{name} = {shown(parts[name])}: must be a {base.__name__}, for example"
-                f" {_example(base)}."
-            )
+    for name, base in BASES.items():
+        if name in parts:
+            allowed = f"a {base.__name__}, for example {_EXAMPLES[name]}"
+            check_instance(name, parts[name], base, allowed)
 
 
 def _plain(value: Any) -> Any:
@@ -194,13 +203,3 @@ def _changed(part: Part, values: dict[str, Any]) -> Part:
     """A copy of ``part`` with other values; what was left to a default stays so."""
     given = {key: getattr(part, key) for key in part.model_fields_set}
     return type(part)(**{**given, **values})
-
-
-def _example(base: type[Part]) -> str:
-    return {
-        "Driveline": "wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4)",
-        "Brake": "wb.WedgeBrake(angle=0.34, radius=0.2)",
-        "Friction": "wb.CoulombFriction(kinetic=0.3)",
-        "Actuation": "wb.Actuation(initial_force=300, slope=-40)",
-        "HarmonicTorque": "wb.HarmonicTorque(amplitude=500, frequency=10.03)",
-    }[base.__name__]

@@ -1,37 +1,26 @@
-"""The tables of a study file that hold the machine: the part of each, or its kinds."""
+"""The tables of a study file that hold the machine, each of one class or of several kinds."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.actuation import Actuation
-from wedgebrake.model.brakes import Brake
-from wedgebrake.model.driveline import Driveline
-from wedgebrake.model.excitation import HarmonicTorque
-from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.part import Chosen, Part
+from wedgebrake.model.system import BASES, BrakedDriveline
 
-FIXED: dict[str, type[Part]] = {
-    "driveline": Driveline,
-    "actuation": Actuation,
-    "excitation": HarmonicTorque,
+CHOSEN: dict[str, dict[str, type[Part]]] = {
+    name: base.kinds for name, base in BASES.items() if issubclass(base, Chosen)
 }
-CHOSEN: dict[str, dict[str, type[Brake]] | dict[str, type[Friction]]] = {
-    "brake": Brake.kinds,
-    "friction": Friction.kinds,
-}
+FIXED: dict[str, type[Part]] = {name: base for name, base in BASES.items() if name not in CHOSEN}
 
 
 def refuse_of_another_kind(name: str, system: BrakedDriveline, where: str = "") -> None:
-    """Raise ``InputError`` for a parameter that brakes or frictions of other kinds have."""
+    """Raise ``InputError`` for a parameter that another kind of brake or friction has."""
     for table, kinds in CHOSEN.items():
         others = [repr(kind) for kind, one in sorted(kinds.items()) if name in one.model_fields]
         if others:
-            part = getattr(system, table)
-            kind = part.kind or type(part).__name__
+            kind = getattr(system, table).kind_or_class
             raise InputError(
                 f"{where}{name}: no parameter of the {table} of this study, of kind {kind!r}, but"
                 f" of kind {' and '.join(others)}. Change the kind in the study first."

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import is_finite, shown
+from wedgebrake.model.validation import is_finite, shown
 
 LARGEST = 1_000_000
 """Bytes of a study file; it is a page, not a data set."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
-from wedgebrake.model.part import is_number, shown
+from wedgebrake.model.validation import check_instance, check_number, check_whole, shown
 from wedgebrake.orbits.bifurcation_detection import (
     Step,
     first_vanishing,
@@ -84,8 +84,7 @@ def continuation(
 
     Raises ``InputError`` for arguments that are wrong, or an orbit that was not found.
     """
-    if not isinstance(orbit, Orbit):
-        raise InputError(f"orbit = {shown(orbit)}: must be an Orbit, as wb.orbit(system) gives it.")
+    check_instance("orbit", orbit, Orbit, "an Orbit, as wb.orbit(system) gives it")
     if orbit._solution is None:
         raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
     check_step(step, points)
@@ -111,14 +110,9 @@ def continuation(
 
 def check_step(step: Any, points: Any) -> None:
     """Refuse, with ``InputError``, steps and numbers of points out of range."""
-    if not is_number(step) or not 1e-6 <= step <= LONGEST_STEP:
-        raise InputError(
-            f"step = {shown(step)}: must be a number, 1e-6 to {LONGEST_STEP}. It is a share of the"
-            " range."
-        )
-    whole = isinstance(points, int | np.integer) and not isinstance(points, bool)
-    if not whole or not 2 <= points <= _MOST_POINTS:
-        raise InputError(f"points = {shown(points)}: must be a whole number, 2 to {_MOST_POINTS}.")
+    why = " It is a share of the range."
+    check_number("step", step, 1e-6, LONGEST_STEP, f"a number, 1e-6 to {LONGEST_STEP}", why)
+    check_whole("points", points, 2, _MOST_POINTS)
 
 
 @dataclass(repr=False)

@@ -45,7 +45,11 @@ class BranchPoint(Result, OrbitSolution):
         arclength: float = 0.0,
         bifurcation: Bifurcation | None = None,
     ) -> BranchPoint:
-        """The point of a branch that an orbit is; raises ``NoOrbitError``."""
+        """The point of a branch for a solution of its equations; raises ``NoOrbitError``.
+
+        direction, arclength : of the branch at the solution
+        bifurcation          : None for an ordinary point
+        """
         found = multipliers(*solution.invariants)
         return cls(
             solution.problem, solution.values, solution.equations, solution.unknowns, found,

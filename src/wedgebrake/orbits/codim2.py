@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import shown
 from wedgebrake.orbits.bifurcation_detection import Step, tests
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.branch import (

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, check_whole
 from wedgebrake.orbits.branch import LONGEST_STEP, POINTS, STEP, Branch, continuation
 from wedgebrake.orbits.branch_point import BranchPoint
 from wedgebrake.orbits.branch_switching import leaving
@@ -123,11 +123,8 @@ def follow(
 
     first : an orbit at the first end of the range
     """
-    whole = isinstance(switch, int | np.integer) and not isinstance(switch, bool)
-    if not whole or not 0 <= switch <= _MOST_LEVELS:
-        raise InputError(f"switch = {shown(switch)}: must be a whole number, 0 to {_MOST_LEVELS}.")
-    if not isinstance(opposite, bool):
-        raise InputError(f"opposite = {shown(opposite)}: must be True or False.")
+    check_whole("switch", switch, 0, _MOST_LEVELS)
+    check_instance("opposite", opposite, bool)
     diagram = _Diagram(over, {"step": step, "points": points}, progress)
     diagram.add_from(first, (over.first, over.last), -1, "begin of the range")
     diagram.add_descendants(switch)

@@ -119,7 +119,7 @@ class Orbit(Result):
 
     @classmethod
     def of(cls, solution: OrbitSolution, steps: list[float]) -> Orbit:
-        """The orbit that a solution of its equations is."""
+        """The orbit of a solution of its equations, with the steps that led to it."""
         angle, velocity = (float(one) for one in solution.points[0])
         return cls(
             system=solution.system, method=solution.problem.method, rtol=solution.problem.rtol,

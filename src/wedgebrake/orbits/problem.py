@@ -8,9 +8,9 @@ from typing import Any
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import is_finite, is_number, shown
 from wedgebrake.model.sweep_settings import INITIAL, refuse_doubled, sweepable
-from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import is_finite, is_number, shown
 from wedgebrake.orbits.section import Section
 
 # Differences and Newton's method ask for neighbours in a parameter again and again.
@@ -143,17 +143,12 @@ def _range(system: BrakedDriveline, name: str, ends: Any) -> Range:
         raise InputError(f"{name} = {shown(ends)}: the ends are equal. Change one of them.")
     for end in (first, last):
         system.replace(**{name: end})
-    dim = f"{_owner(system, name)}_{name}" if name in _TAKEN else name
+    dim = f"{system.owner(name)}_{name}" if name in _TAKEN else name
     return Range(name, dim, first, last, *allowed[name])
-
-
-def _owner(system: BrakedDriveline, name: str) -> str:
-    """The part of the system that has a parameter."""
-    return next(part for part in PARTS if name in type(getattr(system, part)).model_fields)
 
 
 def value_of(system: BrakedDriveline, name: str) -> float:
     """Value of a parameter or group of a system."""
     if name in SETTERS:
         return float(getattr(system.groups, name))
-    return float(getattr(getattr(system, _owner(system, name)), name))
+    return float(getattr(getattr(system, system.owner(name)), name))

@@ -19,7 +19,7 @@ import math
 from typing import NamedTuple
 
 from wedgebrake.dynamics.enums import EventKind, FlowForm
-from wedgebrake.dynamics.harmonic import differentiated, phase_of, rate, second_rate, value
+from wedgebrake.dynamics.harmonic import differentiated, phase_of, rate, value
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import (
     acceleration,
@@ -231,15 +231,13 @@ def _slip_equations(problem, segment):
         # Without the part that the initial acceleration makes, which the end of rest makes zero.
         if turned <= _SHORT:
             ratio, slope = _velocity_series(piece, forcing, w0, 0.0, first, tau, 2)
+            # The quotient below would cancel.
+            drive, at = differentiated(forcing, first)
+            by_phase = (_velocity_series(piece, drive, 0.0, 0.0, at, tau, 2)[0] - slope) / omega
         else:
             ratio = (w - w0 - a0 * h) / (tau * tau)
             slope = (a1 - a0 * h_rate) / (tau * tau) - 2.0 * ratio / tau
-        if turned <= _VANISHING:
-            drive = second_rate(forcing, first) / omega
-            change = drive - g2 * j0 / omega
-            by_phase = drive / 2.0 - change / 6.0
-            return angle, Equation(ratio, by_phase, 0.0, h_rate, slope / omega)
-        by_phase = (2.0 * ratio / tau - h * (j0 + g2 * a0) / (tau * tau)) / omega
+            by_phase = (2.0 * ratio / tau - h * (j0 + g2 * a0) / (tau * tau)) / omega
         return angle, Equation(ratio, by_phase, 0.0, h_rate, slope / omega)
     if turned <= _SHORT:
         ratio, slope = _velocity_series(piece, forcing, w0, a0, first, tau, 1)

@@ -12,8 +12,8 @@ from wedgebrake.analysis.classify_run import classify_run
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, check_whole
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.equations import NoOrbitError
 from wedgebrake.orbits.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
@@ -131,8 +131,7 @@ def orbit_to_follow(
 
 def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
     """Name of the solver; raises ``InputError`` for arguments with which no orbit can be found."""
-    if not isinstance(system, BrakedDriveline):
-        raise InputError(f"system = {shown(system)}: must be a BrakedDriveline.")
+    check_instance("system", system, BrakedDriveline)
     chosen = choose_method(system, method)
     if chosen == "ode14x":
         raise InputError(
@@ -140,11 +139,8 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
             " 'smooth', by the friction law."
         )
     check_limits(rtol, 1e-4, 1, 1)
-    whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
-    if order is not None and (not whole or not 1 <= order <= _MOST_ORDER):
-        raise InputError(
-            f"order = {shown(order)}: must be a whole number of periods, 1 to {_MOST_ORDER}."
-        )
+    if order is not None:
+        check_whole("order", order, 1, _MOST_ORDER, "a whole number of periods")
     return chosen
 
 

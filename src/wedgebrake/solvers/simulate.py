@@ -9,10 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import (
+    check_choice,
+    check_instance,
+    check_number,
+    check_whole,
+    shown,
+)
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.solution import Clock, FloatArray, Task, Trajectory
 
@@ -25,6 +31,8 @@ METHODS: dict[str, str] = {
     "ode14x": "the paper's fixed step; smoothed or Coulomb friction (banded)",
 }
 _MAX_SAMPLES = 50_000_000
+_MOST_STEPS = 10**12
+_FARTHEST = 1e12  # of an initial angle [rad] or velocity [rad/s]
 _MAX_PERIODS = 5_000_000  # half a kilobyte of events in each
 _MAX_PHASE = 1e15  # periods before the start that leave the phase some digits
 
@@ -88,7 +96,7 @@ def simulate(
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
-    _require(isinstance(system, BrakedDriveline), "system", system, "a BrakedDriveline")
+    check_instance("system", system, BrakedDriveline)
     method = choose_method(system, method)
     task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)
@@ -130,8 +138,7 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     set_valued = isinstance(system.friction, SetValuedFriction)
     if method is None:
         return "exact" if set_valued else "smooth"
-    if method not in METHODS:
-        raise InputError(f"method = {method!r}: not known. {nearest(str(method), METHODS)}")
+    check_choice("method", method, METHODS)
     name = type(system.friction).__name__
     if method == "exact" and not set_valued:
         raise InputError(
@@ -161,25 +168,25 @@ def _task(
             f"duration = {duration!r} and periods = {periods!r}: give exactly one of them,"
             " for example duration=25.0 (seconds) or periods=250 (of the torque)."
         )
-    _number("start_time", start_time, 0.0, min(1e12, _MAX_PHASE * clock.period))
+    check_number("start_time", start_time, 0.0, min(1e12, _MAX_PHASE * clock.period))
     angle, velocity = check_state("initial", initial)
     number, rest = clock.split(start_time)
     start = (int(number), float(rest))
     if periods is not None:
-        _whole("periods", periods, _MAX_PERIODS)
+        periods = check_whole("periods", periods, 1, _MAX_PERIODS)
         end = (start[0] + periods, start[1])
     else:
         assert duration is not None  # noqa: S101 - one of the two is given, checked above
-        _number(
+        check_number(
             "duration", duration, 0.0, _MAX_PERIODS * clock.period,
-            " It is in seconds, at most 5000000 periods of the torque at once; go on from the"
+            why=" It is in seconds, at most 5000000 periods of the torque at once; go on from the"
             " final state with initial and start_time.",
         )  # fmt: skip
         number, rest = clock.split(start_time + duration)
         end = (int(number), float(rest))
     stop = float(clock.join(*end))
     if times is None:
-        _whole("samples_per_period", samples, _MAX_SAMPLES)
+        check_whole("samples_per_period", samples, 1, _MAX_SAMPLES)
         count = max(1, math.ceil((stop - start_time) / clock.period * samples - 1e-6))
         if count > _MAX_SAMPLES:
             raise InputError(
@@ -194,18 +201,21 @@ def _task(
 
 def check_limits(rtol: Any, step: Any, max_events: Any, max_steps: Any) -> None:
     """Refuse, with ``InputError``, what no solver can work with."""
-    _number("rtol", rtol, 1e-13, 1e-2, " Smaller asks for more accuracy than doubles have.")
-    _number("step", step, 1e-9, 1.0)
-    _whole("max_events", max_events)
-    _whole("max_steps", max_steps)
+    more = " Smaller values ask for more accuracy than floating-point numbers have."
+    check_number("rtol", rtol, 1e-13, 1e-2, why=more)
+    check_number("step", step, 1e-9, 1.0)
+    check_whole("max_events", max_events, 1, _MOST_STEPS)
+    check_whole("max_steps", max_steps, 1, _MOST_STEPS)
 
 
 def check_state(name: str, state: Any) -> tuple[float, float]:
     """A state as two floats; raises ``InputError`` for anything else."""
-    pair = isinstance(state, tuple | list) and len(state) == 2
-    _require(pair, name, state, "two numbers, angle [rad] and velocity [rad/s]")
-    angle = _number(f"{name}[0]", state[0], -1e12, 1e12)
-    return angle, _number(f"{name}[1]", state[1], -1e12, 1e12)
+    if not isinstance(state, tuple | list) or len(state) != 2:
+        raise InputError(
+            f"{name} = {shown(state)}: must be two numbers, angle [rad] and velocity [rad/s]."
+        )
+    angle = check_number(f"{name}[0]", state[0], -_FARTHEST, _FARTHEST)
+    return angle, check_number(f"{name}[1]", state[1], -_FARTHEST, _FARTHEST)
 
 
 def _wanted(times: ArrayLike, start: float, stop: float) -> FloatArray:
@@ -223,21 +233,3 @@ def _wanted(times: ArrayLike, start: float, stop: float) -> FloatArray:
     if np.any(np.diff(wanted) < 0.0):
         raise InputError("times: must ascend. Sort them, for example with numpy.sort.")
     return np.asarray(np.clip(wanted, start, stop))
-
-
-def _require(fits: bool, name: str, value: object, allowed: str) -> None:
-    if not fits:
-        raise InputError(f"{name} = {value!r}: must be {allowed}.")
-
-
-def _number(name: str, value: Any, low: float, high: float, why: str = "") -> float:
-    plain = isinstance(value, int | float | np.integer | np.floating)
-    if not plain or isinstance(value, bool) or not low <= value <= high:
-        raise InputError(f"{name} = {shown(value)}: must be a number in [{low:g}, {high:g}].{why}")
-    return float(value)
-
-
-def _whole(name: str, value: Any, most: int = 10**12) -> None:
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not 0 < value <= most:
-        raise InputError(f"{name} = {shown(value)}: must be a whole number, 1 to {most}.")

@@ -21,7 +21,7 @@ class Status(Enum):
 
     @classmethod
     def of(cls, outcome: int) -> Status:
-        """Status of a kernel's ``Outcome``."""
+        """Status of the ``outcome`` of a kernel."""
         return cls[Outcome(outcome).name]
 
     @property

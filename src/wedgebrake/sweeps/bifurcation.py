@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance
 from wedgebrake.sweeps.sweep import execute, make_plan, split_options
 
 if TYPE_CHECKING:
@@ -40,8 +41,7 @@ def bifurcation(system: BrakedDriveline, *, follow: bool = False, **options: Any
             " be one, for example eta=np.linspace(-60, 12, 400). For two use regime_map, for any"
             " number sweep."
         )
-    if not isinstance(follow, bool):
-        raise InputError(f"follow = {follow!r}: must be True or False.")
+    check_instance("follow", follow, bool)
     along = next(iter(parameters)) if follow else None
     plan = make_plan("bifurcation", system, parameters, follow=along, **settings)
     return execute(plan, **execution)

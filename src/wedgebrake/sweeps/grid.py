@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.part import shown
 from wedgebrake.model.sweep_settings import INITIAL, MOST_VALUES, refuse_doubled, sweepable
-from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import shown
 from wedgebrake.sweeps.results import VARIABLES
 
 BRANCH = "branch"
@@ -150,8 +150,7 @@ def _axis(system: BrakedDriveline, name: str, given: ArrayLike) -> Axis:
         raise InputError(f"{name}: must lie in [-1e12, 1e12].")
     dim = name
     if name in VARIABLES:
-        owner = next(part for part in PARTS if name in type(getattr(system, part)).model_fields)
-        dim = f"{owner}_{name}"
+        dim = f"{system.owner(name)}_{name}"
     return Axis(name, dim, values, *allowed[name])
 
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, check_whole, shown
 from wedgebrake.solvers.simulate import check_state, choose_method
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
@@ -137,8 +137,7 @@ def make_plan(
     """Return the definition of a sweep after validation of its arguments."""
     from wedgebrake.sweeps.plan import Plan
 
-    if not isinstance(system, BrakedDriveline):
-        raise InputError(f"system = {shown(system)}: must be a BrakedDriveline.")
+    check_instance("system", system, BrakedDriveline)
     chosen = choose_method(system, method)
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
@@ -147,7 +146,7 @@ def make_plan(
             f"follow = {shown(follow)}: must be one of the swept parameters."
             f" {nearest(str(follow), names)}"
         )
-    _require(isinstance(keep_points, bool), "keep_points", keep_points, "True or False")
+    check_instance("keep_points", keep_points, bool)
     return Plan(
         system=system,
         grid=Grid(axes, next((axis.dim for axis in axes if axis.name == follow), None)),
@@ -169,11 +168,11 @@ def execute(
     progress: bool | Report | None = None,
 ) -> xr.Dataset:
     """Compute a plan, in memory or into a store."""
-    _require(isinstance(resume, bool), "resume", resume, "True or False")
+    check_instance("resume", resume, bool)
     if resume and store is None:
         raise InputError("resume = True: needs store, the path of the store to go on with.")
-    whole = isinstance(threads, int) and not isinstance(threads, bool) and 1 <= threads <= 1024
-    _require(threads is None or whole, "threads", threads, "a whole number, 1 to 1024")
+    if threads is not None:
+        check_whole("threads", threads, 1, 1024)
     if client is not None and not hasattr(client, "submit"):
         raise InputError(
             f"client = {shown(client)}: must be a distributed.Client (pip install"
@@ -295,8 +294,3 @@ def _memory() -> float:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
         return 8.0 * 2**30
-
-
-def _require(valid: bool, name: str, value: object, allowed: str) -> None:
-    if not valid:
-        raise InputError(f"{name} = {shown(value)}: must be {allowed}.")

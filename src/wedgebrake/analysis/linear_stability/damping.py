@@ -23,8 +23,8 @@ from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
-from wedgebrake.model.part import is_finite, is_number, shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_number
 
 # Relative step of the finite differences for the slope of a smooth law.
 _STEP = 1e-5
@@ -68,11 +68,9 @@ def damping_at(system: BrakedDriveline, speed: float) -> float:
     Returns inf if the brake locks itself at that speed. Raises ``InputError`` if the speed is 0
     or not a finite number.
     """
-    if not is_number(speed) or not is_finite(speed) or speed == 0.0:
-        raise InputError(
-            f"speed = {shown(speed)}: must be a finite number other than 0, the sliding velocity"
-            " in rad/s; at rest the brake holds."
-        )
+    allowed = "a finite number other than 0, the sliding velocity in rad/s; at rest the brake holds"
+    if check_number("speed", speed, allowed=allowed) == 0.0:
+        raise InputError(f"speed = {speed!r}: must be {allowed}.")
     at = Sliding(1 if speed > 0.0 else -1, abs(speed))
     return damping_of(system, at)
 

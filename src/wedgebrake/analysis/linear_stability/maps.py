@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.linear_stability.damping import is_constant
-from wedgebrake.analysis.linear_stability.verdict import check_system, stability
+from wedgebrake.analysis.linear_stability.verdict import stability
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,7 +46,7 @@ def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     """
     import xarray as xr
 
-    check_system(system)
+    check_instance("system", system, BrakedDriveline)
     values = _grid(system, axes)
     sliding = system.brake.radius * abs(system.driveline.drive_speed)
     constant = is_constant(system.friction, sliding)

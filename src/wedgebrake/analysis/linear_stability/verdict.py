@@ -23,11 +23,10 @@ from wedgebrake.analysis.linear_stability.damping import (
     lines_over_slope,
     steady,
 )
-from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Result
-from wedgebrake.model.part import shown
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance
 
 
 @dataclass(frozen=True, repr=False)
@@ -166,7 +165,7 @@ def stability(system: BrakedDriveline) -> Stability:
 
     Raises ``InputError`` if the system is not a ``BrakedDriveline``.
     """
-    check_system(system)
+    check_instance("system", system, BrakedDriveline)
     forward, backward = (_direction(system, side) for side in (1, -1))
     existing = [d for d in (forward, backward) if d.damping is not None]
     etas = [d.margin_eta for d in existing if d.margin_eta is not None]
@@ -322,13 +321,7 @@ def _verdict(system: BrakedDriveline, found: Stability) -> str:
         release = system.actuation.release_speed
         if not found.stable and math.isfinite(release):
             words.append(
-                "Growing vibration is limited at the latest by the release of the actuator, at a"
-                f" sliding speed of {release:.6g} rad/s. Simulate the system to find the motion."
+                "Growing vibration is limited at the latest when the actuator releases, at"
+                f" {release:.6g} rad/s. Run `simulate` to see the motion."
             )
     return " ".join(words)
-
-
-def check_system(system: BrakedDriveline) -> None:
-    """Raise ``InputError`` for anything but a ``BrakedDriveline``."""
-    if not isinstance(system, BrakedDriveline):
-        raise InputError(f"system = {shown(system)}: must be a BrakedDriveline.")

@@ -23,7 +23,7 @@ from wedgebrake.figures.matplotlib.draw import plot
 from wedgebrake.figures.matplotlib.save import image
 from wedgebrake.figures.matplotlib.style import PAGE
 from wedgebrake.model.netcdf import netcdf
-from wedgebrake.model.part import shown
+from wedgebrake.model.validation import shown
 from wedgebrake.solvers.simulate import simulate
 from wedgebrake.sweeps.basins import basins
 from wedgebrake.sweeps.bifurcation import bifurcation

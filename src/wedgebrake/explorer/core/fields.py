@@ -16,8 +16,9 @@ from wedgebrake.explorer.core.state import Desk
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, labels
+from wedgebrake.model.part import Part
 from wedgebrake.model.sweep_settings import INITIAL
+from wedgebrake.model.validation import labels
 
 # Symbol and a word or two, by name.
 _WORDS: dict[str, tuple[str, str]] = {

@@ -11,9 +11,10 @@ from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
 from wedgebrake.explorer.core.state import Desk
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, is_number, labels
+from wedgebrake.model.part import Part
 from wedgebrake.model.study import Run
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.validation import is_number, labels
 
 Span = tuple[float, float]
 

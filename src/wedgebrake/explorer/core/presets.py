@@ -27,9 +27,9 @@ from wedgebrake.model.paper_machines import (
     Case,
     Range,
 )
-from wedgebrake.model.part import shown
 from wedgebrake.model.study import Run, Study
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import shown
 
 START = "start"
 """Name of the preset to begin with."""

@@ -13,11 +13,12 @@ from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS, MOST_SHOW
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, is_finite, is_number, labels, named, shown
+from wedgebrake.model.part import Part
 from wedgebrake.model.study import Run, Study
 from wedgebrake.model.sweep_settings import INITIAL, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import refuse_of_another_kind
+from wedgebrake.model.validation import check_whole, is_finite, is_number, labels, named, shown
 
 Plate = Literal["diagram", "regimes", "stability", "basins"]
 PLATES: tuple[str, ...] = get_args(Plate)
@@ -280,12 +281,8 @@ def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
 
 
 def _check_whole(name: str, value: Any, least: int, most: int) -> None:
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    if not whole or not least <= value <= most:
-        raise InputError(
-            f"{name} = {shown(value)}: must be a whole number, {least} to {most} (a limit of the"
-            " explorer; wb.simulate and wb.sweep go further)."
-        )
+    why = " This is a limit of the explorer; wb.simulate and wb.sweep go further."
+    check_whole(name, value, least, most, why=why)
 
 
 def new_desk(system: BrakedDriveline) -> Desk:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.model.part import shown
+from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,11 +60,8 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
                 f"{name}: no option of the picture {picture.__name__!r}. {nearest(name, allowed)}"
             )
     width = options.get("width", style.PAGE)
-    plain = isinstance(width, int | float) and not isinstance(width, bool)
-    if not plain or not _NARROW <= width <= _WIDE:
-        raise InputError(
-            f"width = {shown(width)}: must be a number of inches, {_NARROW:g} to {_WIDE:g}."
-        )
+    inches = f"a number of inches, {_NARROW:g} to {_WIDE:g}"
+    check_number("width", width, _NARROW, _WIDE, inches)
     try:
         return picture(*arguments, **options)
     except KeyError as error:

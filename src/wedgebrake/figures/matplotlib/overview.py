@@ -16,6 +16,7 @@ from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.history import last_periods
 from wedgebrake.figures.matplotlib import history, phase, section, spectrum, style
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,8 +50,7 @@ def overview(
 
     Raises ``InputError`` for a dataset that is no response or a start outside it.
     """
-    if not isinstance(system, BrakedDriveline):
-        raise InputError(f"system = {system!r}: must be a BrakedDriveline.")
+    check_instance("system", system, BrakedDriveline)
     free = _is_free(system, response)
     periods = None if free else PERIODS
     usual = span(response)[0] if free else steady_start(response)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from wedgebrake.errors import InputError
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.files import write
+from wedgebrake.model.validation import check_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,8 +59,7 @@ def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
 
     Raises ``InputError`` for a width outside 16 to 20000.
     """
-    if not isinstance(width, int) or isinstance(width, bool) or not 16 <= width <= 20_000:
-        raise InputError(f"width = {width!r}: must be a whole number of pixels, 16 to 20000.")
+    check_whole("width", width, 16, 20_000, "a whole number of pixels")
     # Just above, as the size in pixels is cut to whole numbers.
     dpi = width / figure.get_figwidth() * (1.0 + 1e-9)
     with style.use():

@@ -132,7 +132,7 @@ def _safe(low, high, motion, higher, bounds, longest):
     return step, end
 
 
-@compiled
+@inlined
 def slip(piece, forcing, low, high, motion, t_end, work_limit):
     """Move inside a piece until the velocity leaves (low, high) or the time ``t_end`` comes.
 

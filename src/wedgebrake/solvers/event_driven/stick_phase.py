@@ -4,7 +4,7 @@ import math
 
 from wedgebrake.dynamics.enums import SearchEnd
 from wedgebrake.dynamics.harmonic import phase_at, second_rate, wait_above, wait_below
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.jit import compiled, inlined
 from wedgebrake.dynamics.problem import torque_at_rest, torque_rate_at_rest
 from wedgebrake.solvers.event_driven.event_search import Found, Motion
 from wedgebrake.solvers.event_driven.root_exclusion import safe_step
@@ -64,7 +64,7 @@ def _at_moving_angle(driveline, torque, lower, upper, start, t_end, theta):
     return SearchEnd.TIME, t_end
 
 
-@compiled
+@inlined
 def hold(driveline, torque, lower, upper, motion, t_end):
     """Rest until the brake releases or the time ``t_end`` comes; see ``event_search.slip``.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import panel as pn
@@ -74,7 +74,7 @@ class _Section:
         self._facts = pn.pane.HTML(css_classes=["facts"], **style)
         self.view = pn.Column(css_classes=["section"], **style)
 
-    def show(self, rows: list[Row], new: dict[str, Callable[[Row], _Control]]) -> None:
+    def show(self, rows: list[Row], new: Mapping[str, Callable[[Any], _Control]]) -> None:
         """Show rows, with controls made where there are none yet."""
         widgets = [self._heading]
         for row in rows:

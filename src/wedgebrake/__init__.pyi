@@ -1,0 +1,110 @@
+"""The public names, each with its module: ``lazy_loader`` and type checkers read them here."""
+
+from . import paper as paper
+from ._version import __version__
+from .analysis.energy import energy
+from .analysis.linear_stability import stability, stability_map
+from .analysis.motion import Motion, motion
+from .analysis.poincare import poincare
+from .analysis.spectral_peaks import spectral_lines
+from .analysis.spectrum import spectrum
+from .analysis.sticking import sticks
+from .analysis.torque import BrakeTorque, brake_torque
+from .errors import InputError, OutputError, WedgebrakeError
+from .explorer.notebook import explore
+from .figures.matplotlib.draw import plot
+from .model.actuation import Actuation
+from .model.brakes import (
+    BandBrake,
+    Brake,
+    ConventionalBrake,
+    LeadingShoeBrake,
+    LeverBrake,
+    WedgeBrake,
+)
+from .model.characteristic import Characteristic
+from .model.driveline import Driveline
+from .model.excitation import HarmonicTorque
+from .model.friction import (
+    CoulombFriction,
+    CustomFriction,
+    SetValuedFriction,
+    SmoothedFriction,
+    SmoothFriction,
+    TabulatedFriction,
+)
+from .model.groups import Groups
+from .model.part import parameter
+from .model.study import Study, load_study, read_study
+from .model.study_text import save_study
+from .model.system import BrakedDriveline
+from .orbits.branch import Branch, continuation
+from .orbits.branch_point import BranchPoint
+from .orbits.codim2 import boundaries, boundary
+from .orbits.diagram import branches
+from .orbits.orbit import Orbit
+from .orbits.shooting import orbit
+from .solvers.simulate import simulate
+from .solvers.status import Status
+from .sweeps.basins import basins
+from .sweeps.bifurcation import bifurcation
+from .sweeps.regime_map import regime_map
+from .sweeps.sweep import sweep
+
+__all__ = [
+    "Actuation",
+    "BandBrake",
+    "Brake",
+    "BrakeTorque",
+    "BrakedDriveline",
+    "Branch",
+    "BranchPoint",
+    "Characteristic",
+    "ConventionalBrake",
+    "CoulombFriction",
+    "CustomFriction",
+    "Driveline",
+    "Groups",
+    "HarmonicTorque",
+    "InputError",
+    "LeadingShoeBrake",
+    "LeverBrake",
+    "Motion",
+    "Orbit",
+    "OutputError",
+    "SetValuedFriction",
+    "SmoothFriction",
+    "SmoothedFriction",
+    "Status",
+    "Study",
+    "TabulatedFriction",
+    "WedgeBrake",
+    "WedgebrakeError",
+    "__version__",
+    "basins",
+    "bifurcation",
+    "boundaries",
+    "boundary",
+    "brake_torque",
+    "branches",
+    "continuation",
+    "energy",
+    "explore",
+    "load_study",
+    "motion",
+    "orbit",
+    "paper",
+    "parameter",
+    "plot",
+    "poincare",
+    "read_study",
+    "regime_map",
+    "save_study",
+    "simulate",
+    "spectral_lines",
+    "spectrum",
+    "stability",
+    "stability_map",
+    "sticks",
+    "sweep",
+]

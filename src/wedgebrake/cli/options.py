@@ -1,0 +1,222 @@
+"""Arguments and options that the commands take, with their help. Imports nothing heavy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def _option(metavar: str, text: str, *names: str) -> Any:
+    return typer.Option(*names, metavar=metavar, help=text)
+
+
+def _set(settings: str) -> Any:
+    return _option(
+        "NAME=VALUE",
+        "Change one value of the study, written as in the file: a parameter (inertia=2), a group"
+        f" (F0=0.05) or {settings}. Repeatable.",
+        "--set",
+    )
+
+
+StudyPath = Annotated[Path, typer.Argument(metavar="STUDY.toml", help="Study file.")]
+Changes = Annotated[list[str] | None, _set("a run setting (periods=50)")]
+SweepChanges = Annotated[
+    list[str] | None,
+    _set(
+        "a setting of [run] or [sweep] (initial=[0.01, 0.0], limit=5000, keep_points=false)",
+    ),
+]
+OrbitChanges = Annotated[
+    list[str] | None, _set("a setting of [run] (initial=[0.01, 0.0], rtol=1e-9)")
+]
+_EXACT_OR_SMOOTH = (
+    "Solver: exact (default for Coulomb and tabulated friction)"
+    "{} smooth (default for smooth friction laws){}."
+)
+Method = Annotated[
+    str | None, _option("NAME", _EXACT_OR_SMOOTH.format(",", " or ode14x (the paper's fixed step)"))
+]
+OrbitMethod = Annotated[str | None, _option("NAME", _EXACT_OR_SMOOTH.format(" or", ""))]
+PaperMethod = Annotated[
+    str,
+    _option(
+        "NAME",
+        "Solver of the runs: smooth (smoothed friction, adaptive), exact (Coulomb friction) or"
+        " ode14x (smoothed friction, the paper's fixed step; slow).",
+    ),
+]
+AsJson = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        help="Print one JSON object on standard output and nothing else. Infinite numbers are the"
+        ' strings "inf" and "-inf".',
+    ),
+]
+Threads = Annotated[int | None, _option("N", "Number of threads; default one for each processor.")]
+
+# Files.
+_SUFFIX = "; the suffix (.png, .svg or .pdf) sets the format."
+RunData = Annotated[
+    Path | None,
+    _option(
+        "RUN.nc",
+        "Write the response as netCDF: time history, events, sticks and Poincare points, with"
+        " units.",
+    ),
+]
+RunPicture = Annotated[
+    Path | None,
+    _option("RUN.png", "Draw history, phase portrait, Poincare section and spectrum" + _SUFFIX),
+]
+SweepData = Annotated[
+    Path | None, _option("DATA.nc", "Write the complete result as netCDF, with units.")
+]
+SweepPicture = Annotated[
+    Path | None,
+    _option("PICTURE.png", "Draw the bifurcation diagram, map or basins" + _SUFFIX),
+]
+OrbitData = Annotated[
+    Path | None,
+    _option(
+        "DATA.nc",
+        "Write the branches as netCDF, with units. (The points of boundaries are in --json.)",
+    ),
+]
+OrbitPicture = Annotated[
+    Path | None,
+    _option(
+        "PICTURE.png",
+        "Draw branches, stable and unstable, and bifurcations, or with --and the boundaries"
+        + _SUFFIX,
+    ),
+]
+Folder = Annotated[
+    Path | None,
+    _option("FOLDER", "Folder of the files; default paper. It is created if necessary."),
+]
+PictureKind = Annotated[str, _option("KIND", "Format of the figures: png, svg or pdf.", "--format")]
+NewStudy = Annotated[
+    Path | None,
+    _option("STUDY.toml", "Write the example to this new file instead of printing it."),
+]
+
+# Of sweep.
+Over = Annotated[
+    list[str] | None,
+    _option(
+        "NAME=VALUES",
+        "Sweep this instead of the axes in [sweep]: a parameter (inertia), a group (eta, f, F0,"
+        " alpha), initial_angle or initial_velocity. The values are FROM:TO:COUNT in equal steps"
+        " (eta=-60:12:400), FROM:TO:COUNT:log in equal ratios (F0=0.01:0.2:100:log), or a list"
+        " (F0=0.03,0.036,0.05). Repeatable: several parameters span a grid, with its dimensions in"
+        " this order.",
+    ),
+]
+Transient = Annotated[
+    str | None,
+    _option(
+        "N|auto",
+        "Number of torque periods discarded as transient (default 200), or auto: wait until each"
+        " point has settled (default for basins), at most limit periods (--set limit=20000).",
+    ),
+]
+Periods = Annotated[
+    int | None,
+    _option(
+        "N",
+        "Last torque period of the evaluation (default 250); with --transient auto, number of"
+        " periods evaluated once a point has settled (default 50).",
+    ),
+]
+Follow = Annotated[
+    str | None,
+    _option(
+        "NAME",
+        "Start each point where its neighbour along this parameter ended, once upwards and once"
+        " downwards: branches that differ show hysteresis.",
+    ),
+]
+Store = Annotated[
+    Path | None,
+    _option(
+        "RUN.zarr",
+        "Keep the points in this folder (zarr) as they are computed, so that nothing is lost if"
+        " the sweep is interrupted.",
+    ),
+]
+Resume = Annotated[
+    bool, typer.Option("--resume", help="Continue the sweep that is in the store, if there is one.")
+]
+
+# Of continue.
+OrbitOver = Annotated[
+    list[str] | None,
+    _option(
+        "NAME=FROM:TO",
+        "Parameter to follow the motion over: a parameter (inertia) or a group (eta, f, F0,"
+        " alpha). The first orbit is searched for at FROM.",
+        "--over",
+    ),
+]
+Second = Annotated[
+    str | None,
+    _option(
+        "NAME=FROM:TO",
+        "Also follow the bifurcations in a second parameter: the boundaries of the motions in the"
+        " plane of both, which --plot then draws.",
+        "--and",
+    ),
+]
+Order = Annotated[
+    int | None,
+    _option(
+        "N",
+        "Torque periods of the first orbit, which may then be unstable; initial of [run], if"
+        " given, is its starting guess. Default: the motion that settles from initial (or rest).",
+    ),
+]
+Switch = Annotated[
+    int,
+    _option(
+        "N",
+        "How many times to follow branches that leave a branch, as at period doublings; 0: the"
+        " first branch alone.",
+    ),
+]
+Step = Annotated[float, _option("SHARE", "Longest step along a branch, as a share of the range.")]
+Points = Annotated[int, _option("N", "Largest number of points of a branch.")]
+Beneath = Annotated[
+    int | None,
+    _option(
+        "N",
+        "Columns of simulated points beneath the picture, as sweep draws them; 0 for none; with"
+        " --and a map of N by N cells. Default: 200 beneath branches of the method exact, else"
+        " none.",
+    ),
+]
+
+# Of app.
+Port = Annotated[int, _option("N", "Port to listen on; 0 takes any free one.")]
+Address = Annotated[
+    str,
+    _option(
+        "HOST",
+        "Address to listen on. By default this machine alone; 0.0.0.0 for all that can reach it.",
+    ),
+]
+Allow = Annotated[
+    list[str] | None,
+    _option(
+        "HOST:PORT",
+        "Name of the page in the browser's address line, if it is not this machine's own name:"
+        " HOST, or HOST:PORT. Repeatable.",
+        "--allow",
+    ),
+]
+Browser = Annotated[
+    bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")
+]

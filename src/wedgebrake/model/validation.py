@@ -1,0 +1,240 @@
+"""Validation by pydantic: one check for each kind of argument, and its errors in our words.
+
+Every message has one form: the argument, its value, what is allowed, and the way out, as in
+"periods = 0: must be a whole number, 1 to 1000." ``check_number``, ``check_whole``,
+``check_instance`` and ``check_choice`` check an argument of a public function; ``explain`` words
+what pydantic finds wrong in a ``Part``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from functools import lru_cache
+from typing import Annotated, Any, TypeVar, get_args
+
+import numpy as np
+from pydantic import Field, TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from wedgebrake.errors import InputError, nearest
+
+_T = TypeVar("_T")
+SECONDS = "a finite number of seconds, or None"
+# Most lines of an error message.
+_MOST_LINES = 8
+_RIGHT_ANGLE = math.pi / 2
+
+
+def plain(value: Any) -> Any:
+    """Convert a NumPy scalar to the number of Python that it is; leave anything else alone."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def check_number(
+    name: str,
+    value: Any,
+    low: float = -math.inf,
+    high: float = math.inf,
+    allowed: str = "",
+    why: str = "",
+) -> float:
+    """Return a finite number in [low, high] as a float.
+
+    allowed : what the value must be; by default the interval
+    why     : a further sentence, after a space
+
+    Raises ``InputError`` for anything else; True and False are no numbers.
+    """
+    allowed = allowed or f"a number in [{low:g}, {high:g}]"
+    return float(_checked(float, name, value, low, high, f"{allowed}.{why}"))
+
+
+def check_whole(
+    name: str, value: Any, least: int, most: int, what: str = "a whole number", why: str = ""
+) -> int:
+    """Return a whole number from ``least`` to ``most`` as an int; see ``check_number``."""
+    return int(_checked(int, name, value, least, most, f"{what}, {least} to {most}.{why}"))
+
+
+def _checked(kind: type, name: str, value: Any, low: Any, high: Any, allowed: str) -> Any:
+    try:
+        return _adapter(kind, low, high).validate_python(plain(value))
+    except ValidationError:
+        raise InputError(f"{name} = {shown(value)}: must be {allowed}") from None
+
+
+@lru_cache(maxsize=128)
+def _adapter(kind: Any, low: Any, high: Any) -> TypeAdapter[Any]:
+    finite = {"allow_inf_nan": False} if kind is float else {}
+    return TypeAdapter(Annotated[kind, Field(strict=True, ge=low, le=high, **finite)])
+
+
+def check_instance(name: str, value: _T, kind: Any, allowed: str = "") -> _T:
+    """Return an instance of a class, or of a union of classes; ``allowed`` describes it."""
+    if not isinstance(value, kind):
+        what = allowed or ("True or False" if kind is bool else f"a {kind.__name__}")
+        raise InputError(f"{name} = {shown(value)}: must be {what}.")
+    return value
+
+
+def check_choice(name: str, value: Any, allowed: Collection[str]) -> str:
+    """Return one of the allowed words."""
+    if not isinstance(value, str) or value not in allowed:
+        raise InputError(f"{name} = {shown(value)}: not known. {nearest(str(value), allowed)}")
+    return value
+
+
+def is_number(value: object) -> bool:
+    """Return True for a number of Python or NumPy; True and False are none."""
+    number = isinstance(value, int | float | np.integer | np.floating)
+    return number and not isinstance(value, bool)
+
+
+def is_finite(value: Any) -> bool:
+    """Return True if a number lies among the finite floats."""
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer beyond all floats
+        return False
+
+
+def shown(value: object) -> str:
+    """Return a value as it was given, on one line, shortened if it is long."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # thousands of digits, or of nested tables
+        return f"({type(value).__name__} too long to show)"
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def named(name: str) -> str:
+    """Return a name as it was given, in quotation marks if it is not a plain word."""
+    word = name.replace("-", "").replace("_", "").isalnum() and len(name) <= 60
+    return name if word and name.isascii() else shown(name)
+
+
+def as_typed(text: str) -> str:
+    """Return a word of the command line as it was typed, if that is one short printable line."""
+    return text if text.isprintable() and len(text) <= 60 else shown(text)
+
+
+def labels(field: FieldInfo) -> dict[str, Any]:
+    """Return the symbol, SI unit and example of a field, as far as it has them."""
+    return field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+
+
+def explain(error: ValidationError, table: str, fields: Mapping[str, FieldInfo]) -> str:
+    """Word a validation error: one line for each wrong field, the first few of them.
+
+    table  : what stands before the names, as "driveline"; "" for nothing
+    fields : of the model
+    """
+    details = [
+        detail
+        for detail in error.errors(include_url=False)
+        if detail["type"] != "default_factory_not_called"  # it follows from another one
+    ]
+    # A misspelt name first: it explains what is missing.
+    details.sort(key=lambda detail: detail["type"] != "extra_forbidden")
+    lines = [_line(detail, table, fields) for detail in details[:_MOST_LINES]]
+    if len(details) > _MOST_LINES:
+        lines.append(f"... and {len(details) - _MOST_LINES} more.")
+    return "\n".join(lines)
+
+
+def _line(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) -> str:
+    location, kind, value = detail["loc"], detail["type"], detail["input"]
+    name = _path(table, location)
+    field = fields.get(str(location[0])) if location else None
+    way_out = _way_out(field)
+    if kind == "extra_forbidden":
+        return f"{name}: no such parameter. {nearest(str(location[-1]), fields)}"
+    if kind == "value_error":
+        why = str(detail["ctx"]["error"])
+        return f"{name} = {shown(value)}: {why}{way_out}" if location else why
+    if kind == "missing" and len(location) == 1:
+        return f"{name}: missing.{way_out}"
+    if kind == "missing":  # in a list of fixed length; the input is the list
+        name = _path(table, location[:-1])
+    allowed = _allowed(detail, field)
+    return f"{name} = {shown(value)}: must be {allowed}.{_slip(kind, location, value)}{way_out}"
+
+
+def _path(table: str, location: tuple[int | str, ...]) -> str:
+    """Where a value stands: table.name, or table.name[index]."""
+    text = table
+    for step in location:
+        text += f"[{step}]" if isinstance(step, int) else f".{named(step)}"
+    return text.removeprefix(".")
+
+
+def _way_out(field: FieldInfo | None) -> str:
+    """The meaning of a parameter, its unit, and an example."""
+    if field is None:
+        return ""
+    if not field.description:
+        return f" Give one of class {getattr(field.annotation, '__name__', '')}."
+    extra = labels(field)
+    unit, example = extra.get("unit", "1"), extra.get("example")
+    text = f" Meaning: {field.description}"
+    if unit not in ("1", "-") and f"[{unit}]" not in text:
+        text += f" in {unit}"
+    if example is not None and not isinstance(example, bool):
+        text += f", for example {example}"
+    return text + "."
+
+
+_RANGES = {"gt": "greater than", "ge": "at least", "lt": "below", "le": "at most"}
+_KINDS = {
+    "finite_number": "a finite number (not nan, not inf)",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "tuple_type": "a list of numbers, [a, b, ...]",
+}
+
+
+def _allowed(detail: ErrorDetails, field: FieldInfo | None) -> str:
+    kind, context, value = detail["type"], detail.get("ctx", {}), detail["input"]
+    for key, words in _RANGES.items():
+        if key in context:
+            return f"{words} {context[key]:.6g}"
+    if kind == "float_type" and isinstance(value, int) and not isinstance(value, bool):
+        return "a finite number (at most 1.8e308)"
+    if kind in ("missing", "too_long", "too_short"):
+        return _length(context, field)
+    if kind == "literal_error":
+        return str(context["expected"])
+    words = detail["msg"].removeprefix("Input should be ")
+    return _KINDS.get(kind, words[0].lower() + words[1:])
+
+
+def _length(context: Mapping[str, Any], field: FieldInfo | None) -> str:
+    """The allowed length of a list."""
+    items = get_args(field.annotation) if field is not None else ()
+    if items and items[-1] is not Ellipsis:
+        return f"a list of {len(items)} values"
+    bounds = {"min_length": "at least", "max_length": "at most"}
+    words = [f"{word} {context[key]}" for key, word in bounds.items() if key in context]
+    return f"a list of values, {' and '.join(words)} of them"
+
+
+def _slip(kind: str, location: tuple[int | str, ...], value: object) -> str:
+    """A hint at a likely slip: of unit, or of quotation marks."""
+    name = str(location[-1]) if location else ""
+    if isinstance(value, str):
+        if kind in ("float_type", "int_type"):
+            return " Write the number without quotation marks or units."
+        return " Write it without quotation marks." if kind == "bool_type" else ""
+    if not isinstance(value, int | float):
+        return ""
+    if name in ("angle", "wrap_angle") and 2.0 <= value <= 1000.0:
+        radians = math.radians(value)
+        if name == "wrap_angle" or radians < _RIGHT_ANGLE:
+            return f" {value:g} looks like degrees: write {radians:.6g}."
+    if name in ("kinetic", "static") and 5.0 < value <= 100.0:
+        return f" {value:g} looks like percent: write {value / 100.0:g}."
+    return ""
