@@ -15,11 +15,12 @@ DESK = preset("start").desk()
 def test_a_slider_moves_everything_that_follows(screen):
     before, drawn = screen.shown(), screen.pixels(screen.card("history"))
     screen.drag("eta", 0.95, release=False)
-    # In the hand already, numbers, verdict and pictures follow.
+    # Numbers, verdict and pictures follow while the slider is still held.
     screen.after(before)
+    screen.tone("good")
+    screen.still()
     eta = screen.number("eta")
     assert 0 < eta < 12
-    screen.tone("good")
     assert screen.number("slope") == pytest.approx(eta / 0.6, rel=1e-4)
     screen.page.mouse.up()
     screen.tile("forward", "good")

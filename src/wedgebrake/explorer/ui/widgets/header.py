@@ -87,12 +87,12 @@ class Header:
         self._presets = Select(groups=groups, value="", css_classes=["preset"], width=280, **shared)
         self._files = pn.Row(self._file(), css_classes=["files"], **self._style)
         exports = pn.widgets.MenuButton(
-            name="Export", items=_EXPORTS, css_classes=["export"], **self._style
+            label="Export", items=_EXPORTS, css_classes=["export"], **self._style
         )
-        save = pn.widgets.Button(name="Save", css_classes=["save"], **self._style)
+        save = pn.widgets.Button(label="Save", css_classes=["save"], **self._style)
         self._law = pn.widgets.RadioButtonGroup(css_classes=["law"], **self._style)
         self._ghost = Checkbox(
-            name="conventional brake behind", css_classes=["comparison"], **shared
+            label="conventional brake behind", css_classes=["comparison"], **shared
         )
         self._busy = pn.pane.HTML(css_classes=["busy"], **self._style)
         self._download = pn.widgets.FileDownload(

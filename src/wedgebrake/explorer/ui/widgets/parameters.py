@@ -135,7 +135,7 @@ class _Choice(_Control):
         super().__init__(row, *args)
         options = {words: kind for kind, words in row.choices}
         self._select = self._add(
-            Select, "wide", f"input-{row.name}", name=row.title, options=options, value=row.value
+            Select, "wide", f"input-{row.name}", label=row.title, options=options, value=row.value
         )
         self._select.param.watch(lambda event: self._edit(row.name, event.new, False), "value")
 
@@ -148,7 +148,7 @@ class _Switch(_Control):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         self._box = self._add(
-            Checkbox, "wide", f"input-{row.name}", name=row.title, value=row.value
+            Checkbox, "wide", f"input-{row.name}", label=row.title, value=row.value
         )
         self._box.param.watch(lambda event: self._edit(row.name, event.new, False), "value")
 
@@ -166,7 +166,7 @@ class _List(_Control):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         name = row.title if "wide" in self.place else ""
-        self._input = self._add(Input, *self.place, f"input-{row.name}", name=name)
+        self._input = self._add(Input, *self.place, f"input-{row.name}", label=name)
         self._input.styles = {"--unit": f'"{row.unit}"'}
         self._input.param.watch(self._typed, "value")
 
@@ -200,7 +200,7 @@ class _Number(_List):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         self._slider = self._add(
-            Slider, f"slider-{row.name}", name=row.title, show_value=False, tooltips=False,
+            Slider, f"slider-{row.name}", label=row.title, show_value=False, tooltips=False,
             start=row.low, end=row.high, value=row.low,
         )  # fmt: skip
         self.widgets.reverse()
