@@ -45,7 +45,7 @@ class BranchPoint(Result, OrbitSolution):
         arclength: float = 0.0,
         bifurcation: Bifurcation | None = None,
     ) -> BranchPoint:
-        """The point of a branch for a solution of its equations; raises ``NoOrbitError``.
+        """The point of a branch for a solution of its equations.
 
         direction, arclength : of the branch at the solution
         bifurcation          : None for an ordinary point
