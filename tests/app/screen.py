@@ -88,9 +88,8 @@ class Screen:
     def refused(self, words: str) -> None:
         """Wait for a notice that has some words, and dismiss what there is."""
         self("notice").filter(has_text=words).first.wait_for()
-        while self("dismiss").count():
-            self("dismiss").first.click(force=True, timeout=5000)
-            self.page.wait_for_timeout(350)
+        self("dismiss").evaluate_all("(all) => all.forEach((one) => one.click())")
+        self.page.wait_for_function("() => !document.querySelector('.notyf__message')")
 
     def place(self, name: str) -> float:
         """The place of a slider's handle, as a share of its way."""

@@ -12,7 +12,7 @@ from bokeh.document import Document
 import wedgebrake as wb
 from wedgebrake.explorer.core.snapshot import Moment, look
 from wedgebrake.explorer.core.state import Desk, new_desk
-from wedgebrake.explorer.ui.widgets.brake_animation import Stage
+from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.figures.bokeh import chart as charts
 from wedgebrake.figures.bokeh.history import HistoryChart
 from wedgebrake.figures.bokeh.phase import PhaseChart
@@ -215,9 +215,9 @@ class TestEarlyEnds:
 def test_the_animation_gets_a_small_state(desk, brake):
     desk = desk.edited(brake=brake)
     moment = look(desk)
-    stage = Stage()
+    stage = BrakeAnimation()
     stage.show(desk, moment)
     assert len(json.dumps(stage.state, allow_nan=False)) < 500
-    assert stage.state["kind"] == brake
+    assert stage.state["name"] == stage.state["schematic"] == brake
     time = moment.figures.history.time
     assert time[0] < stage.state["first"] < time[-1]

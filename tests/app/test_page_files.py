@@ -64,7 +64,6 @@ def test_a_study_with_a_sweep_opens_its_picture(screen):
 
 
 HOSTILE = {
-    "empty.toml": ("", ["empty.toml"]),
     "broken.toml": ("[brake\nkind = wedge", ["broken.toml"]),
     "picture.toml": (bytes(range(256)) * 40, ["picture.toml"]),
     "zeros.toml": (b"\0" * 5000, ["zeros.toml"]),

@@ -56,7 +56,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "periods": ("", "periods run"),
     "shown": ("", "periods shown"),
     "initial_angle": ("θ₀", "start angle"),
-    "initial_velocity": ("θ′₀", "start velocity"),
+    "initial_velocity": ("θ\N{PRIME}₀", "start velocity"),
 }
 _KINDS = {
     "leading-shoe": "leading shoe",
