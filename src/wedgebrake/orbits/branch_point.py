@@ -63,7 +63,7 @@ class BranchPoint(Result, OrbitSolution):
 
     @property
     def can_be_followed(self) -> bool:
-        """Whether it is a bifurcation that ``wb.boundary`` can follow over a second parameter."""
+        """True for a bifurcation that ``wb.boundary`` can follow over a second parameter."""
         found = self.bifurcation
         if found is None or not found.kind.can_be_followed(self.problem.method):
             return False
@@ -72,7 +72,7 @@ class BranchPoint(Result, OrbitSolution):
 
     @property
     def stable(self) -> bool:
-        """Whether small deviations die out."""
+        """True if small deviations decay."""
         return abs(self.multipliers[0]) < 1.0
 
     @property
