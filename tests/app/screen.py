@@ -189,8 +189,9 @@ class Screen:
         box = inside.crop((int(left) + 3, int(top) + 3, int(right) - 2, int((top + bottom) / 2)))
         pixels = np.asarray(box).astype(int)
         dark = (pixels.sum(axis=2) < 450).mean(axis=0)
-        assert dark.max() > 0.9, "no line of the present value"
-        return (float(np.flatnonzero(dark > 0.9).mean()) + 3.0) / (right - left)
+        assert dark.max() > 0.7, "no line of the present value"
+        line = np.flatnonzero(dark > 0.9 * dark.max())  # points may lie over it
+        return (float(line.mean()) + 3.0) / (right - left)
 
     def drag(self, name: str, share: float, steps: int = 12, *, release: bool = True) -> None:
         """Drag the handle of a slider to a share of its way with the mouse."""

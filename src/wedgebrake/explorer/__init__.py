@@ -1,26 +1,28 @@
 """The explorer: a page where sliders move the machine and everything follows.
 
-From the outside in:
+notebook    the page in a notebook cell (``wb.explore``), served by its process
 
-server      one process that gives every browser a page of its own (``wedgebrake app``)
-notebook    the same page in a notebook cell (``wb.explore``), served by its process
-explorer    one page: what is heard changes the desk, what lies on it is computed and shown
-parts/      what the browser draws and hears, one part of the page per file
-parameter_plots  pictures over parameters: what is computed, with its Bokeh figure
+ui/         what needs a browser
+  server          one process that gives every browser a page of its own (``wedgebrake app``)
+  request_filter  requests that are answered, and under which host names
+  session         one page: edits change the current study; motion and plots follow
+  parameter_plots plots over parameters, computed and drawn
+  widgets/        the widgets of the page, one part per file
 
-What they work with, none of which knows a browser:
-
-desk        a study and how it is looked at; every edit gives a new one
-fields      the machine as rows of names, values and ranges
-spans       the range of a parameter: of its slider and of pictures over it
-presets     machines by name
-calls       the run and the open picture as calls of public functions
-filing      studies put on the desk, and what lies there made a study again
-moment      the motion of a desk, as arrays and a verdict's numbers
-judging     periods over which motions are classified
-verdict     the verdict in words
-export      pictures, data, study and program as files
-snippet     the program that computes what is on the screen
-turns       threads that take turns at the work of all pages; the newest wish wins
-limits      what one page may ask for
+core/       what knows no browser
+  state              the current study and its view; every edit gives a new one
+  fields             the machine as rows of names, values and ranges
+  parameter_ranges   ranges of sliders and of plots
+  presets            machines by name
+  studies            study files loaded and saved
+  snapshot           the motion, its class, and the contents of its charts
+  evaluation         periods over which motions are classified
+  verdict            the verdict in words
+  formatting         numbers as text, and back
+  axis, machine      a parameter as an axis, the machine that plots compute with
+  diagram, regimes, stability, basins, attractors, progressive_sweep : plots over parameters
+  calls, program     run and open plot as calls of public functions, and as a program
+  export             pictures, data, study and program as files
+  scheduler          threads shared by all pages; newer work replaces older work
+  limits             limits of one page
 """

@@ -143,7 +143,7 @@ class Header:
         self._download._transfer()
 
     def _said(self, callback: Callable[..., None], *arguments: Any) -> None:
-        if not self._showing and arguments[0]:
+        if not self._showing:
             callback(*arguments)
 
     def _file(self) -> Any:
