@@ -45,8 +45,9 @@ class BranchPoint(Result, OrbitSolution):
         arclength: float = 0.0,
         bifurcation: Bifurcation | None = None,
     ) -> BranchPoint:
-        """The point of a branch for a solution of its equations.
+        """Return the point of a branch for a solution of its equations.
 
+        solution             : orbit at a value of the parameter
         direction, arclength : of the branch at the solution
         bifurcation          : None for an ordinary point
         """
