@@ -93,11 +93,9 @@ class Screen:
 
     def place(self, name: str) -> float:
         """The place of a slider's handle, as a share of its way."""
-        handle = self(f"slider-{name}").locator(".noUi-handle")
-        now, low, high = (
-            float(handle.get_attribute(f"aria-value{one}")) for one in ("now", "min", "max")
-        )
-        return (now - low) / (high - low)
+        slider = self(f"slider-{name}")
+        handle, way = (slider.locator(one).bounding_box() for one in (".noUi-handle", ".noUi-base"))
+        return float((handle["x"] + handle["width"] / 2 - way["x"]) / way["width"])
 
     def type(self, name: str, text: str | float) -> None:
         """Type into an input, and Enter."""

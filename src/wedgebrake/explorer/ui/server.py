@@ -94,6 +94,7 @@ def started(
 
     def page() -> Any:
         pn.config.raw_css = [style_sheet("theme.css")]
+        pn.state.curdoc.title = _TITLE
         if len(pages) >= MOST_SESSIONS:
             return pn.pane.Alert(_FULL)
         opened = new()
