@@ -122,6 +122,7 @@ def answers():
             law = wb.SmoothedFriction(kinetic=system.friction.kinetic)
             smooth = system.replace(friction=law)
             yield f"{name}: smooth response", _response(smooth, initial, rtol=1e-12)
+            yield f"{name}: smooth motion", _motion(smooth, initial)
     for number, one in enumerate(_branches()):
         yield f"branches {number}", one
 

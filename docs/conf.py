@@ -13,7 +13,14 @@ author = "The wedgebrake developers"
 copyright = f"2026, {author}"  # noqa: A001 - the name that Sphinx reads
 version = release = __version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "plain_docstrings", "command_line", "sweep_results"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "plain_docstrings",
+    "command_line",
+    "sweep_results",
+    "mathml",
+]
 exclude_patterns = ["_ext", "**/.ipynb_checkpoints"]
 # The audit is a page of its own, made by `make paper`.
 html_extra_path = ["paper.html"]
@@ -23,6 +30,7 @@ highlight_language = "none"
 smartquotes = False  # -- begins an option, and θ'' is a derivative
 myst_heading_anchors = 3
 myst_enable_extensions = ["dollarmath"]
+html_math_renderer = "mathml"
 # Notebooks are shown as they were committed; a test runs them and compares.
 nb_execution_mode = "off"
 nb_merge_streams = True

@@ -1,4 +1,4 @@
-"""What can go wrong, in words for the person who can mend it."""
+"""Exceptions of the package."""
 
 from __future__ import annotations
 

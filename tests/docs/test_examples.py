@@ -10,6 +10,7 @@ from urllib.request import urlopen
 
 import pytest
 
+import wedgebrake as wb
 from children import started
 
 ROOT = Path(__file__).parents[2]
@@ -45,6 +46,16 @@ def commands(page):
 PROGRAMS = [(page, program) for page in PAGES for program in programs(page)]
 COMMANDS = [(page, line) for page in PAGES for line in commands(page)]
 SERVERS = [(page, line) for page, line in COMMANDS if line.startswith("wedgebrake app")]
+
+
+@pytest.fixture(autouse=True)
+def kinds():
+    """Forget the brakes and friction laws that an example defines."""
+    before = [(table, dict(table)) for table in (wb.Brake.kinds, wb.SmoothFriction.kinds)]
+    yield
+    for table, names in before:
+        table.clear()
+        table.update(names)
 
 
 @pytest.fixture

@@ -25,5 +25,5 @@ def test_the_caption_of_the_adding_sliding_figure_says_where_it_is():
     branch = wb.continuation(start, eta=(-36, script["AFTER"]))
     kinds = {p.bifurcation.kind.value: p.value for p in branch if p.bifurcation}
     text = (DOCS / "theory.md").read_text(encoding="utf-8")
-    [caption] = re.findall(r"at η = −([\d.]+) it touches the end", text)
+    [caption] = re.findall(r"at \$\\eta = -([\d.]+)\$ it touches the end", text)
     assert f"{-kinds['adding-sliding']:.4f}" == caption

@@ -33,7 +33,7 @@ def number(text):
 
 def rows():
     """(words, cells) of the table of limits."""
-    table = PAGE.split("| motion that ends |")[1].split("\n\n")[0]
+    table = PAGE.split("| motion | bifurcation |")[1].split("\n\n")[0]
     found = {}
     for line in table.splitlines()[2:]:
         cells = [cell.strip() for cell in line.strip("|").split("|")]

@@ -21,7 +21,8 @@ def interpret() -> None:
     from wedgebrake.solvers.smooth import simd_codegen
 
     np.seterr(all="ignore")  # compiled code divides by zero without a word
-    jit.compiled = lambda function: function
+    jit.compiled = lambda function, **_options: function
+    jit.inlined = lambda function: function
     jit.compiled_for = lambda _signature: lambda function: function
     simd_codegen.traced = simd_codegen.plain
 

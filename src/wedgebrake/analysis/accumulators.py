@@ -1,4 +1,4 @@
-"""What a logged trajectory adds up to: rest, sticks, heat, peak torque, range of the motion."""
+"""Sums over a logged trajectory: rest, sticks, heat, peak torque, range of the motion."""
 
 import math
 from typing import Any
@@ -196,7 +196,7 @@ def add(problem, log, rows, sums):
 
 
 def sums_of(problem: Problem, log: NDArray[np.record]) -> Any:
-    """What a whole log adds up to: a record of ``SUMS``."""
+    """Return the sums over a whole log, a record of ``SUMS``."""
     sums = empty_sums()
     add(problem, log, log.size, sums)
     return sums

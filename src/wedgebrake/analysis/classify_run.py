@@ -200,7 +200,7 @@ class _Run:
     def _report_sticks(self, share: float, forward: float, backward: float) -> None:
         """Write the share of rest, and the numbers of sticks in the record, into the result."""
         periods, result = self.protocol.recorded, self.result
-        both = (forward > 0) + (backward > 0)
+        both = int(forward > 0) + int(backward > 0)
         result.stick_class = StickClass.NON_STICK_SLIP + both
         if share >= 1.0 - _NO_SLIP:
             result.stick_class = StickClass.AT_REST

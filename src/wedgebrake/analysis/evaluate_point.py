@@ -63,7 +63,7 @@ RESULT = record(
 
 
 class Settings(NamedTuple):
-    """What is run, in periods between returns.
+    """Settings of a run, in periods between returns.
 
     transient  : periods before the record; negative: as many as it takes to settle
     recorded   : periods of the record

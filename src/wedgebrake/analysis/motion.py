@@ -94,7 +94,7 @@ class Motion(Result):
 
     @property
     def settled(self) -> bool:
-        """Whether the class is known: the transient has died, or the run has ended for good."""
+        """True if the class is known: the transient has decayed, or the run has ended for good."""
         return self.kind != "undecided"
 
     def as_dict(self) -> dict[str, Any]:

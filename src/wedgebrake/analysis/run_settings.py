@@ -22,7 +22,7 @@ _MOST = 5_000_000
 
 @dataclass(frozen=True)
 class Protocol:
-    """What is run, left out and recorded, in periods of the torque.
+    """Transient, record and limits of a run, in periods of the torque.
 
     transient : periods before the record, or "auto": as many as it takes to settle
     recorded  : periods of the record, and of the judgement where ``transient`` is a number
@@ -40,7 +40,7 @@ class Protocol:
 
     @property
     def automatic(self) -> bool:
-        """Whether the transient is judged, not assumed."""
+        """True if the transient is determined from the motion."""
         return self.transient == AUTO
 
     @property

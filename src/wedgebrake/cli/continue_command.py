@@ -242,7 +242,7 @@ def _boundaries(
 
 
 def _simulated(order: Order, hear: Callable[[Progress], None]) -> xr.Dataset:
-    """What comes beneath the picture."""
+    """Sweep or map that is drawn beneath the picture."""
     run = order.study.run
     settings: dict[str, Any] = {name: getattr(run, name) for name in _OF_RUN}
     for name, ends in order.ranges.items():

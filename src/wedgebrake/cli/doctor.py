@@ -19,7 +19,7 @@ _WIDTH = 96
 
 
 def examine() -> dict[str, Any]:
-    """What is there, as plain data; ``healthy`` and ``advice`` judge it.
+    """Return the state of the installation as plain data, with ``healthy`` and ``advice``.
 
     An extra of which nothing is installed is no fault; one that is there in part is.
     """

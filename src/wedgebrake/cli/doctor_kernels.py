@@ -93,7 +93,7 @@ def _kernels() -> dict[str, set[str]]:
 
 def _names_in(path: Path) -> Iterator[str]:
     text = path.read_text(encoding="utf-8")
-    for node in ast.walk(ast.parse(text)) if "compiled" in text else ():
+    for node in ast.walk(ast.parse(text)) if "dynamics.jit" in text else ():
         if isinstance(node, ast.FunctionDef):
             if any(map(_compiles, node.decorator_list)):
                 yield f"{path.stem}.{node.name}"
@@ -106,10 +106,10 @@ def _names_in(path: Path) -> Iterator[str]:
 
 
 def _compiles(node: ast.expr) -> bool:
-    """Return True for ``compiled`` and ``compiled_for(signature)``."""
+    """Return True for ``compiled``, ``inlined`` and ``compiled_for(signature)``."""
     if isinstance(node, ast.Call):
         return isinstance(node.func, ast.Name) and node.func.id == "compiled_for"
-    return isinstance(node, ast.Name) and node.id == "compiled"
+    return isinstance(node, ast.Name) and node.id in ("compiled", "inlined")
 
 
 def _cached(folder: Path) -> tuple[set[str], set[str]]:

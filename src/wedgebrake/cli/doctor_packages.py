@@ -1,4 +1,4 @@
-"""What is installed: the packages that wedgebrake needs, and those of its extras."""
+"""Installed versions of the packages that wedgebrake and its extras need."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Package:
 
     @property
     def requirement(self) -> str:
-        """What to tell pip."""
+        """Requirement for pip."""
         return f"{self.name}>={self.needed}" if self.needed else self.name
 
 

@@ -45,7 +45,7 @@ def _interrupt(_: int, frame: FrameType | None) -> NoReturn:
 
 
 class Announcement:
-    """Whether something was compiled."""
+    """Record of whether the compilation has been announced."""
 
     said = False
 

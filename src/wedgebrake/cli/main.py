@@ -113,7 +113,7 @@ def _has_folder() -> bool:
 
 
 def _notes(error: BaseException) -> list[str]:
-    """What a command added to an error."""
+    """Notes that a command added to an error."""
     return getattr(error, "__notes__", [])
 
 

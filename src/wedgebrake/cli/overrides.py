@@ -177,7 +177,7 @@ def _value(text: str, value: str) -> Any:
 
 
 def _word_or_number(text: str, value: str) -> str | float:
-    """What TOML would not have: a bare word (method=smooth), or a number such as .5."""
+    """Parse a value that is not TOML: a bare word (method=smooth), or a number such as .5."""
     if value.replace("-", "").replace("_", "").isalnum() and not value[0].isdigit():
         return value
     try:

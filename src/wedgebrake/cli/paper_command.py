@@ -45,7 +45,7 @@ _WIDTH, _LINE, _LEAST, _INDENT = 100, 120, 60, 4
 
 @dataclass(frozen=True)
 class Order:
-    """What is asked for.
+    """Request of the command line.
 
     figures : names of the figures to draw
     claims  : test the statements; ``report``: and write the report
@@ -64,14 +64,14 @@ class Order:
 
     @property
     def command(self) -> str:
-        """What to say to get the same report."""
+        """Command line that gives the same report."""
         words = ["wedgebrake", "paper", ALL, "--method", self.method, "--out", str(self.folder)]
         return shlex.join(words)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was done.
+    """Files and results of a command.
 
     files    : written, in order
     findings : what came of the statements; None where they were not tested
@@ -147,7 +147,7 @@ def carry_out(order: Order) -> Outcome:
 
 
 def _work(order: Order, laboratory: Laboratory, watch: _Watch) -> tuple[Finding, ...] | None:
-    """What is asked; what came of the statements, if they are tested."""
+    """The request and the results of the statements, if they are tested."""
     do = _everything if order.report else _pieces
     findings = do(order, laboratory, watch)
     if findings is not None:
@@ -288,7 +288,7 @@ def _what_is_kept(written: Sequence[Path]) -> str:
 
 
 def listing() -> str:
-    """What can be asked for, for a person."""
+    """List of figures and reports, as text."""
     width = max(map(len, (*FIGURES, *OTHERS))) + 2
     lines = ["Figures of Chen and Xi (2014) that can be computed:"]
     lines += [_listed(name, figure.caption, width) for name, figure in FIGURES.items()]
@@ -317,7 +317,7 @@ def listing_report() -> dict[str, Any]:
 
 
 def text(outcome: Outcome) -> str:
-    """What was done, for a person."""
+    """Results, as text."""
     lines = []
     if outcome.findings is not None:
         lines += [*map(_line, outcome.findings), "", _summary(outcome.findings)]
@@ -354,7 +354,7 @@ def _summary(findings: Sequence[Finding]) -> str:
 
 
 def report(order: Order, outcome: Outcome) -> dict[str, Any]:
-    """What ``paper --json`` prints."""
+    """Output of ``paper --json``."""
     tested = {} if outcome.findings is None else _claims(order, outcome.findings)
     return {
         "wedgebrake": __version__,
@@ -369,7 +369,7 @@ def report(order: Order, outcome: Outcome) -> dict[str, Any]:
 
 
 def _claims(order: Order, findings: Sequence[Finding]) -> dict[str, Any]:
-    """What stands in ``claims.json``."""
+    """Contents of ``claims.json``."""
     return {
         "wedgebrake": __version__,
         "versions": versions(),

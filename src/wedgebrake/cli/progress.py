@@ -34,7 +34,7 @@ class Watch:
         self.last = progress
 
     def show(self) -> None:
-        """What is new."""
+        """Show new progress since the last call."""
         last = self.last
         if last is not None and last is not self._shown:
             self._shown = last

@@ -29,7 +29,7 @@ class Kind(Enum):
 
     @property
     def of_friction(self) -> bool:
-        """Whether it is discontinuity-induced: a smooth system has none."""
+        """True if it is discontinuity-induced: smooth systems have none."""
         return self.value == "grazing" or self.value.endswith("-sliding")
 
     def can_be_followed(self, method: str) -> bool:
@@ -44,7 +44,7 @@ class Kind(Enum):
 
     @property
     def meaning(self) -> str:
-        """What happens there, as a sentence without its full stop."""
+        """Description of the scenario, a sentence without its full stop."""
         return _MEANINGS[self]
 
 

@@ -177,7 +177,7 @@ class Branch(Result, Iterator[BranchPoint]):
 
     @property
     def jumps(self) -> bool:
-        """Whether its last point is one beyond which the motion jumps."""
+        """True if the motion jumps beyond its last point."""
         last = self.points[-1].bifurcation if len(self.points) > 1 else None
         return last is not None and last.scenario is Scenario.JUMP
 

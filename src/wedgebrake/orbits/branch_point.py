@@ -45,8 +45,9 @@ class BranchPoint(Result, OrbitSolution):
         arclength: float = 0.0,
         bifurcation: Bifurcation | None = None,
     ) -> BranchPoint:
-        """The point of a branch for a solution of its equations; raises ``NoOrbitError``.
+        """Return the point of a branch for a solution of its equations.
 
+        solution             : orbit at a value of the parameter
         direction, arclength : of the branch at the solution
         bifurcation          : None for an ordinary point
         """
@@ -63,7 +64,7 @@ class BranchPoint(Result, OrbitSolution):
 
     @property
     def can_be_followed(self) -> bool:
-        """Whether it is a bifurcation that ``wb.boundary`` can follow over a second parameter."""
+        """True for a bifurcation that ``wb.boundary`` can follow over a second parameter."""
         found = self.bifurcation
         if found is None or not found.kind.can_be_followed(self.problem.method):
             return False
@@ -72,7 +73,7 @@ class BranchPoint(Result, OrbitSolution):
 
     @property
     def stable(self) -> bool:
-        """Whether small deviations die out."""
+        """True if small deviations decay."""
         return abs(self.multipliers[0]) < 1.0
 
     @property

@@ -77,7 +77,7 @@ class OrbitSolution:
 
     @property
     def follows_flow(self) -> bool:
-        """Whether the flow passes through the solution and returns."""
+        """Return True if the flow passes through the solution and returns."""
         growth = abs(self.invariants[0])
         return self.equations.follows_flow(self.unknowns, self.kernel_problem, growth)
 

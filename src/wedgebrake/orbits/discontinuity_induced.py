@@ -68,7 +68,7 @@ class Transition:
         return [(i, one.share) for i, one in enumerate(self.nodes) if one.share is not None]
 
     def effect(self, before: Codes) -> str:
-        """What of the motion begins or ends, in words."""
+        """Describe the part of the motion that begins or ends."""
         if self.jump:
             return ""
         if not self.nodes:

@@ -20,7 +20,7 @@ _FEW_SEGMENTS, MOST_SEGMENTS = 24, 600
 
 
 class OrbitStatus(Enum):
-    """Whether an orbit was found, or why not."""
+    """Outcome of the search for an orbit."""
 
     FOUND = "found"
     NOT_CONVERGED = "not_converged"
@@ -34,7 +34,7 @@ class OrbitStatus(Enum):
 
     @property
     def sentence(self) -> str:
-        """What the status means and what can be done."""
+        """Meaning of the status and a remedy."""
         return _SENTENCES[self]
 
 
@@ -131,7 +131,7 @@ class Orbit(Result):
 
     @property
     def found(self) -> bool:
-        """Whether there is an orbit."""
+        """True if an orbit was found."""
         return self.status is OrbitStatus.FOUND
 
     @property
@@ -141,7 +141,7 @@ class Orbit(Result):
 
     @property
     def stable(self) -> bool:
-        """Whether small deviations die out."""
+        """True if small deviations decay."""
         return abs(self.multipliers[0]) < 1.0
 
     @property

@@ -49,7 +49,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be simulated: from where, to when, seen at which times.
+    """Task of a solver: initial state, end, and times of the samples.
 
     start, end : (period number, time inside the period [s])
     angle, velocity : state at the start [rad], [rad/s]

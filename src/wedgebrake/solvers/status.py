@@ -31,7 +31,7 @@ class Status(Enum):
 
     @property
     def sentence(self) -> str:
-        """What the status means and what can be done."""
+        """Meaning of the status and a remedy."""
         return _SENTENCES[self]
 
 

@@ -1,4 +1,4 @@
-"""What is on the screen as calls of public functions: the run, and the open picture."""
+"""The displayed run and picture as calls of public functions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from wedgebrake.model.part import Part
 
 @dataclass(frozen=True)
 class Picture:
-    """What the open picture shows, as a call of a public function.
+    """Return the call of a public function that computes the open picture.
 
     function : its name
     axes     : parameters with (first, last, number, scale)

@@ -1,4 +1,4 @@
-"""What lies on the desk as a file: pictures, data, the study, a program."""
+"""Export of the current study as pictures, data, a study file or a program."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class File:
 
 
 def export(desk: Desk, kind: str, progress: Progress = _unheard) -> File:
-    """What lies on the desk as a file of a kind; ``FORMATS`` names them.
+    """Return the current study as a file of one of the kinds in ``FORMATS``.
 
     progress : called while a picture is computed, as by ``wb.sweep``; its exceptions end the export
 

@@ -1,4 +1,4 @@
-"""What one page may ask of the machine it runs on (docs/explorer.md, "Limits")."""
+"""Limits of the resources that one page may use (docs/explorer.md, "Limits")."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def span(desk: Desk, name: str) -> Span:
 
 
 def scale(name: str) -> Literal["linear", "log"]:
-    """Whether a parameter goes by equal steps or by equal ratios."""
+    """Return the scale of a parameter, with equal steps or equal ratios."""
     return "log" if name in _LOGARITHMIC else "linear"
 
 

@@ -124,7 +124,7 @@ def _diagrams() -> Iterator[Preset]:
 
 
 def _over(plan: Range) -> str:
-    """What a diagram shows: "wedge over η, −120 to 12"."""
+    """Describe a diagram: "wedge over η, −120 to 12"."""
     ends = f"{plan.low:g} to {plan.high:g}".replace("-", "−")
     return f"{plan.base.brake} over {_SYMBOLS[plan.name]}, {ends}"
 

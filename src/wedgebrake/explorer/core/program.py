@@ -1,4 +1,4 @@
-"""What is on the screen as a Python program."""
+"""The displayed study as a Python program."""
 
 from __future__ import annotations
 

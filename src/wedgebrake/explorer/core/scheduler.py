@@ -236,7 +236,7 @@ class Lane:
         self._lock = threading.Lock()
         self._offered: tuple[_Task, Any] | None = None
         self.task: _Task | None = None
-        """What is wanted now."""
+        """The newest request."""
 
     def start(
         self,
@@ -271,7 +271,7 @@ class Lane:
 
     @property
     def busy(self) -> bool:
-        """Whether work goes on."""
+        """Return True while work continues."""
         return self.task is not None
 
     def offer(self, task: _Task, result: Any) -> None:

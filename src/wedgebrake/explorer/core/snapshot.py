@@ -52,7 +52,7 @@ _ENDINGS = {
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """What a machine does; of a run that ended early, what there is.
+    """Motion of a machine; of a run that ended early, its computed part.
 
     status, message  : how the simulation ended, as in the attributes of a response
     settled          : (r,) velocity over the recorded periods [rad/s]; empty where the run

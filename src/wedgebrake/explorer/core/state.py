@@ -1,4 +1,4 @@
-"""What lies on a user's desk: a study, and how it is looked at. Every edit gives a new desk."""
+"""State of a page: the current study and the view of it. Every edit returns a new state."""
 
 from __future__ import annotations
 

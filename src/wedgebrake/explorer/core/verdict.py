@@ -1,4 +1,4 @@
-"""What the numbers of a moment mean, in plain words and as tiles."""
+"""Verdict on a snapshot, as a sentence and as tiles."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def _state(one: DirectionStability) -> str:
 
 
 def _bound(desk: Desk, moment: Moment) -> str:
-    """What bounds a vibration that grows."""
+    """Describe the limit of a growing vibration."""
     if moment.motion.kind == "diverged":
         return " Nothing bounds the vibration."
     speed = desk.system.actuation.release_speed
@@ -238,7 +238,7 @@ def _cycles(velocity: NDArray[np.float64]) -> float:
 
 
 def _stuck(desk: Desk, motion: Motion) -> bool:
-    """Whether the brake sticks to a turning shaft and nothing breaks it loose."""
+    """Return True if the brake sticks to a turning shaft permanently."""
     return desk.system.driveline.drive_speed != 0.0 and motion.stick_share >= _ALL
 
 
@@ -268,7 +268,7 @@ def _evidence(moment: Moment) -> str:
 
 
 def _help(desk: Desk, motion: Motion) -> str:
-    """What helps where a class could not be told."""
+    """Suggest remedies for an undecided class."""
     rate = motion.largest_exponent
     if rate < -_SLOW and math.isfinite(rate):
         periods = -math.log(1e-5) / -rate * desk.system.excitation.frequency

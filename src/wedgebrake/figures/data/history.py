@@ -28,7 +28,7 @@ _APART = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """What a response does between two times.
+    """Motion of a response between two times.
 
     begin, end         : of the window [s]
     time               : (n,) [s]

@@ -20,7 +20,7 @@ from wedgebrake.figures.style import percent
 
 @dataclass(frozen=True)
 class LegendEntry:
-    """What a colour, line or symbol means; a label may hold formulas as mathtext."""
+    """Entry of a legend: a colour, line or symbol and its label, which may contain mathtext."""
 
     label: str
     style: ClassStyle | LineStyle | MarkerStyle

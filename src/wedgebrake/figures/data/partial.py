@@ -55,7 +55,7 @@ class PartialMap:
 
     @property
     def legend(self) -> list[LegendEntry]:
-        """What the colours and lines mean."""
+        """Entries of the legend."""
         return self.data.legend
 
     @property

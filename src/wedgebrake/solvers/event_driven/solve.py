@@ -123,7 +123,7 @@ def _brake_torque(
 
 
 def _detail(outcome: int, end: float, given: Problem, log: Log, sticks: Sticks) -> str:
-    """What the log adds to the status sentence."""
+    """Detail that the log adds to the status sentence."""
     mode = int(log["mode"][-1])
     if outcome == Outcome.DIVERGED:
         rate = -0.5 * given.brake.pieces["damping"][mode]

@@ -56,7 +56,7 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """What a step gives: at its end, and the series of the motion inside."""
+    """Results of a step: the state at its end and the series of the motion inside."""
 
     size: Any
     angle: Any

@@ -106,7 +106,7 @@ class Header:
             pn.pane.HTML(details, css_classes=["help"], **self._style), self._download,
             css_classes=["header"], sizing_mode="stretch_width", **self._style,
         )  # fmt: skip
-        self._presets.param.watch(lambda event: self._chosen(choose, event.new), "value")
+        self._presets.param.watch(lambda event: self._said(choose, event.new), "value")
         save.on_click(lambda _: export("study"))
         exports.on_click(lambda event: export(event.new))
         self._law.param.watch(lambda event: self._said(edit, "friction", event.new), "value")
@@ -141,10 +141,6 @@ class Header:
         """Hand a file to the browser, which saves it."""
         self._download.param.update(filename=file.name, file=io.BytesIO(file.content))
         self._download._transfer()
-
-    def _chosen(self, choose: Callable[[str], None], preset: str) -> None:
-        if preset:
-            self._said(choose, preset)
 
     def _said(self, callback: Callable[..., None], *arguments: Any) -> None:
         if not self._showing:
