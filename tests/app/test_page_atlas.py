@@ -123,6 +123,7 @@ def test_another_parameter_from_here_to_there(screen):
     screen("axis").select_option("μₖ  kinetic")
     screen.after(drawn, "picture")
     expect(screen("from")).to_have_value("0.05")
+    screen.still()
     assert screen.cursor("plot-diagram") == pytest.approx(0.25 / 0.55, abs=0.003)
     drawn = screen.shown("picture")
     screen("to").fill("0.35")
