@@ -72,7 +72,7 @@ def results() -> dict[str, list[float]]:
         ),
         "steep motion": lambda: judged(
             wb.motion(
-                smooth["smoothed"].replace(F0=0.5, steepness=1e4), periods=2, transient=1, rtol=1e-8
+                smooth["smoothed"].replace(F0=0.5, steepness=1e4), periods=1, transient=0, rtol=1e-8
             )
         ),
         "lanes": lambda: wb.bifurcation(

@@ -72,14 +72,14 @@ def _inside_runge_kutta(method, row, number, tau):  # noqa: ARG001 - one signatu
 @compiled
 def _inside_series(record, row, number, tau):
     """``Inside`` of a step by series, a time tau after it begins; without the torque."""
-    angle, velocity, a = dense_output.inside(record, number, row.size, tau)
+    angle, velocity, a = dense_output.inside(record, number, row.duration, tau)
     return Inside(angle, velocity, a, 0.0)
 
 
 @compiled
 def _runge_kutta_node(method, row, number, part, node, inertia):  # noqa: ARG001 - one signature
     """``Inside`` of a Runge-Kutta step at a node of one of its parts."""
-    tau = row.size * (part + NODES[node]) / PARTS
+    tau = row.duration * (part + NODES[node]) / PARTS
     return _inside_runge_kutta(method, row, number, tau)
 
 
@@ -143,18 +143,18 @@ def _add_step(passed, sums):
     fastest = max(
         problem.torque.angular_frequency, math.sqrt(driveline.stiffness / driveline.inertia)
     )
-    parts = 1 + int(row.size * fastest / _CELL) if linear else PARTS
+    parts = 1 + int(row.duration * fastest / _CELL) if linear else PARTS
     before, time = _inside(passed, 0.0), 0.0
     widen(sums, row.angle, row.velocity)
     for sample in range(parts * NODES.size + 1):
         part, node = sample // NODES.size, sample % NODES.size
-        tau = row.size * (part + NODES[node]) / parts if part < parts else row.size
+        tau = row.duration * (part + NODES[node]) / parts if part < parts else row.duration
         if part < parts and not linear:
             here = _numeric_node(passed.record, row, passed.number, part, node, driveline.inertia)
         else:
             here = _inside(passed, tau)
         if part < parts:
-            sums.heat += row.size / parts * WEIGHTS[node] * here.torque * (here.velocity - rest)
+            sums.heat += row.duration / parts * WEIGHTS[node] * here.torque * (here.velocity - rest)
         widen(sums, here.angle, here.velocity)
         low, high = before.acceleration, here.acceleration
         if (low < 0.0) != (high < 0.0):

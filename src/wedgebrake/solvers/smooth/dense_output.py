@@ -188,7 +188,7 @@ def _expand(record, problem, trail, left):
         lane = number % WIDTH
         _aim(problem, law, row.stretch, row.time, inputs, lane)
         inputs[INPUT.angle, lane], inputs[INPUT.velocity, lane] = row.angle, row.velocity
-        inputs[INPUT.longest_size, lane] = row.size / PARTS
+        inputs[INPUT.longest_size, lane] = row.duration / PARTS
         number += 1
         if lane == WIDTH - 1:
             _all_parts(inputs, series, number // WIDTH - 1)
@@ -243,7 +243,7 @@ def _in_smaller_parts(record, problem, row, part, outputs, lane, deviations):
     outputs : of the part, in a lane
     """
     law, rtol = record.law, problem.tolerances.relative
-    time, rest = row.time + part * row.size / PARTS, row.size / PARTS
+    time, rest = row.time + part * row.duration / PARTS, row.duration / PARTS
     angle, velocity = outputs[OUTPUT.angles, lane], outputs[OUTPUT.velocities, lane]
     inputs, smaller = _loaded(problem, law), np.empty((DENSE_ROWS, WIDTH))
     size = 0.5 * rest

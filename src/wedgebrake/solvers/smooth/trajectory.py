@@ -42,10 +42,10 @@ from wedgebrake.solvers.smooth.steps import (
     open_method,
 )
 
-# The trail has a row for each step: the stretch, the state at its begin, its size; of a
+# The trail has a row for each step: the stretch, the state at its begin, its duration; of a
 # Runge-Kutta step also the velocities of the stages.
 STEP = record(
-    "time angle velocity size", whole="stretch", fields=[("stages", np.float64, (STAGES,))]
+    "time angle velocity duration", whole="stretch", fields=[("stages", np.float64, (STAGES,))]
 )
 
 # First Runge-Kutta step, as a share of the longest one.
@@ -70,16 +70,16 @@ class Ended(NamedTuple):
 
 
 @compiled
-def _write_step(method, row, stretch, before, size):  # noqa: ARG001 - one signature
+def _write_step(method, row, stretch, before, duration):  # noqa: ARG001 - one signature
     """Write a row of the trail."""
-    row.stretch, row.time, row.size = stretch, before.time, size
+    row.stretch, row.time, row.duration = stretch, before.time, duration
     row.angle, row.velocity = before.angle, before.velocity
 
 
 @compiled
-def _write_stages(method, row, stretch, before, size):
+def _write_stages(method, row, stretch, before, duration):
     """Write a row of the trail, with the stages of the last step."""
-    _write_step(method, row, stretch, before, size)
+    _write_step(method, row, stretch, before, duration)
     for i in range(STAGES):
         row.stages[i] = method.stages[i].velocity
 

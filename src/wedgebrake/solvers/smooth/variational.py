@@ -99,10 +99,10 @@ def _through_runge_kutta(method, problem, row, number, deviations):  # noqa: ARG
     slopes, sums = np.empty(STAGES), np.empty(SUMS)
     _torque_slopes(method, row.stages, stretch, slopes)
     fastest = (method.driveline.damping + slopes.max()) / method.driveline.inertia
-    parts = 1 + int(row.size * fastest / _STIFF)
+    parts = 1 + int(row.duration * fastest / _STIFF)
     if parts == 1:
-        return _both_after(method, row.size, slopes, sums, deviations)
-    h, time, angle, velocity = row.size / parts, row.time, row.angle, row.velocity
+        return _both_after(method, row.duration, slopes, sums, deviations)
+    h, time, angle, velocity = row.duration / parts, row.time, row.angle, row.velocity
     a = acceleration_at(method, time, angle, velocity)
     for _ in range(parts):
         end = step(method, time, angle, velocity, a, h)
@@ -127,7 +127,7 @@ def propagate(record, problem, trail, left):
     for row in trail[:left]:
         if problem.stretches[row.stretch].linear:
             piece = problem.pieces[row.stretch]
-            deviations, _ = through_piece(piece, row.size, weight, deviations)
+            deviations, _ = through_piece(piece, row.duration, weight, deviations)
         else:
             deviations = _through_numeric(record, problem, row, number, deviations)
             number += 1
