@@ -263,6 +263,7 @@ def test_extreme_machines_are_answered_in_words(desk, page, monkeypatch, changes
     assert np.all(np.isfinite(history.velocity))
     page.show(moment)
     BrakeAnimation().show(desk, moment)
+    assert page.document.to_json()
     assert len(verdict(desk, moment)["headline"]) > 10
     with contextlib.suppress(wb.InputError):  # told in place of the diagram
         assert next(diagram.work(desk)).known.size > 0

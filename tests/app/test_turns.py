@@ -90,26 +90,6 @@ def test_newer_work_replaces_older_which_is_closed(turns):
     assert seen == ["new"]
 
 
-def test_work_that_nobody_wants_is_closed(turns):
-    closed, running = threading.Event(), threading.Event()
-
-    def endless():
-        try:
-            while True:
-                running.set()
-                time.sleep(0.001)
-                yield 0
-        finally:
-            closed.set()
-
-    lane = turns.lane(directly)
-    lane.start(endless(), lambda _: None, unexpected)
-    assert running.wait(10)
-    lane.stop()
-    assert closed.wait(10)
-    assert not lane.busy
-
-
 def test_a_slow_page_gets_the_newest_result_only(turns):
     calls, seen = [], []
     lane = turns.lane(calls.append)
