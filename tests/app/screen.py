@@ -108,19 +108,15 @@ class Screen:
         return self.page.locator(selector)
 
     def card(self, name: str) -> Any:
-        """A card: history, phase, brake, spectrum, section or plots."""
         return self(f"card.{name}")
 
     def choose(self, name: str) -> None:
-        """Choose a preset."""
         self("preset").select_option(preset(name).title)
 
     def number(self, name: str) -> float:
-        """The number that stands in an input."""
         return float(self(f"input-{name}").input_value())
 
     def values(self, inputs: str = INPUTS) -> list[Any]:
-        """All that stands in some inputs."""
         return self.page.locator(inputs).evaluate_all(  # type: ignore[no-any-return]
             "(all) => all.map((one) => one.type === 'checkbox' ? one.checked : one.value)"
         )
@@ -137,7 +133,6 @@ class Screen:
         return float((handle["x"] + handle["width"] / 2 - way["x"]) / way["width"])
 
     def type(self, name: str, text: str | float) -> None:
-        """Type into an input, and Enter."""
         self(name if name in _ELEMENTS else f"input-{name}").fill(str(text))
         self(name if name in _ELEMENTS else f"input-{name}").press("Enter")
 
@@ -275,5 +270,4 @@ def near(pixels: np.ndarray, colour: str, reach: int = 12) -> np.ndarray:
 
 
 def colours(pixels: np.ndarray) -> int:
-    """How many colours there are."""
     return len(np.unique(pixels.reshape(-1, 3), axis=0))

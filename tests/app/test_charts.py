@@ -239,11 +239,18 @@ EXTREMES = [
 ]  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def used() -> Page:
+    """A page on which other motions have been."""
+    return Page()
+
+
 @pytest.mark.parametrize("changes", EXTREMES, ids=str)
-def test_extreme_machines_are_answered_in_words(desk, page, monkeypatch, changes):
+def test_extreme_machines_are_answered_in_words(desk, used, monkeypatch, changes):
     """By a verdict, charts and a diagram; where a limit is met, where it went."""
-    monkeypatch.setattr("wedgebrake.explorer.core.state.MOST_EVENTS", 20_000)
-    monkeypatch.setattr("wedgebrake.explorer.core.state.MOST_STEPS", 40_000)
+    for module in ("state", "machine"):
+        monkeypatch.setattr(f"wedgebrake.explorer.core.{module}.MOST_EVENTS", 20_000)
+        monkeypatch.setattr(f"wedgebrake.explorer.core.{module}.MOST_STEPS", 40_000)
     monkeypatch.setattr(diagram, "COARSE_POINTS", 4)
     monkeypatch.setattr(diagram, "FINE_POINTS", 4)
     for name, value in changes.items():
@@ -261,9 +268,9 @@ def test_extreme_machines_are_answered_in_words(desk, page, monkeypatch, changes
     for name in ("angle", "velocity", "brake_torque", "drive_torque", "sticking"):
         assert getattr(history, name).shape == history.time.shape
     assert np.all(np.isfinite(history.velocity))
-    page.show(moment)
+    used.show(moment)
     BrakeAnimation().show(desk, moment)
-    assert page.document.to_json()
+    assert used.document.to_json()
     assert len(verdict(desk, moment)["headline"]) > 10
     with contextlib.suppress(wb.InputError):  # told in place of the diagram
         assert next(diagram.work(desk)).known.size > 0

@@ -85,7 +85,9 @@ DESKS = {
     "a band on a turning shaft": preset("band").desk().edited(periods=30),
     "later": Desk.of(wb.Study(wb.paper.system(eta=-6.0), Run(periods=60, start_time=0.123))),
     "as printed": preset("as-printed").desk(),
-    "a fixed step": Desk.of(wb.Study(wb.paper.system(eta=-6.0), Run(periods=20, method="ode14x"))),
+    "a fixed step": Desk.of(
+        wb.Study(wb.paper.system(eta=-6.0), Run(periods=20, method="ode14x"))
+    ).edited(spans={"eta": (-7.0, -5.0)}),
     "a stiff driveline": Desk.of(wb.Study(STIFF, Run(periods=20))),
 }
 

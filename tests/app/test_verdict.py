@@ -3,41 +3,20 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.analysis.linear_stability import Stability
-from wedgebrake.analysis.motion import Motion
+from wedgebrake.analysis.torque import BrakeTorque
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.snapshot import Moment, look
 from wedgebrake.explorer.core.state import Desk, new_desk
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.solvers.status import Status
 
 TILES = ["forward", "backward", "locking", "motion", "sticks", "torque", "share"]
-
-
-@dataclass(frozen=True)
-class Braking:
-    mean: float = 3.2
-    mean_size: float = 38.4
-    peak: float = 333.3
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What the verdict reads of a moment."""
-
-    motion: Motion
-    stability: Stability
-    status: str
-    message: str
-    braking: Braking = Braking()
-    ghost: Any = None
 
 
 _PAPER = wb.paper.system
@@ -61,11 +40,12 @@ MACHINES = {
 
 
 @cache
-def _seen(name: str) -> tuple[Desk, Seen]:
+def _seen(name: str) -> tuple[Desk, Moment]:
     desk = new_desk(MACHINES[name])
-    motion = wb.motion(desk.system, 50, limit=200 if name == "settling" else 2000)
-    status = Status(motion.status)
-    return desk, Seen(motion, wb.stability(desk.system), status.value, status.sentence)
+    seen = replace(look(desk, settle=True), braking=BrakeTorque(3.2, 38.4, 333.3))
+    if name == "settling":
+        seen = replace(seen, motion=wb.motion(desk.system, 50, limit=200))
+    return desk, seen
 
 
 def _said(name: str, **changes) -> dict:
@@ -136,11 +116,11 @@ def test_a_run_that_met_a_limit_says_so():
 
 def test_the_torque_stands_beside_that_of_the_conventional_brake():
     _, seen = _seen("six periods")
-    ghost = replace(seen, braking=Braking(0.0, 29.12, 40.0))
+    ghost = replace(seen, braking=BrakeTorque(0.0, 29.12, 40.0))
     tile = _tile(_said("six periods", ghost=ghost), "torque")
     assert (tile["value"], tile["detail"]) == ("38.4 N m", "conventional: 29.1 N m")
     # Rounding is no mean torque.
-    braking = Braking(1e-17, 2.0, 3.6)
+    braking = BrakeTorque(1e-17, 2.0, 3.6)
     assert "is 0 N m" in _tile(_said("at rest", braking=braking), "torque")["hint"]
 
 

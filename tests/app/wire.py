@@ -91,7 +91,6 @@ class Client:
             await self.set(f"input-{name}", "value", text)
 
     async def load(self, name: str, content: bytes) -> None:
-        """Choose a file."""
         model = {"kind": "ModelChanged", "model": {"id": self.parts["load"]}}
         values = {"value": b64encode(content).decode(), "mime_type": "", "filename": name}
         await self.patch(*({**model, "attr": attr, "new": new} for attr, new in values.items()))
@@ -117,7 +116,6 @@ class Client:
         return self.said[what]
 
     async def patch(self, *events: object) -> None:
-        """Any changes of the document."""
         await self._send({"msgtype": "PATCH-DOC"}, {"events": list(events)})
 
     async def raw(self, text: str | bytes) -> None:
@@ -125,7 +123,6 @@ class Client:
         await self._write(text)
 
     def close(self) -> None:
-        """Leave."""
         self._socket.close()
 
     def vanish(self) -> None:
