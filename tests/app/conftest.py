@@ -1,17 +1,15 @@
 """The explorer as a user meets it: the command started, its page in the real Chromium."""
 
 import pytest
-from browsing import CHROMIUM, FLAGS, PATIENCE, Browsing
-from command import Server
+from browsing import CHROMIUM, FLAGS, PATIENCE, Browsing, Server
 
 
 @pytest.fixture(scope="session")
 def server():
-    """One server for all tests of a worker; each test opens pages of its own."""
+    """One server for all tests of a worker; it lives until the end and complains of nothing."""
     running = Server()
     yield running
-    assert running.process.poll() is None, running.said
-    assert running.stop() == 0, running.said
+    running.stop()
     assert "Traceback" not in running.said, running.said
 
 
@@ -33,53 +31,37 @@ def chromium():
 
 
 @pytest.fixture
-def visit(chromium, server, request):
-    """Open fresh pages: a function that gives a ``Screen`` of a width and height."""
-    browsing = Browsing(chromium, server.url)
+def visit(chromium, request):
+    """Open addresses, each in a browser of its own, as a ``Screen``."""
+    browsing = Browsing(chromium)
     yield browsing.open
     browsing.keep(request.node.name)
     browsing.close()
     assert browsing.complaints == []
 
 
-_FAILED = pytest.StashKey[bool]()
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item, call):
-    report = yield
-    item.stash[_FAILED] = item.stash.get(_FAILED, False) or report.failed
-    return report
-
-
 @pytest.fixture(scope="session")
 def kept(chromium):
     """The page that the tests of a worker share, while nothing has failed on it."""
-    pages = {}
+    pages = []
     yield pages
-    for browsing, _ in pages.values():
+    for browsing, _ in pages:
         browsing.close()
 
 
 @pytest.fixture
 def screen(kept, chromium, server, request):
     """A page of 1440 x 900 pixels with the machine to begin with, after others' tests."""
-    if "page" not in kept:
-        browsing = Browsing(chromium, server.url)
-        kept["page"] = browsing, browsing.open()
-    else:
-        kept["page"][1].begin_again()
-    browsing, shown = kept["page"]
+    failures = request.session.testsfailed
+    if not kept:
+        browsing = Browsing(chromium)
+        kept.append((browsing, browsing.open(server.url)))
+    [(browsing, shown)] = kept
+    shown.begin_again()
     yield shown
     browsing.keep(request.node.name)
     complaints = [*browsing.complaints]
-    if complaints or request.node.stash.get(_FAILED, False):
-        del kept["page"]
+    if complaints or request.session.testsfailed > failures:
+        kept.clear()
         browsing.close()
     assert complaints == []
-
-
-@pytest.fixture
-def page(screen):
-    """The same, as Playwright knows it."""
-    return screen.page

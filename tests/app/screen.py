@@ -4,55 +4,89 @@ from __future__ import annotations
 
 import io
 import re
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 from PIL import Image
 
-from wedgebrake.explorer.core.presets import preset
+from wedgebrake.explorer.core.presets import START, preset
 from wedgebrake.explorer.core.snapshot import look
 from wedgebrake.explorer.core.state import Desk
 from wedgebrake.explorer.core.verdict import verdict
 
 # Colours of the page (app/charts/look.py, plots/style.py) that tests look for.
-FRAME, INK, MOTION, CURSOR = "#C9D0D8", "#1B2430", "#0072B2", "#E69F00"
-GHOST = "#A9B2BD"
+FRAME, MOTION, CURSOR, GHOST = "#C9D0D8", "#0072B2", "#E69F00", "#A9B2BD"
 CARDS = ("history", "phase", "brake", "spectrum", "section", "plots")
+# The inputs of the machine.
+INPUTS = ".parameters :is(input, select)"
 
 _TABS = ("diagram", "regimes", "stability", "basins")
 # Elements of the page by the names that tests give them.
 _ELEMENTS = {
     "preset": ".preset select", "load": ".load input", "save": ".save button",
     "export": ".export button", "comparison": ".comparison input", "help": ".help summary",
-    "notice": ".notyf__message", "dismiss": ".notyf__dismiss-btn", "natural": ".fact-natural",
-    "axis": ".across select", "across": ".across select", "up": ".up select",
-    "quantity": ".quantity select", "from": ".across-from input", "to": ".across-to input",
+    "notice": ".notyf__message", "natural": ".fact-natural",
+    "across": ".across select", "up": ".up select", "quantity": ".quantity select",
+    "from": ".across-from input", "to": ".across-to input",
 }  # fmt: skip
-_STILL = """
-() => new Promise((done) => {
-  const watched = {attributes: true, childList: true, subtree: true, characterData: true};
-  let timer = setTimeout(() => done(), 700);
-  const all = (root, found) => {
-    for (const one of root.querySelectorAll("*")) if (one.shadowRoot) {
-      if (one.className.match?.(/strip|foot/)) found.push(one.shadowRoot);
-      all(one.shadowRoot, found);
+_DISMISS = """
+(all) => {
+  for (const one of all) {
+    one.closest(".notyf__toast").style.display = "none";
+    one.className = "";
+  }
+}
+"""
+# Elements that scroll, or would, inside the page; and those with words of which a part is cut off,
+# without the narrow labels, whose whole words are in titles.
+_FLAWS = """
+() => {
+  const all = [];
+  const walk = (root) => {
+    for (const one of root.querySelectorAll("*")) {
+      all.push(one);
+      if (one.shadowRoot) walk(one.shadowRoot);
     }
-    return found;
   };
-  const watch = new MutationObserver(() => { clearTimeout(timer); timer = setTimeout(done, 700); });
-  for (const root of all(document, [])) watch.observe(root, watched);
-})
+  walk(document);
+  const scrolls = (one) => {
+    if (one === document.scrollingElement || one === document.body) return false;
+    const {overflowX, overflowY} = getComputedStyle(one);
+    const may = (way) => way === "auto" || way === "scroll";
+    return (may(overflowY) && one.scrollHeight > one.clientHeight + 1)
+      || (may(overflowX) && one.scrollWidth > one.clientWidth + 1);
+  };
+  const own = (one) => [...one.childNodes].some((child) => child.nodeType === 3
+    && child.textContent.trim());
+  const cut = (one) => {
+    const {overflowX, visibility} = getComputedStyle(one);
+    const seen = one.checkVisibility() && visibility === "visible" && one.clientWidth > 2;
+    return seen && own(one) && overflowX !== "visible" && one.scrollWidth > one.clientWidth + 1
+      && !["SELECT", "OPTION", "LABEL"].includes(one.tagName)
+      && !one.className.includes("bk-slider-title") && !one.closest("dl");
+  };
+  return all.filter((one) => scrolls(one) || cut(one))
+    .map((one) => `${one.tagName} ${one.className}: ${one.textContent}`);
+}
 """
 
 
 class Screen:
     """A page in the browser, by what stands on it.
 
-    page : Playwright's
+    page   : Playwright's
+    loaded : (address, status) of each response
+    sent   : frames sent over its websocket; heard : those received
     """
 
     def __init__(self, page: Any) -> None:
         self.page = page
+        self.loaded: list[tuple[Any, int]] = []
+        self.sent: list[Any] = []
+        self.heard: list[Any] = []
+        self._first: list[Any] = []
+        self._instant = ""
 
     def __call__(self, name: str) -> Any:
         """The element of a name."""
@@ -74,22 +108,23 @@ class Screen:
         return self.page.locator(selector)
 
     def card(self, name: str) -> Any:
-        """A card: history, phase, brake, spectrum, section or plots."""
         return self(f"card.{name}")
 
     def choose(self, name: str) -> None:
-        """Choose a preset."""
         self("preset").select_option(preset(name).title)
 
     def number(self, name: str) -> float:
-        """The number that stands in an input."""
         return float(self(f"input-{name}").input_value())
 
+    def values(self, inputs: str = INPUTS) -> list[Any]:
+        return self.page.locator(inputs).evaluate_all(  # type: ignore[no-any-return]
+            "(all) => all.map((one) => one.type === 'checkbox' ? one.checked : one.value)"
+        )
+
     def refused(self, words: str) -> None:
-        """Wait for a notice that has some words, and dismiss what there is."""
+        """Wait for a notice that has some words, and put what there is out of sight."""
         self("notice").filter(has_text=words).first.wait_for()
-        self("dismiss").evaluate_all("(all) => all.forEach((one) => one.click())")
-        self.page.wait_for_function("() => !document.querySelector('.notyf__message')")
+        self("notice").evaluate_all(_DISMISS)
 
     def place(self, name: str) -> float:
         """The place of a slider's handle, as a share of its way."""
@@ -98,16 +133,11 @@ class Screen:
         return float((handle["x"] + handle["width"] / 2 - way["x"]) / way["width"])
 
     def type(self, name: str, text: str | float) -> None:
-        """Type into an input, and Enter."""
-        self(f"input-{name}").fill(str(text))
-        self(f"input-{name}").press("Enter")
-
-    def tone(self, tone: str) -> None:
-        """Wait until the verdict is "good", "warn" or "bad"."""
-        self(f"verdict.{tone}").wait_for()
+        self(name if name in _ELEMENTS else f"input-{name}").fill(str(text))
+        self(name if name in _ELEMENTS else f"input-{name}").press("Enter")
 
     def tile(self, name: str, tone: str) -> None:
-        """Wait until a tile of the verdict has a tone."""
+        """Wait until a tile of the verdict is "good", "warn" or "bad"."""
         self(f"tile-{name}.{tone}").wait_for()
 
     def shown(self, what: str = "motion") -> int:
@@ -123,32 +153,41 @@ class Screen:
 
     def still(self) -> None:
         """Wait until nothing new has come for longer than work is put off."""
-        self.page.evaluate(_STILL)
+        count = -1
+        while count != len(self.heard):
+            count = len(self.heard)
+            self.page.wait_for_timeout(700)
 
     def begin_again(self) -> None:
-        """Load the preset to begin with, and show the page as it opened."""
+        """Show the page as it opened, with the preset to begin with."""
         from playwright.sync_api import expect
 
+        self.page.set_viewport_size({"width": 1440, "height": 900})
         self.page.mouse.move(2, 450)
         self.page.evaluate("scrollTo(0, 0)")
-        # What a preset leaves as it is.
-        if self("comparison").is_checked():
-            self("comparison").uncheck()
-        if self("input-shown").input_value() != "12":
-            self.type("shown", 12)
-        self("tab-diagram").click()
-        self.choose("start")
-        expect(self("input-eta")).to_have_value("-24")
-        if self("dismiss").count():
-            self.refused("")
-        self.says(preset("start").desk())
+        everything = ":is(.header, .parameters, .plots) :is(input:not([type=file]), select)"
+        if self.values(everything) != self._first:
+            # What a preset leaves as it is.
+            if self("comparison").is_checked():
+                self("comparison").uncheck()
+            if self("input-shown").input_value() != "12":
+                self.type("shown", 12)
+            self("tab-diagram").click()
+            self.choose(START)
+            expect(self("input-eta")).to_have_value("-24")
+            self.says(preset(START).desk())
+            self._first = self.values(everything)
+            self._instant = self._instant or self("scrub").input_value()
+        self("scrub").fill(self._instant)
+        self("notice").evaluate_all(_DISMISS)
+        expect(self("verdict")).not_to_have_class(re.compile("pending"))
 
     def says(self, desk: Desk) -> None:
         """Wait until the page shows the verdict that a study deserves, computed here."""
         from playwright.sync_api import expect
 
-        wanted = verdict(desk, look(desk, settle=True))
-        expect(self("headline")).to_have_text(wanted["headline"])
+        wanted = verdict(desk, look(desk, settle=True))["headline"]
+        expect(self("headline")).to_have_text(wanted)
         expect(self("verdict")).not_to_have_class(re.compile("pending"))
 
     def pixels(self, element: Any) -> np.ndarray:
@@ -156,7 +195,7 @@ class Screen:
         return np.asarray(Image.open(io.BytesIO(element.screenshot())).convert("RGB"))
 
     def frame(self, name: str) -> tuple[float, float, float, float]:
-        """Where the frame of a chart, or of a picture of the atlas, lies on the page.
+        """Where the frame of a chart, or of a picture over parameters, lies on the page.
 
         Its left, top, right and bottom [px], found by the colour of its lines, or of what fills it.
         """
@@ -179,34 +218,49 @@ class Screen:
         left, top, right, bottom = self.frame(name)
         return round(left + across * (right - left)), round(bottom - up * (bottom - top))
 
-    def cursor(self, name: str) -> float:
-        """The share of the width at which the line of the present value stands."""
-        left, top, right, bottom = self.frame(name)
-        inside = Image.open(io.BytesIO(self.page.screenshot())).convert("RGB")
-        # Half of the height, and none of the frame.
-        box = inside.crop((int(left) + 3, int(top) + 3, int(right) - 2, int((top + bottom) / 2)))
-        pixels = np.asarray(box).astype(int)
-        dark = (pixels.sum(axis=2) < 450).mean(axis=0)
-        assert dark.max() > 0.7, "no line of the present value"
-        line = np.flatnonzero(dark > 0.9 * dark.max())  # points may lie over it
-        return (float(line.mean()) + 3.0) / (right - left)
+    def marks(self, name: str, share: float) -> None:
+        """Wait until the line of the present value stands at a share of the width."""
+        for _ in range(40):
+            left, top, right, bottom = self.frame(name)
+            inside = Image.open(io.BytesIO(self.page.screenshot())).convert("RGB")
+            # Half of the height, and none of the frame.
+            box = map(int, (left + 3, top + 3, right - 2, (top + bottom) / 2))
+            dark = (np.asarray(inside.crop(tuple(box))).sum(axis=2, dtype=int) < 450).mean(axis=0)
+            line = np.flatnonzero(dark > 0.9 * dark.max())  # points may lie over it
+            found = (float(line.mean()) + 3.0) / (right - left) if dark.max() > 0.7 else np.nan
+            if abs(found - share) < 0.003:
+                return
+        raise AssertionError(f"the line of the present value stands at {found}, not {share}")
 
     def drag(self, name: str, share: float, steps: int = 12, *, release: bool = True) -> None:
         """Drag the handle of a slider to a share of its way with the mouse."""
-        if name == "scrub":  # a plain input
-            box = self(name).bounding_box()
-            here = self(name).evaluate("(one) => Number(one.value) / Number(one.max)")
-            inset = 6.0
-        else:
-            box = self(f"slider-{name}").locator(".noUi-base").bounding_box()
-            here, inset = self.place(name), 0.0
-        along = lambda part: box["x"] + inset + part * (box["width"] - 2 * inset)  # noqa: E731
+        box = self(f"slider-{name}").locator(".noUi-base").bounding_box()
+        along = lambda part: box["x"] + part * box["width"]  # noqa: E731
         middle = box["y"] + box["height"] / 2
-        self.page.mouse.move(along(here), middle)
+        self.page.mouse.move(along(self.place(name)), middle)
         self.page.mouse.down()
         self.page.mouse.move(along(share), middle, steps=steps)
         if release:
             self.page.mouse.up()
+
+    def check_layout(self, width: int) -> int:
+        """Assert that nothing is too wide, overlaps, scrolls by itself or is cut off.
+
+        Returns the height of the page [px].
+        """
+        found = {}
+        for name in ("header", "parameters", "strip", *CARDS):
+            box = (self.card(name) if name in CARDS else self(name)).bounding_box()
+            found[name] = (box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"])
+        assert all(one[0] >= 0 and one[1] >= 0 and one[2] <= width for one in found.values())
+        assert [
+            (one, other) for (one, a), (other, b) in combinations(found.items(), 2)
+            if min(a[2], b[2]) - max(a[0], b[0]) > 1 and min(a[3], b[3]) - max(a[1], b[1]) > 1
+        ] == []  # fmt: skip
+        assert self.page.evaluate(_FLAWS) == []
+        page = "document.scrollingElement"
+        assert self.page.evaluate(f"{page}.scrollWidth <= {page}.clientWidth")
+        return int(self.page.evaluate(f"{page}.scrollHeight"))
 
 
 def near(pixels: np.ndarray, colour: str, reach: int = 12) -> np.ndarray:
@@ -216,10 +270,4 @@ def near(pixels: np.ndarray, colour: str, reach: int = 12) -> np.ndarray:
 
 
 def colours(pixels: np.ndarray) -> int:
-    """How many colours there are."""
     return len(np.unique(pixels.reshape(-1, 3), axis=0))
-
-
-def words(text: str) -> str:
-    """A text with single blanks."""
-    return re.sub(r"\s+", " ", text).strip()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from dataclasses import replace
 
@@ -10,8 +11,10 @@ import pytest
 from bokeh.document import Document
 
 import wedgebrake as wb
+from wedgebrake.explorer.core import diagram
 from wedgebrake.explorer.core.snapshot import Moment, look
 from wedgebrake.explorer.core.state import Desk, new_desk
+from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.figures.bokeh import chart as charts
 from wedgebrake.figures.bokeh.history import HistoryChart
@@ -47,7 +50,8 @@ class Page:
         return self.document.get_model_by_name("motion").data
 
     def ranges(self):
-        return [one for chart in self.all for one in (chart.figure.x_range, chart.figure.y_range)]
+        found = (one for chart in self.all for one in (chart.figure.x_range, chart.figure.y_range))
+        return [(one.start, one.end) for one in found]
 
 
 @pytest.fixture(scope="module")
@@ -73,142 +77,137 @@ def levels(figure):
     return [one for one in figure.center if hasattr(one, "location")]
 
 
-class TestMotion:
-    def test_all_charts_show_the_motion(self, moment, page):
-        page.show(moment)
-        history, section = moment.figures.history, moment.figures.section
-        for name, values in (
-            ("time", history.time),
-            ("angle", history.angle),
-            ("velocity", history.velocity),
-            ("torque", history.brake_torque),
-        ):
-            np.testing.assert_array_equal(page.motion()[name], values)
-        assert inside(page.history.figure.x_range, history.time)
-        assert inside(page.history.figure.y_range, history.velocity)
-        assert inside(page.phase.figure.x_range, history.angle)
-        points = page.section.figure.renderers[-1].data_source.data
-        np.testing.assert_array_equal(points["angle"], section.angle)
-        assert inside(page.section.figure.y_range, section.velocity)
-        assert page.sentences() == [""] * 4
-        # Sources that the animation of the brake works with.
-        assert {"scrub-history", "scrub-phase", "scrub-to"} <= {
-            model.name for model in page.document.models
-        }
-
-    def test_sticks_have_the_colours_of_pictures(self, moment, page):
-        page.show(moment)
-        columns = (one.data_source.data for one in page.history.figure.renderers)
-        sticks = next(one for one in columns if "colour" in one)
-        np.testing.assert_array_equal(sticks["start"], moment.figures.history.sticks.start)
-        assert set(sticks["colour"]) == {"#D55E00", "#CC79A7"}
-
-    def test_only_what_changes_is_sent(self, desk, moment, page):
-        page.show(moment)
-        del page.sent[:]
-        page.show(look(desk))
-        # The orbit always is: the browser may have cut it.
-        assert len(page.sent) <= 1
-        page.show(look(desk.edited(eta=-10.0)))
-        before = [(one.start, one.end) for one in page.ranges()]
-        page.show(look(desk.edited(eta=-10.001)))
-        assert [(one.start, one.end) for one in page.ranges()] == before
-
-    def test_a_zoom_in_time_survives_a_new_motion(self, desk, moment, page):
-        page.show(moment)
-        page.history.figure.x_range.update(start=24.0, end=24.1)
-        page.show(look(desk.edited(eta=-25.0)))
-        assert page.history.figure.x_range.start == 24.0
-        page.show(look(desk.edited(frequency=11.0)))
-        assert page.history.figure.x_range.end < 23.0
-
-    def test_switching_line_and_release_speed(self, desk, page):
-        desk = desk.edited(drive_speed=2.0)
-        page.show(look(desk))
-        low, high = page.phase.figure.y_range.start, page.phase.figure.y_range.end
-        lines = levels(page.phase.figure)
-        release = desk.system.actuation.release_speed
-        assert [one.location for one in lines] == [-2.0, -2.0 + release, -2.0 - release]
-        assert [one.visible for one in lines] == [low <= one.location <= high for one in lines]
-        assert lines[0].visible
-
-    def test_many_periods_are_thinned_with_their_extremes(self, desk, page):
-        moment = look(desk.edited(shown=100))
-        page.show(moment)
-        velocity, whole = page.motion()["velocity"], moment.figures.history.velocity
-        assert len(velocity) <= MOST_POINTS < whole.size
-        assert (np.min(velocity), np.max(velocity)) == (np.min(whole), np.max(whole))
-
-    def test_rounding_does_not_look_like_scatter(self, desk, page):
-        moment = look(desk.edited(eta=-10.0, periods=1000))
-        page.show(moment)
-        range_ = page.section.figure.y_range
-        assert range_.end - range_.start > 0.04 * np.ptp(moment.figures.history.velocity)
-
-    def test_spectrum_has_marks_and_five_decades(self, desk, moment, page):
-        page.show(moment)
-        drawn, data = page.spectrum.figure, moment.figures.spectrum
-        assert [one.location for one in levels(drawn)] == [data.forcing, data.natural]
-        top = np.max(data.amplitude)
-        assert drawn.y_range.start <= 1e-5 * top < 10.0 * drawn.y_range.start
-        assert top < drawn.y_range.end < 10.0 * top
-        assert np.min(drawn.renderers[-1].data_source.data["amplitude"]) >= drawn.y_range.start
-        # A torque that does not act is not marked.
-        page.show(look(desk.edited(amplitude=0.0).edited(drive_speed=2.0)))
-        assert [one.location for one in levels(drawn) if one.visible] == [data.natural]
-
-    def test_ghost_lies_behind_in_every_chart(self, desk, moment, page):
-        page.show(look(desk.edited(ghost=True)))
-        ghosts = [
-            one.data_source
-            for chart in page.all
-            for one in chart.figure.renderers
-            if charts.GHOST
-            in (getattr(one.glyph, "line_color", ""), getattr(one.glyph, "fill_color", ""))
-        ]
-        assert len(ghosts) == 4
-        assert all(len(column) for one in ghosts for column in one.data.values())
-        page.show(moment)
-        assert not any(len(column) for one in ghosts for column in one.data.values())
+def test_all_charts_show_the_motion(moment, page):
+    page.show(moment)
+    history, section = moment.figures.history, moment.figures.section
+    for name in ("time", "angle", "velocity"):
+        np.testing.assert_array_equal(page.motion()[name], getattr(history, name))
+    np.testing.assert_array_equal(page.motion()["torque"], history.brake_torque)
+    assert inside(page.history.figure.x_range, history.time)
+    assert inside(page.history.figure.y_range, history.velocity)
+    assert inside(page.phase.figure.x_range, history.angle)
+    points = page.section.figure.renderers[-1].data_source.data
+    np.testing.assert_array_equal(points["angle"], section.angle)
+    assert inside(page.section.figure.y_range, section.velocity)
+    assert page.sentences() == [""] * 4
+    # Sources that the animation of the brake works with.
+    names = {model.name for model in page.document.models}
+    assert {"scrub-history", "scrub-phase", "scrub-to"} <= names
+    # Sticks have the colours of pictures.
+    columns = (one.data_source.data for one in page.history.figure.renderers)
+    sticks = next(one for one in columns if "colour" in one)
+    np.testing.assert_array_equal(sticks["start"], history.sticks.start)
+    assert set(sticks["colour"]) == {"#D55E00", "#CC79A7"}
 
 
-class TestEarlyEnds:
-    def test_a_diverging_motion_is_cut_where_it_leaves_the_picture(self, page):
-        moment = look(new_desk(wb.paper.system(eta=-24, release=False, damping=1.0)))
-        page.show(moment)
-        velocity, whole = page.motion()["velocity"], moment.figures.history.velocity
-        assert 100 < len(velocity) < whole.size
-        assert np.max(np.abs(velocity)) < 0.01 * np.max(np.abs(whole))
-        assert inside(page.history.figure.y_range, velocity)
-        assert all(page.sentences()[place] for place in (0, 2, 3))
+def test_only_what_changes_is_sent(desk, moment, page):
+    page.show(moment)
+    del page.sent[:]
+    page.show(look(desk))
+    # The orbit always is: the browser may have cut it.
+    assert len(page.sent) <= 1
+    page.show(look(desk.edited(eta=-10.0)))
+    before = page.ranges()
+    page.show(look(desk.edited(eta=-10.001)))
+    assert page.ranges() == before
 
-    def test_no_samples_at_all(self, desk, moment, page):
-        figures, response = moment.figures, wb.simulate(desk.system, periods=1, times=[])
-        history = type(figures.history).last(response, None)
-        page.show(moment)
-        empty = replace(
-            figures,
-            history=history,
-            phase=replace(figures.phase, history=history),
-            completed=False,
-        )
-        page.show(replace(moment, figures=empty))
-        assert all(page.sentences())
-        assert len(page.motion()["time"]) == 0
-        page.show(moment)
-        assert not any(page.sentences())
 
-    @pytest.mark.parametrize("changes", [{"amplitude": 0.0}, {"frequency": 0.1}])
-    def test_rest_and_a_slow_torque_have_no_spectrum(self, desk, page, changes):
-        page.show(look(desk.edited(**changes)))
-        assert [bool(one) for one in page.sentences()] == [False, False, False, True]
+def test_a_zoom_in_time_survives_a_new_motion(desk, moment, page):
+    page.show(moment)
+    page.history.figure.x_range.update(start=24.0, end=24.1)
+    page.show(look(desk.edited(eta=-25.0)))
+    assert page.history.figure.x_range.start == 24.0
+    page.show(look(desk.edited(frequency=11.0)))
+    assert page.history.figure.x_range.end < 23.0
 
-    def test_any_sentence_can_stand_in_place(self, moment, page):
-        page.show(moment)
-        for chart in page.all:
-            chart.say("<b>a & b</b>")
-        assert all("&lt;b&gt;a &amp; b" in sentence for sentence in page.sentences())
-        assert len(page.motion()["time"]) == 0
+
+def test_switching_line_and_release_speed(desk, page):
+    desk = desk.edited(drive_speed=2.0)
+    page.show(look(desk))
+    low, high = page.phase.figure.y_range.start, page.phase.figure.y_range.end
+    lines = levels(page.phase.figure)
+    release = desk.system.actuation.release_speed
+    assert [one.location for one in lines] == [-2.0, -2.0 + release, -2.0 - release]
+    assert [one.visible for one in lines] == [low <= one.location <= high for one in lines]
+    assert lines[0].visible
+
+
+def test_many_periods_are_thinned_with_their_extremes(desk, page):
+    moment = look(desk.edited(shown=100))
+    page.show(moment)
+    velocity, whole = page.motion()["velocity"], moment.figures.history.velocity
+    assert len(velocity) <= MOST_POINTS < whole.size
+    assert (np.min(velocity), np.max(velocity)) == (np.min(whole), np.max(whole))
+
+
+def test_rounding_does_not_look_like_scatter(desk, page):
+    moment = look(desk.edited(eta=-10.0, periods=1000))
+    page.show(moment)
+    range_ = page.section.figure.y_range
+    assert range_.end - range_.start > 0.04 * np.ptp(moment.figures.history.velocity)
+
+
+def test_spectrum_has_marks_and_five_decades(desk, moment, page):
+    page.show(moment)
+    drawn, data = page.spectrum.figure, moment.figures.spectrum
+    assert [one.location for one in levels(drawn)] == [data.forcing, data.natural]
+    top = np.max(data.amplitude)
+    assert drawn.y_range.start <= 1e-5 * top < 10.0 * drawn.y_range.start
+    assert top < drawn.y_range.end < 10.0 * top
+    assert np.min(drawn.renderers[-1].data_source.data["amplitude"]) >= drawn.y_range.start
+    # A torque that does not act is not marked.
+    page.show(look(desk.edited(amplitude=0.0).edited(drive_speed=2.0)))
+    assert [one.location for one in levels(drawn) if one.visible] == [data.natural]
+
+
+def test_ghost_lies_behind_in_every_chart(desk, moment, page):
+    page.show(look(desk.edited(ghost=True)))
+    ghosts = [
+        one.data_source
+        for chart in page.all
+        for one in chart.figure.renderers
+        if charts.GHOST
+        in (getattr(one.glyph, "line_color", ""), getattr(one.glyph, "fill_color", ""))
+    ]
+    assert len(ghosts) == 4
+    assert all(len(column) for one in ghosts for column in one.data.values())
+    page.show(moment)
+    assert not any(len(column) for one in ghosts for column in one.data.values())
+
+
+def test_a_diverging_motion_is_cut_where_it_leaves_the_picture(page):
+    moment = look(new_desk(wb.paper.system(eta=-24, release=False, damping=1.0)))
+    page.show(moment)
+    velocity, whole = page.motion()["velocity"], moment.figures.history.velocity
+    assert 100 < len(velocity) < whole.size
+    assert np.max(np.abs(velocity)) < 0.01 * np.max(np.abs(whole))
+    assert inside(page.history.figure.y_range, velocity)
+    assert all(page.sentences()[place] for place in (0, 2, 3))
+
+
+def test_no_samples_at_all(desk, moment, page):
+    figures, response = moment.figures, wb.simulate(desk.system, periods=1, times=[])
+    history = type(figures.history).last(response, None)
+    phase = replace(figures.phase, history=history)
+    page.show(moment)
+    page.show(
+        replace(moment, figures=replace(figures, history=history, phase=phase, completed=False))
+    )
+    assert all(page.sentences())
+    assert len(page.motion()["time"]) == 0
+    page.show(moment)
+    assert not any(page.sentences())
+    # Any sentence can stand in place.
+    for chart in page.all:
+        chart.say("<b>a & b</b>")
+    assert all("&lt;b&gt;a &amp; b" in sentence for sentence in page.sentences())
+    assert len(page.motion()["time"]) == 0
+
+
+@pytest.mark.parametrize("changes", [{"amplitude": 0.0}, {"frequency": 0.1}])
+def test_rest_and_a_slow_torque_have_no_spectrum(desk, page, changes):
+    page.show(look(desk.edited(**changes)))
+    assert [bool(one) for one in page.sentences()] == [False, False, False, True]
 
 
 @pytest.mark.parametrize("brake", ["wedge", "conventional", "band", "leading-shoe"])
@@ -221,3 +220,57 @@ def test_the_animation_gets_a_small_state(desk, brake):
     assert stage.state["name"] == stage.state["schematic"] == brake
     time = moment.figures.history.time
     assert time[0] < stage.state["first"] < time[-1]
+
+
+# Machines at the ends of what is allowed.
+ANY_LAW = [
+    {"stiffness": 1e15}, {"stiffness": 0.0}, {"frequency": 1e-9}, {"frequency": 1e6},
+    {"stiffness": 1e15, "frequency": 1e-9}, {"inertia": 1e-9}, {"damping": 0.0},
+    {"initial_force": 0.0}, {"drive_speed": 1e3}, {"amplitude": 1e9}, {"radius": 1e-6},
+]  # fmt: skip
+EXTREMES = [
+    *({"friction": law, **one} for law in ("coulomb", "smoothed", "tabulated") for one in ANY_LAW),
+    {"stiffness": 0.0, "inertia": 1e12}, {"frequency": 1e9}, {"slope": -1e12}, {"slope": 1e12},
+    {"kinetic": 0.0}, {"kinetic": 5.0, "brake": "conventional"}, {"initial_force": 1e12},
+    {"amplitude": 1e12}, {"amplitude": 0.0}, {"drive_speed": 1e6}, {"damping": 1e12},
+    {"angle": 1e-9}, {"angle": 1.5707}, {"initial_angle": 1e12, "initial_velocity": -1e12},
+    {"periods": 2000, "shown": 100}, {"friction": "smoothed", "periods": 2000},
+    {"friction": "smoothed", "steepness": 1e9}, {"brake": "band", "wrap_angle": 100.0},
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def used() -> Page:
+    """A page on which other motions have been."""
+    return Page()
+
+
+@pytest.mark.parametrize("changes", EXTREMES, ids=str)
+def test_extreme_machines_are_answered_in_words(desk, used, monkeypatch, changes):
+    """By a verdict, charts and a diagram; where a limit is met, where it went."""
+    for module in ("state", "machine"):
+        monkeypatch.setattr(f"wedgebrake.explorer.core.{module}.MOST_EVENTS", 20_000)
+        monkeypatch.setattr(f"wedgebrake.explorer.core.{module}.MOST_STEPS", 40_000)
+    monkeypatch.setattr(diagram, "COARSE_POINTS", 4)
+    monkeypatch.setattr(diagram, "FINE_POINTS", 4)
+    for name, value in changes.items():
+        try:
+            desk = desk.edited(**{name: value})
+        except wb.InputError as refused:
+            assert name in str(refused)  # noqa: PT017 - either
+            return
+    moment = look(desk, settle=True)
+    assert moment.status in {status.value for status in wb.Status}
+    assert moment.motion.status == moment.status
+    assert moment.message
+    history = moment.figures.history
+    assert history.time.size != 1
+    for name in ("angle", "velocity", "brake_torque", "drive_torque", "sticking"):
+        assert getattr(history, name).shape == history.time.shape
+    assert np.all(np.isfinite(history.velocity))
+    used.show(moment)
+    BrakeAnimation().show(desk, moment)
+    assert used.document.to_json()
+    assert len(verdict(desk, moment)["headline"]) > 10
+    with contextlib.suppress(wb.InputError):  # told in place of the diagram
+        assert next(diagram.work(desk)).known.size > 0

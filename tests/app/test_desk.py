@@ -23,8 +23,10 @@ def study(system, **run):
 def test_an_edit_leaves_the_old_desk_as_it_was(desk):
     other = desk.edited(eta=-30.0)
     assert desk.system.groups.eta == -24.0
-    assert other.system.groups.eta == -30.0
     assert other.system == desk.system.replace(eta=-30.0)
+    # A whole number from a browser is a number.
+    assert desk.edited(eta=-30).system == other.system
+    assert desk.edited(stiffness=10000).system == desk.system
 
 
 @pytest.mark.parametrize("name", ["inertia", "slope", "eta", "frequency", "f", "radius", "angle"])
@@ -33,11 +35,6 @@ def test_values_are_those_of_replace(desk, name):
     other = desk.edited(**{name: value})
     assert other.value(name) == value
     assert other.system == desk.system.replace(**{name: value})
-
-
-def test_a_whole_number_from_a_browser_is_a_number(desk):
-    assert desk.edited(eta=-30).system == desk.edited(eta=-30.0).system
-    assert desk.edited(stiffness=10000).system == desk.system
 
 
 def test_every_kind_of_brake_and_back(desk):
@@ -68,9 +65,7 @@ def test_a_table_begins_from_a_constant_and_is_kept(desk):
     there = own.edited(friction="coulomb")
     assert there.system == desk.system
     assert there.edited(friction="tabulated").system == own.system
-
-
-def test_the_largest_coefficient_makes_a_table_too(desk):
+    # The largest coefficient makes a table too.
     most = desk.edited(brake="conventional", kinetic=5.0)
     assert most.edited(friction="tabulated").value("static") == 5.0
 
@@ -97,11 +92,8 @@ def test_initial_state(desk):
     ("changes", "words"),
     [
         ({"eta": "x"}, "groups.eta = 'x'"),
-        ({"eta": None}, "groups.eta = None"),
         ({"eta": float("nan")}, "finite"),
         ({"inertia": -1.0}, "driveline.inertia = -1.0: must be greater than 0"),
-        ({"inertia": [1, 2]}, "driveline.inertia"),
-        ({"inertia": {"a": 1}}, "driveline.inertia"),
         ({"static": 0.1}, "friction.static = 0.1: must be at least"),
         ({"nonsense": 1}, "nonsense: cannot be edited"),
         ({"brake": "wegde"}, "Did you mean 'wedge'"),
@@ -158,17 +150,17 @@ def test_all_axes_can_be_swept(desk, kind, law):
 
 
 def test_groups_that_a_machine_lacks_are_no_axes(desk):
-    names = axes(desk.edited(damping=0.0).system)
-    assert "eta" not in names
-    assert "slope" in names
+    for value, group, parameter in (("damping", "eta", "slope"), ("initial_force", "F0", None)):
+        names = axes(desk.edited(**{value: 0.0}).system)
+        assert group not in names
+        assert (parameter or value) in names
 
 
 def test_a_run_in_seconds_is_counted_in_periods():
     assert Desk.of(study(wb.paper.system(f=0.63), duration=25.0)).periods == 251
     exact = wb.paper.system().replace(frequency=10.0)
-    assert Desk.of(study(exact, duration=25.0)).periods == 250
-    assert Desk.of(study(exact, duration=1e6)).periods == MOST_PERIODS
-    assert Desk.of(study(exact, duration=0.0)).periods == 20
+    for duration, periods in ((25.0, 250), (1e6, MOST_PERIODS), (0.0, 20)):
+        assert Desk.of(study(exact, duration=duration)).periods == periods
 
 
 def test_the_record_is_the_end_of_the_run(desk):
@@ -183,15 +175,9 @@ def test_parts_without_a_name_are_refused(desk):
         new_desk(desk.system.replace(friction=law))
 
 
-def test_unknown_values(desk):
+def test_values_by_name(desk):
     with pytest.raises(wb.InputError, match="nonsense"):
         desk.value("nonsense")
     assert desk.value("loss_factor") == desk.system.groups.loss_factor
     assert desk.value("ghost") is False
     assert dataclasses.replace(desk, view=View(ghost=True)).value("ghost") is True
-
-
-def test_a_force_of_zero_has_no_group_to_go_over(desk):
-    names = axes(desk.edited(initial_force=0.0).system)
-    assert "F0" not in names
-    assert "initial_force" in names

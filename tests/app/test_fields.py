@@ -10,6 +10,7 @@ import pytest
 import wedgebrake as wb
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.fields import Row, sections
+from wedgebrake.explorer.core.formatting import parsed_numbers
 from wedgebrake.explorer.core.parameter_ranges import scale, span
 from wedgebrake.explorer.core.state import Desk, axes, new_desk
 from wedgebrake.model.brakes import Brake
@@ -28,7 +29,7 @@ def _rows(desk: Desk) -> dict[str, Row]:
 
 
 @pytest.mark.parametrize(("brake", "friction"), KINDS)
-def test_every_parameter_has_one_row_with_its_value(brake, friction):
+def test_every_parameter_has_one_row_whose_slider_can_be_taken(brake, friction):
     desk = _paper(brake=brake, friction=friction)
     names = [row.name for rows in sections(desk).values() for row in rows]
     assert len(names) == len(set(names))
@@ -41,29 +42,23 @@ def test_every_parameter_has_one_row_with_its_value(brake, friction):
     assert {value for value, _ in rows["friction"].choices} == set(Friction.kinds)
     assert ("kinetic" in rows) == (friction != "tabulated")
     assert ("alpha" in rows) == (brake == "wedge")
+    for row in rows.values():
+        if row.kind == "number":
+            assert row.low < row.high
+            assert row.low <= row.value <= row.high
+            for end in (row.low, row.high):
+                desk.edited(**{row.name: round(end) if row.whole else end})
 
 
-@pytest.mark.parametrize(("brake", "friction"), KINDS)
-def test_both_ends_of_every_slider_can_be_taken(brake, friction):
-    desk = _paper(brake=brake, friction=friction)
-    for row in _rows(desk).values():
-        if row.kind != "number":
-            continue
-        assert row.low < row.high
-        assert row.low <= row.value <= row.high
-        for end in (row.low, row.high):
-            desk.edited(**{row.name: round(end) if row.whole else end})
-
-
-def test_ranges_are_those_of_the_paper():
-    desk = _paper()
-    assert span(desk, "eta") == (-60.0, 12.0)
-    assert span(desk, "slope") == (-100.0, 20.0)
-    assert span(desk, "amplitude") == (150.0, 1800.0)
-    low, high = span(desk, "frequency")
-    assert (low, high) == (3.1, 36.0)
-    assert span(desk, "angle") == (0.26, 0.45)
-    assert span(desk, "initial_velocity") == (-10.0, 10.0)
+@pytest.mark.parametrize(
+    ("name", "wanted"),
+    [
+        ("eta", (-60.0, 12.0)), ("slope", (-100.0, 20.0)), ("amplitude", (150.0, 1800.0)),
+        ("frequency", (3.1, 36.0)), ("angle", (0.26, 0.45)), ("initial_velocity", (-10.0, 10.0)),
+    ],
+)  # fmt: skip
+def test_ranges_are_those_of_the_paper(name, wanted):
+    assert span(_paper(), name) == wanted
 
 
 @pytest.mark.parametrize("name", axes(wb.paper.system()))
@@ -123,27 +118,32 @@ def test_what_goes_by_ratios_lies_above_zero(name):
         assert scale(name) == "linear" or low > 0.0
 
 
-def test_groups_that_are_not_defined_have_no_row():
+def test_rows_of_groups():
     rows = _rows(_paper(damping=0.0, stiffness=0.0, amplitude=0.0))
     assert not {"eta", "f", "F0", "loss_factor", "drive", "natural"} & set(rows)
     assert "alpha" in rows
-
-
-def test_a_group_that_cannot_be_set_is_disabled_and_says_why():
+    # One that cannot be set is disabled and says why.
     row = _rows(_paper(initial_force=0.0))["F0"]
     assert not row.enabled
-    assert "initial_force or kinetic is 0" in row.hint
-    assert _rows(_paper())["F0"].enabled
+    assert "initial_force" in row.hint
+    rows = _rows(_paper())
+    assert rows["F0"].enabled
+    # The natural frequency is shown in hertz; an angle is told in degrees too.
+    assert (rows["natural"].kind, rows["natural"].unit) == ("fixed", "Hz")
+    assert rows["natural"].value == pytest.approx(100.0 / (2.0 * math.pi))
+    assert "19.49°" in rows["angle"].hint
 
 
-def test_the_natural_frequency_is_shown_in_hertz():
-    row = _rows(_paper())["natural"]
-    assert (row.kind, row.unit) == ("fixed", "Hz")
-    assert row.value == pytest.approx(100.0 / (2.0 * math.pi))
-
-
-def test_an_angle_is_told_in_degrees_too():
-    assert "19.49°" in _rows(_paper())["angle"].hint
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        ("-6,5", [-6.5]), ("−6.5", [-6.5]), ("0.3; 0.29  0.28", [0.3, 0.29, 0.28]),
+        ("0.3, 0.28", [0.3, 0.28]), ("", None), ("stiff", None), ("1e400", None), ("nan", None),
+        ("1 " * 5000, None),
+    ],
+)  # fmt: skip
+def test_numbers_as_they_are_typed(text, numbers):
+    assert parsed_numbers(text) == numbers
 
 
 @pytest.mark.parametrize(

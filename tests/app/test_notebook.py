@@ -1,6 +1,7 @@
 """``wb.explore``: what a notebook cell shows, without a notebook."""
 
 import re
+from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
@@ -10,32 +11,11 @@ import wedgebrake as wb
 from wedgebrake.explorer import notebook
 from wedgebrake.explorer.core.presets import START, preset
 
-
-@pytest.fixture
-def opened(chromium):
-    """Open addresses in a browser; what its console complains of fails the test."""
-    context = chromium.new_context(viewport={"width": 820, "height": 900})
-    complaints = []
-
-    def open_(url):
-        page = context.new_page()
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("console", lambda said: said.type == "error" and complaints.append(said.text))
-        page.goto(url)
-        return page
-
-    yield open_
-    context.close()
-    assert complaints == []
+PAPER = Path("examples/paper.toml").read_text()
 
 
-@pytest.fixture
-def study():
-    return wb.load_study("examples/band.toml")
-
-
-def test_a_machine_a_study_a_file_and_nothing(study):
-    system = wb.paper.system(eta=-24)
+def test_a_machine_a_study_a_file_and_nothing():
+    system, study = wb.paper.system(eta=-24), wb.load_study("examples/band.toml")
     assert wb.explore(system).system == system
     assert wb.explore(study).system == study.system
     assert wb.explore("examples/band.toml").study == wb.explore(study).study
@@ -44,13 +24,13 @@ def test_a_machine_a_study_a_file_and_nothing(study):
 
 @pytest.mark.parametrize("subject", [3, [], {"eta": -24}, object()])
 def test_other_subjects_are_refused(subject):
-    with pytest.raises(wb.InputError, match=r"subject = .* must be a BrakedDriveline, a Study or"):
+    with pytest.raises(wb.InputError, match=r"subject = .* BrakedDriveline"):
         wb.explore(subject)
 
 
 def test_a_machine_that_no_study_file_names_is_refused():
     friction = wb.CustomFriction(law=lambda v: 0.3 * v / (0.01 + abs(v)), width=0.01)
-    with pytest.raises(wb.InputError, match="the explorer takes parts that a study file can name"):
+    with pytest.raises(wb.InputError, match="friction = CustomFriction"):
         wb.explore(wb.paper.system().replace(friction=friction))
 
 
@@ -82,7 +62,7 @@ def test_what_a_cell_shows():
     assert shown.startswith("<iframe ")
     assert f'src="{cell.url}"' in shown
     assert 'height="700"' in shown
-    assert repr(cell) == f"The explorer is at {cell.url} as long as this process lives."
+    assert cell.url in repr(cell)
     with urlopen(cell.url) as page:  # noqa: S310
         assert "wedgebrake explorer" in page.read().decode()
 
@@ -96,42 +76,34 @@ def test_one_server_and_an_address_that_cannot_be_guessed():
     assert len(key) > 20
 
 
-def test_the_machine_follows_the_page_and_a_second_page_begins_there(opened):
-    cell = wb.explore(wb.paper.system(eta=-24))
-    page = opened(cell.url)
-    page.locator("[data-motion]").wait_for()
-    page.locator(".input-eta input").fill("0")
-    page.locator(".input-eta input").press("Enter")
-    page.locator("[data-motion]").wait_for()
-    page.locator("[data-motion='2']").wait_for()
+def test_the_machine_follows_the_page_and_a_second_page_begins_there(visit):
+    # With a diagram that takes no time.
+    sweep = "[run]\nperiods = 20\n[sweep]\neta = { from = -8, to = -4, points = 20 }\n"
+    cell = wb.explore(wb.read_study(PAPER.split("[run]")[0] + sweep))
+    first = visit(cell.url)
+    first.type("eta", 0)
+    first.page.locator("[data-motion='2']").wait_for()
     assert cell.system.groups.eta == 0.0
     assert cell.study.system == cell.system
-
-    second = opened(cell.url)
-    second.locator("[data-motion]").wait_for()
-    expect(second.locator(".input-eta input")).to_have_value("0")
-    second.locator(".input-eta input").fill("-1")
-    second.locator(".input-eta input").press("Enter")
-    second.locator("[data-motion]").wait_for()
-    second.locator("[data-motion='2']").wait_for()
+    second = visit(cell.url)
+    expect(second("input-eta")).to_have_value("0")
+    second.type("eta", -1)
+    second.page.locator("[data-motion='2']").wait_for()
     assert cell.system.groups.eta == -1.0
-    second.close()
+    second.page.close()
     assert cell.system.groups.eta == -1.0
-
-
-def test_in_a_narrow_cell_all_of_the_bar_is_within_reach(opened):
-    page = opened(wb.explore().url)
-    page.locator("[data-motion]").wait_for()
+    # In a narrow cell all of the bar is within reach.
     for width in (760, 820, 900, 1000):
-        page.set_viewport_size({"width": width, "height": 900})
+        first.page.set_viewport_size({"width": width, "height": 900})
         for name in ("preset", "load", "save", "export", "law", "comparison", "help"):
-            box = page.locator(f".{name}").first.bounding_box()
+            box = first.page.locator(f".{name}").first.bounding_box()
             assert box["x"] + box["width"] <= width, (name, width)
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert first.page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-@pytest.mark.parametrize("query", ["", "?cell=", "?cell=other", "?cell=%ff%fe"])
-def test_a_page_of_no_cell_says_so(opened, query):
-    server = wb.explore().url.split("?")[0]
-    page = opened(server + query)
-    expect(page.get_by_text("belongs to no cell of the notebook")).to_be_visible()
+def test_a_page_of_no_cell_says_so(visit):
+    server, words = wb.explore().url.split("?")[0], "text=belongs to no cell of the notebook"
+    page = visit(server, ready=words).page
+    for query in ("?cell=", "?cell=other", "?cell=%ff%fe"):
+        page.goto(server + query)
+        page.locator(words).wait_for()

@@ -9,6 +9,25 @@ import pytest
 from playwright.sync_api import expect
 from screen import CURSOR, near
 
+# Until the clock shows another time than some.
+_GOES_ON = "([clock, seen]) => !seen.includes(clock.textContent)"
+_PAUSE = "() => new Promise((done) => setTimeout(done, 300))"
+# What the drawing says at each place of the bar.
+_STATES = """
+async ([bar, word]) => {
+  const frame = () => new Promise((done) => requestAnimationFrame(done));
+  const seen = new Set();
+  for (let step = 0; step <= 100; step += 2) {
+    bar.value = step / 100;
+    bar.dispatchEvent(new Event('input'));
+    await frame();
+    await frame();
+    seen.add(word.textContent);
+  }
+  return [...seen].sort();
+}
+"""
+
 
 def instant(screen):
     """The time that is shown [s]."""
@@ -22,35 +41,20 @@ def dot(screen, name):
     return columns.mean(), rows.mean()
 
 
-@pytest.fixture
-def quiet(visit):
-    """A page to which nothing comes any more, and the frames that it sends over its websocket."""
-    sent = []
-
-    def listen(page):
-        hear = lambda frame: sent.append(frame)  # noqa: E731 - Playwright marks it
-        page.on("websocket", lambda socket: socket.on("framesent", hear))
-
-    screen = visit(prepare=listen)
+def test_the_bar_goes_through_time_in_the_browser_alone(screen):
+    # Nothing comes any more.
     screen.after(0, "picture")
     expect(screen("progress")).to_be_empty()
     screen.still()
-    assert sent  # the beginning has been heard
-    return screen, sent
-
-
-def test_the_bar_goes_through_time_in_the_browser_alone(quiet):
-    screen, sent = quiet
     begin, dots = instant(screen), [dot(screen, name) for name in ("history", "phase")]
-    drawn, chart = screen.pixels(screen("stage-svg")), screen.pixels(screen.card("phase"))
-    count = len(sent)
-    screen.drag("scrub", 0.9)
+    drawn = screen.pixels(screen("stage-svg"))
+    count = len(screen.sent)
+    assert count  # the beginning has been heard
+    screen("scrub").fill("0.9")
     expect(screen("stage-time")).not_to_have_text(f"t = {begin:.4f} s")
     assert instant(screen) > begin
-    assert screen("scrub").evaluate("(one) => Number(one.value)") == pytest.approx(0.9, abs=0.02)
     for name, before in zip(("history", "phase"), dots, strict=True):
         assert np.hypot(*np.subtract(dot(screen, name), before)) > 15, name
-    assert (screen.pixels(screen.card("phase")) != chart).any()
     assert (screen.pixels(screen("stage-svg")) != drawn).mean() > 0.005
     # The dot of the history stands at that time.
     left, _, right, _ = screen.frame("history")
@@ -58,12 +62,17 @@ def test_the_bar_goes_through_time_in_the_browser_alone(quiet):
     share = (box["x"] + dot(screen, "history")[0] - left) / (right - left)
     assert share == pytest.approx(0.9, abs=0.02)
     # Nobody was asked.
-    assert sent[count:] == []
+    assert len(screen.sent) == count
 
 
-def test_a_click_in_the_history_goes_to_that_time(quiet):
-    screen, _ = quiet
-    first, last = (float(found) for found in ends(screen))
+def test_a_click_in_the_history_goes_to_that_time(screen):
+    ends = []
+    for key in ("Home", "End"):
+        before = screen("stage-time").inner_text()
+        screen("scrub").press(key)
+        expect(screen("stage-time")).not_to_have_text(before)
+        ends.append(instant(screen))
+    first, last = ends
     x, y = screen.at("history", 0.25)
     screen.page.mouse.click(x, y)
     left, _, right, _ = screen.frame("history")
@@ -75,50 +84,26 @@ def test_a_click_in_the_history_goes_to_that_time(quiet):
     )
 
 
-def ends(screen):
-    """First and last time of the motion shown [s], from both ends of the bar."""
-    found = []
-    for key in ("Home", "End"):
-        before = screen("stage-time").inner_text()
-        screen("scrub").press(key)
-        expect(screen("stage-time")).not_to_have_text(before)
-        found.append(instant(screen))
-    return found
-
-
 def test_plays_and_pauses(screen):
-    play = screen("play")
+    play, clock = screen("play"), screen("stage-time")
     expect(play).to_have_attribute("aria-label", "play")
-    texts = {screen("stage-time").inner_text()}
+    texts = {clock.inner_text()}
     play.click()
     expect(play).to_have_attribute("aria-label", "pause")
     for _ in range(4):
-        screen.page.wait_for_function(
-            "([clock, seen]) => !seen.includes(clock.textContent)",
-            arg=[screen("stage-time").element_handle(), sorted(texts)],
-        )
-        texts.add(screen("stage-time").inner_text())
+        screen.page.wait_for_function(_GOES_ON, arg=[clock.element_handle(), sorted(texts)])
+        texts.add(clock.inner_text())
     play.click()
     expect(play).to_have_attribute("aria-label", "play")
-    frames = "() => new Promise((done) => setTimeout(done, 300))"
-    screen.page.evaluate(frames)
-    still = screen("stage-time").inner_text()
-    screen.page.evaluate(frames)
-    assert screen("stage-time").inner_text() == still
+    screen.page.evaluate(_PAUSE)
+    still = clock.inner_text()
+    screen.page.evaluate(_PAUSE)
+    assert clock.inner_text() == still
 
 
 def test_the_drawing_says_what_the_brake_does(screen):
     """Somewhere on its way the brake sticks, slides both ways, and is released."""
-    seen = set()
-    for step in range(0, 101, 2):
-        screen("scrub").evaluate(
-            "(one, share) => { one.value = share; one.dispatchEvent(new Event('input')); }",
-            step / 100,
-        )
-        seen.add(screen.page.evaluate(
-            "([word]) => new Promise((done) => requestAnimationFrame(() =>"
-            " requestAnimationFrame(() => done(word.textContent))))",
-            [screen("stage-state").element_handle()],
-        ))  # fmt: skip
-    assert seen == {"sticking", "sliding forwards", "sliding backwards", "released"}
+    handles = [screen(name).element_handle() for name in ("scrub", "stage-state")]
+    states = ["released", "sliding backwards", "sliding forwards", "sticking"]
+    assert screen.page.evaluate(_STATES, handles) == states
     expect(screen("stage-svg")).to_contain_text("brake torque")

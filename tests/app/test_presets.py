@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -18,143 +19,121 @@ from wedgebrake.model.paper_machines import CONVENTIONAL, CORRECTED, DIAGRAMS, R
 GROUPS = ("Responses of the paper", "Diagrams of the paper", "Other machines")
 
 
-def simulated(name: str, **options):
+def simulated(name: str):
     desk = preset(name).desk()
     run = desk.study.run
-    return desk, wb.simulate(desk.system, periods=desk.periods, initial=run.initial, **options)
+    return desk, wb.simulate(desk.system, periods=desk.periods, initial=run.initial)
 
 
 @pytest.mark.parametrize("name", PRESETS)
-class TestEach:
-    def test_is_a_desk(self, name):
-        one = preset(name)
-        desk = one.desk()
-        assert one.name == name
-        assert one.group in GROUPS
-        assert 10 < len(one.title) <= 60
-        assert desk.view.axis in axes(desk.system)
-        low, high = span(desk, desk.view.axis)
-        assert low < high
-        assert 20 <= desk.periods <= MOST_PERIODS
-        assert one.desk() == desk
-
-    def test_is_a_study(self, name):
-        study = preset(name).desk().study
-        assert wb.read_study(study.to_toml()) == study
-
-    def test_can_be_looked_at(self, name):
-        moment = look(preset(name).desk())
-        assert moment.status in ("completed", "diverged")
+def test_each_is_a_desk_a_study_and_has_a_motion(name):
+    one = preset(name)
+    desk = one.desk()
+    assert one.name == name
+    assert one.group in GROUPS
+    assert desk.view.axis in axes(desk.system)
+    low, high = span(desk, desk.view.axis)
+    assert low < high
+    assert 20 <= desk.periods <= MOST_PERIODS
+    assert one.desk() == desk
+    assert wb.read_study(desk.study.to_toml()) == desk.study
+    assert look(desk).status in ("completed", "diverged")
+    # Those of the paper run as long as its cases.
+    frequency = desk.system.excitation.frequency
+    if name.startswith("fig"):
+        assert 25.0 <= desk.periods / frequency + 1e-9 < 25.0 + 1.0 / frequency
 
 
-class TestList:
-    def test_begins_where_one_starts(self):
-        assert next(iter(PRESETS)) == START
-        desk = preset(START).desk()
-        assert desk.system == wb.paper.system()
-        assert desk.system.stated == {"eta": -24.0, "f": 0.63, "F0": 0.036, "alpha": 1.18}
-
-    def test_groups_are_together(self):
-        """One heading each."""
-        found = [one.group for one in PRESETS.values()]
-        assert [one for i, one in enumerate(found) if i == 0 or found[i - 1] != one] == [*GROUPS]
-
-    def test_titles_differ(self):
-        assert len({one.title for one in PRESETS.values()}) == len(PRESETS)
-
-    def test_titles_say_what_varies(self):
-        assert preset("fig9c").title == "Fig. 9 c: wedge, η = −30"
-        assert preset("fig6c").title == "Fig. 6 c: wedge, f = 1.89, F₀ = 0.114"
-        assert preset("fig16d").title == "Fig. 16 d: conventional, f = 1.3 (20 Hz)"
-        assert preset("fig18a").title == "Fig. 18 a: wedge, angle 0.2 rad"
-        assert preset("fig8b").title == "Fig. 8 b: conventional over η, −120 to 12"
-
-    @pytest.mark.parametrize("name", ["fig9x", "", None, 3, "FIG9C"])
-    def test_an_unknown_name(self, name):
-        with pytest.raises(wb.InputError, match=r"^preset = .*: not known\. (Did|Allowed)"):
-            preset(name)
+def test_the_list_begins_where_one_starts_and_has_a_heading_for_each_group():
+    assert next(iter(PRESETS)) == START
+    desk = preset(START).desk()
+    assert desk.system == wb.paper.system()
+    assert desk.system.stated == {"eta": -24.0, "f": 0.63, "F0": 0.036, "alpha": 1.18}
+    assert [key for key, _ in itertools.groupby(one.group for one in PRESETS.values())] == [*GROUPS]
 
 
-class TestPaper:
-    def test_has_all_printed_cases(self):
-        """In the order of the rows."""
-        printed = {
-            f"fig{number}{letter}": CORRECTED.system(case, "coulomb")
-            for number, rows in RESPONSES.items()
-            for letter, case in zip("abcdef", rows.cases, strict=False)
-        }
-        found = {name for name, one in PRESETS.items() if one.group == GROUPS[0]}
-        assert found - {START, "as-printed"} == set(printed)
-        for name, system in printed.items():
-            assert preset(name).desk().system == system
-
-    def test_frequencies_are_whole_hertz(self):
-        """63 rad/s and the like are of the paper; its cases run at 5, 10, ... Hz."""
-        found = [preset(f"fig15{one}").desk().system.excitation.frequency for one in "abcde"]
-        assert found == pytest.approx([5.0, 10.0, 16.0, 20.0, 33.0], rel=1e-12)
-
-    @pytest.mark.parametrize("name", DIAGRAMS)
-    def test_has_all_diagrams(self, name):
-        plan, desk = DIAGRAMS[name], preset(f"fig{name}").desk()
-        assert desk.view.plate == "diagram"
-        assert desk.view.axis == plan.name
-        assert span(desk, plan.name) == (plan.low, plan.high)
-        assert desk.system == CORRECTED.system(plan.base, "coulomb")
-        assert desk.system.brake.kind == {"a": WEDGE, "b": CONVENTIONAL}.get(name[-1], WEDGE)
-
-    def test_runs_as_long_as_the_paper(self):
-        for name in PRESETS:
-            if name.startswith("fig"):
-                desk = preset(name).desk()
-                frequency = desk.system.excitation.frequency
-                assert 25.0 <= desk.periods / frequency + 1e-9 < 25.0 + 1.0 / frequency
-
-    def test_as_printed_diverges(self):
-        desk, response = simulated("as-printed")
-        assert response.attrs["status"] == "diverged"
-        assert (desk.system.driveline.damping, desk.system.friction.static) == (1.0, 0.33)
-        assert not desk.system.actuation.release
-
-    def test_chaos_where_the_paper_has_it(self):
-        desk = preset("fig9c").desk()
-        assert wb.motion(desk.system, max_events=MOST_EVENTS).kind == "chaotic"
+def test_titles_differ_and_say_what_varies():
+    assert len({one.title for one in PRESETS.values()}) == len(PRESETS)
+    assert preset("fig9c").title == "Fig. 9 c: wedge, η = −30"
+    assert preset("fig6c").title == "Fig. 6 c: wedge, f = 1.89, F₀ = 0.114"
+    assert preset("fig16d").title == "Fig. 16 d: conventional, f = 1.3 (20 Hz)"
+    assert preset("fig18a").title == "Fig. 18 a: wedge, angle 0.2 rad"
+    assert preset("fig8b").title == "Fig. 8 b: conventional over η, −120 to 12"
 
 
-class TestOthers:
-    @pytest.mark.parametrize("name", ["band", "falling-friction"])
-    def test_stick_and_slip_about_the_drive_speed(self, name):
-        """Rest is relative to the drum: the shaft is carried back, and lets go, again and again."""
-        desk, response = simulated(name)
-        speed = desk.system.driveline.drive_speed
-        sticks = wb.sticks(response)
-        assert sticks.attrs["class"] == "unidirectional stick-slip"
-        assert sticks.attrs["count"] > 50
-        velocity = response["velocity"].to_numpy()[-2000:]
-        sticking = response["sticking"].to_numpy()[-2000:] == 1
-        assert np.all(velocity[sticking] == -speed)
-        assert float(np.max(velocity)) > 0.9 * speed
-        assert float(np.min(velocity)) >= -speed * (1.0 + 1e-12)
+@pytest.mark.parametrize("name", ["fig9x", "", None, 3, "FIG9C"])
+def test_an_unknown_name(name):
+    with pytest.raises(wb.InputError, match=r"^preset = .*: not known\. (Did|Allowed)"):
+        preset(name)
 
-    def test_falling_friction_is_what_drives_it(self):
-        """Friction constant in speed lets the same start decay."""
-        desk, _ = simulated("falling-friction")
-        speeds, coefficients = zip(*desk.system.friction.nodes(), strict=True)
-        sliding = desk.system.brake.radius * desk.system.driveline.drive_speed
-        level = wb.CoulombFriction(kinetic=float(np.interp(sliding, speeds, coefficients)))
-        response = wb.simulate(
-            desk.system.replace(friction=level), periods=250, initial=desk.study.run.initial
-        )
-        assert wb.sticks(response).attrs["class"] == "non-stick-slip"
-        assert float(np.ptp(response["velocity"].to_numpy()[-500:])) < 0.01
 
-    def test_the_wedge_locks_itself(self):
-        desk, response = simulated("self-locking")
-        assert math.tan(desk.system.brake.angle) < desk.system.friction.kinetic
-        assert wb.stability(desk.system).self_locking == "kinetic"
-        assert float(np.max(response["velocity"])) == 0.0
-        assert look(desk).motion.kind == "at rest"
+def test_all_cases_of_the_paper_in_the_order_of_its_rows():
+    printed = {
+        f"fig{number}{letter}": CORRECTED.system(case, "coulomb")
+        for number, rows in RESPONSES.items()
+        for letter, case in zip("abcdef", rows.cases, strict=False)
+    }
+    found = {name for name, one in PRESETS.items() if one.group == GROUPS[0]}
+    assert found - {START, "as-printed"} == set(printed)
+    for name, system in printed.items():
+        assert preset(name).desk().system == system
+    # 63 rad/s and the like are of the paper; its cases run at 5, 10, ... Hz.
+    hertz = [preset(f"fig15{one}").desk().system.excitation.frequency for one in "abcde"]
+    assert hertz == pytest.approx([5.0, 10.0, 16.0, 20.0, 33.0], rel=1e-12)
 
-    def test_the_shoe_sticks(self):
-        desk, response = simulated("leading-shoe")
-        assert desk.system.brake.kind == "leading-shoe"
-        assert wb.sticks(response).attrs["class"] == "bidirectional stick-slip"
+
+@pytest.mark.parametrize("name", DIAGRAMS)
+def test_all_diagrams_of_the_paper(name):
+    plan, desk = DIAGRAMS[name], preset(f"fig{name}").desk()
+    assert desk.view.plate == "diagram"
+    assert desk.view.axis == plan.name
+    assert span(desk, plan.name) == (plan.low, plan.high)
+    assert desk.system == CORRECTED.system(plan.base, "coulomb")
+    assert desk.system.brake.kind == {"a": WEDGE, "b": CONVENTIONAL}.get(name[-1], WEDGE)
+
+
+def test_as_printed_diverges_and_chaos_is_where_the_paper_has_it():
+    desk, response = simulated("as-printed")
+    assert response.attrs["status"] == "diverged"
+    assert (desk.system.driveline.damping, desk.system.friction.static) == (1.0, 0.33)
+    assert not desk.system.actuation.release
+    assert wb.motion(preset("fig9c").desk().system, max_events=MOST_EVENTS).kind == "chaotic"
+
+
+@pytest.mark.parametrize("name", ["band", "falling-friction"])
+def test_stick_and_slip_about_the_drive_speed(name):
+    """Rest is relative to the drum: the shaft is carried back, and lets go, again and again."""
+    desk, response = simulated(name)
+    speed = desk.system.driveline.drive_speed
+    sticks = wb.sticks(response)
+    assert sticks.attrs["class"] == "unidirectional stick-slip"
+    assert sticks.attrs["count"] > 50
+    velocity = response["velocity"].to_numpy()[-2000:]
+    sticking = response["sticking"].to_numpy()[-2000:] == 1
+    assert np.all(velocity[sticking] == -speed)
+    assert float(np.max(velocity)) > 0.9 * speed
+    assert float(np.min(velocity)) >= -speed * (1.0 + 1e-12)
+
+
+def test_falling_friction_is_what_drives_it():
+    """Friction constant in speed lets the same start decay."""
+    desk = preset("falling-friction").desk()
+    speeds, coefficients = zip(*desk.system.friction.nodes(), strict=True)
+    sliding = desk.system.brake.radius * desk.system.driveline.drive_speed
+    level = wb.CoulombFriction(kinetic=float(np.interp(sliding, speeds, coefficients)))
+    response = wb.simulate(
+        desk.system.replace(friction=level), periods=250, initial=desk.study.run.initial
+    )
+    assert wb.sticks(response).attrs["class"] == "non-stick-slip"
+    assert float(np.ptp(response["velocity"].to_numpy()[-500:])) < 0.01
+
+
+def test_the_wedge_locks_itself_and_the_shoe_sticks():
+    desk, response = simulated("self-locking")
+    assert math.tan(desk.system.brake.angle) < desk.system.friction.kinetic
+    assert wb.stability(desk.system).self_locking == "kinetic"
+    assert float(np.max(response["velocity"])) == 0.0
+    assert look(desk).motion.kind == "at rest"
+    desk, response = simulated("leading-shoe")
+    assert desk.system.brake.kind == "leading-shoe"
+    assert wb.sticks(response).attrs["class"] == "bidirectional stick-slip"

@@ -16,6 +16,14 @@ def turns():
     made.close()
 
 
+@pytest.fixture
+def impatient():
+    """One thread, which is not waited for long."""
+    made = Turns(threads=1, patience=0.05, limit=0.6)
+    yield made
+    made.close()
+
+
 def directly(call):
     call()
 
@@ -31,50 +39,55 @@ def unexpected(words):
     raise AssertionError(words)
 
 
-def test_every_step_is_shown_and_then_the_end(turns):
+def done(turns, steps, post=directly, **options):
+    """What is shown of the steps of a new lane, when all is done."""
     seen = []
-    lane = turns.lane(directly)
-    lane.start(iter([1, 2, 3]), seen.append, unexpected, finished=lambda: seen.append("end"))
+    lane = turns.lane(post)
+    lane.start(iter(steps), seen.append, unexpected, **options)
     until(lambda: not lane.busy)
-    assert seen == [1, 2, 3, "end"]
+    return seen
 
 
-def test_newer_work_replaces_older(turns):
-    seen, running, go = [], threading.Event(), threading.Event()
+class Held:
+    """Work that goes on when it is let go, as a kernel that hangs; and another step after it."""
 
-    def old():
-        running.set()
-        assert go.wait(10)
-        yield "old"
-        yield "older"
+    def __init__(self, turns, error=None):
+        self.running, self.go, self.closed = (threading.Event() for _ in range(3))
+        self.seen, self.told, self.error = [], [], error
+        self.lane = turns.lane(directly)
+        self.lane.start(self.steps(), self.seen.append, self.told.append)
+        assert self.running.wait(10)
 
-    lane = turns.lane(directly)
-    lane.start(old(), seen.append, unexpected)
-    assert running.wait(10)
-    lane.start(iter(["new"]), seen.append, unexpected)
-    go.set()
-    until(lambda: not lane.busy)
-    assert seen == ["new"]
-
-
-def test_work_that_nobody_wants_is_closed(turns):
-    closed, running = threading.Event(), threading.Event()
-
-    def endless():
+    def steps(self):
         try:
-            while True:
-                running.set()
-                time.sleep(0.001)
-                yield 0
+            self.running.set()
+            assert self.go.wait(30)
+            if self.error is not None:
+                raise self.error
+            yield "late"
+            yield "later"
         finally:
-            closed.set()
+            self.closed.set()
 
-    lane = turns.lane(directly)
-    lane.start(endless(), lambda _: None, unexpected)
-    assert running.wait(10)
-    lane.stop()
-    assert closed.wait(10)
-    assert not lane.busy
+    def released(self):
+        """What is seen and told when it has been let go and has ended."""
+        self.go.set()
+        assert self.closed.wait(10)
+        return self.seen, self.told
+
+
+def test_every_step_is_shown_and_then_the_end(turns):
+    end = []
+    assert done(turns, [1, 2, 3], finished=lambda: end.append("end")) == [1, 2, 3]
+    assert end == ["end"]
+
+
+def test_newer_work_replaces_older_which_is_closed(turns):
+    old, seen = Held(turns), []
+    old.lane.start(iter(["new"]), seen.append, unexpected)
+    assert old.released() == ([], [])
+    until(lambda: not old.lane.busy)
+    assert seen == ["new"]
 
 
 def test_a_slow_page_gets_the_newest_result_only(turns):
@@ -88,155 +101,71 @@ def test_a_slow_page_gets_the_newest_result_only(turns):
 
 
 def test_what_is_urgent_comes_first_and_finer_work_waits(turns):
-    order, lock = [], threading.Lock()
-    blocked, go = threading.Barrier(3), threading.Event()
-
-    def block():
-        blocked.wait(10)
-        assert go.wait(10)
-        yield None
+    order, blockers = [], [Held(turns) for _ in range(2)]
 
     def steps(name, count):
         for _ in range(count):
-            with lock:
-                order.append(name)
+            order.append(name)
             yield None
 
-    blockers = [turns.lane(directly) for _ in range(2)]
-    for lane in blockers:
-        lane.start(block(), lambda _: None, unexpected)
-    blocked.wait(10)
     lanes = [turns.lane(directly) for _ in range(2)]
     lanes[0].start(steps("picture", 3), lambda _: None, unexpected, urgency=1, later=3)
     lanes[1].start(steps("motion", 1), lambda _: None, unexpected, urgency=0)
-    go.set()
+    for one in blockers:
+        one.released()
     until(lambda: not any(lane.busy for lane in lanes))
     assert sorted(order[:2]) == ["motion", "picture"]
     assert order.count("picture") == 3
 
 
 def test_a_pause_keeps_finer_work_from_beginning(turns):
-    times = []
-
-    def steps():
-        for _ in range(3):
-            times.append(time.monotonic())
-            yield None
-
-    lane = turns.lane(directly)
-    lane.start(steps(), lambda _: None, unexpected, pause=0.2)
-    until(lambda: not lane.busy)
+    times = done(turns, (time.monotonic() for _ in range(3)), pause=0.2)
     assert times[1] - times[0] >= 0.19
-    assert times[2] - times[1] < 0.15
 
 
 def test_failures_are_told_as_sentences(turns, caplog):
-    def wrong():
-        yield 1
-        raise InputError("eta = 3: must be something else.")
-
-    def broken():
-        raise ZeroDivisionError("oh")
-        yield
-
-    for steps, words in ((wrong(), "eta = 3"), (broken(), "internal error: ZeroDivisionError: oh")):
-        seen, told = [], []
-        lane = turns.lane(directly)
-        lane.start(steps, seen.append, told.append)
-        until(lambda lane=lane: not lane.busy)
-        assert told[0].startswith(words)
+    for error, words in (
+        (InputError("eta = 3: must be something else."), "eta = 3"),
+        (ZeroDivisionError("oh"), "internal error: ZeroDivisionError: oh"),
+    ):
+        held = Held(turns, error)
+        held.released()
+        until(lambda held=held: held.told)
+        assert held.told[0].startswith(words)
     assert "a turn failed" in caplog.text
 
 
 def test_a_failure_of_unwanted_work_is_not_told(turns):
-    told, running, go = [], threading.Event(), threading.Event()
-
-    def wrong():
-        running.set()
-        assert go.wait(10)
-        raise InputError("too late")
-        yield
-
-    lane = turns.lane(directly)
-    lane.start(wrong(), lambda _: None, told.append)
-    assert running.wait(10)
-    lane.stop()
-    go.set()
-    time.sleep(0.05)
-    assert told == []
-
-
-@pytest.fixture
-def impatient():
-    """One thread, which is not waited for long."""
-    made = Turns(threads=1, patience=0.05, limit=0.6)
-    yield made
-    made.close()
-
-
-class Stuck:
-    """Work that does not come back until it is let go, as a kernel that hangs."""
-
-    def __init__(self, turns):
-        self.running, self.go, self.closed = (threading.Event() for _ in range(3))
-        self.seen, self.told = [], []
-        self.lane = turns.lane(directly)
-        self.lane.start(self.steps(), self.seen.append, self.told.append)
-        assert self.running.wait(10)
-
-    def steps(self):
-        try:
-            self.running.set()
-            assert self.go.wait(30)
-            yield "late"
-            yield "later"
-        finally:
-            self.closed.set()
-
-
-def does_work(turns):
-    seen = []
-    lane = turns.lane(directly)
-    lane.start(iter([1, 2]), seen.append, unexpected)
-    until(lambda: not lane.busy)
-    return seen == [1, 2]
+    held = Held(turns, InputError("too late"))
+    held.lane.stop()
+    assert held.released() == ([], [])
+    assert done(turns, [1, 2]) == [1, 2]
+    assert held.told == []
 
 
 def test_nobody_waits_for_work_that_hangs(impatient):
     before = threading.active_count()
-    stuck = [Stuck(impatient) for _ in range(5)]
-    assert does_work(impatient)
+    stuck = [Held(impatient) for _ in range(5)]
+    assert done(impatient, [1, 2]) == [1, 2]
     for one in stuck:
         one.go.set()
     until(lambda: threading.active_count() <= before)
-    assert does_work(impatient)
-
-
-def test_nor_for_work_of_a_page_that_has_gone(impatient):
-    stuck = Stuck(impatient)
-    stuck.lane.stop()
-    assert does_work(impatient)
-    stuck.go.set()
-    assert stuck.closed.wait(10)
-    assert stuck.seen == stuck.told == []
+    # Nor for that of a page that has gone.
+    gone = Held(impatient)
+    gone.lane.stop()
+    assert done(impatient, [1, 2]) == [1, 2]
+    assert gone.released() == ([], [])
 
 
 def test_work_that_takes_too_long_is_given_up(impatient):
-    stuck = Stuck(impatient)
+    stuck = Held(impatient)
     until(lambda: not stuck.lane.busy)
     assert "0.6 s" in stuck.told[0]
-    stuck.go.set()
-    assert stuck.closed.wait(10)
-    assert (stuck.seen, len(stuck.told)) == ([], 1)
-    assert does_work(impatient)
-
-
-def test_work_of_short_turns_may_go_on_for_longer_than_one_may_last(impatient):
-    seen = []
-    lane = impatient.lane(directly)
-    lane.start((time.sleep(0.1) for _ in range(12)), seen.append, unexpected)
-    until(lambda: not lane.busy)
-    assert seen
+    seen, told = stuck.released()
+    assert (seen, len(told)) == ([], 1)
+    assert done(impatient, [1, 2]) == [1, 2]
+    # Work of short turns may go on for longer than one may last.
+    assert done(impatient, (time.sleep(0.1) for _ in range(8)))
 
 
 def test_closing_ends_the_threads():
@@ -253,11 +182,5 @@ def test_a_page_that_has_gone_does_not_stop_the_others(turns):
         raise AttributeError("no document")
 
     for _ in range(5):
-        lane = turns.lane(gone)
-        lane.start(iter([1, 2]), unexpected, unexpected)
-        until(lambda lane=lane: not lane.busy)
-    seen = []
-    living = turns.lane(directly)
-    living.start(iter([1, 2]), seen.append, unexpected)
-    until(lambda: not living.busy)
-    assert seen == [1, 2]
+        assert done(turns, [1, 2], gone) == []
+    assert done(turns, [1, 2]) == [1, 2]

@@ -77,7 +77,9 @@ class Client:
                 break
         self.document = content["doc"]
         self._notice(content)
-        await self._event({"name": "document_ready", "values": {"type": "map"}})
+        ready = {"type": "event", "name": "document_ready", "values": {"type": "map"}}
+        message = {"kind": "MessageSent", "msg_type": "bokeh_event", "msg_data": ready}
+        await self.patch(message)
         return self
 
     async def edit(self, **changes: object) -> None:
@@ -88,12 +90,7 @@ class Client:
             text = repr(value) if isinstance(value, float | int) else value
             await self.set(f"input-{name}", "value", text)
 
-    async def choose(self, title: str) -> None:
-        """Choose a preset."""
-        await self.set("preset", "value", title)
-
     async def load(self, name: str, content: bytes) -> None:
-        """Choose a file."""
         model = {"kind": "ModelChanged", "model": {"id": self.parts["load"]}}
         values = {"value": b64encode(content).decode(), "mime_type": "", "filename": name}
         await self.patch(*({**model, "attr": attr, "new": new} for attr, new in values.items()))
@@ -108,33 +105,17 @@ class Client:
         """Wait until the motion, or the picture, shows that change; how long it took [s]."""
         begin = time.perf_counter()
         while self.seen.get(what, 0) < number:
-            _, content = await self._receive()
-            self._notice(content)
+            self._notice((await self._receive())[1])
         return time.perf_counter() - begin
 
     async def hear(self, what: str) -> Any:
         """Wait for the next headline or notice."""
         self.said.pop(what, None)
         while not self.said.get(what):
-            _, content = await self._receive()
-            self._notice(content)
+            self._notice((await self._receive())[1])
         return self.said[what]
 
-    async def answer(self, number: int) -> str:
-        """Wait until a study is shown, or an edit refused: the headline, or the notice."""
-        self.said.clear()
-        while not self.said.get("notice"):
-            if self.seen.get("motion", 0) >= number and self.said.get("headline"):
-                return self.said["headline"]
-            self._notice((await self._receive())[1])
-        return self.said["notice"]
-
-    async def event(self, name: object, entries: list[Any]) -> None:
-        """Any event with its values, as Bokeh would send it."""
-        await self._event({"name": name, "values": {"type": "map", "entries": entries}})
-
     async def patch(self, *events: object) -> None:
-        """Any changes of the document."""
         await self._send({"msgtype": "PATCH-DOC"}, {"events": list(events)})
 
     async def raw(self, text: str | bytes) -> None:
@@ -142,7 +123,6 @@ class Client:
         await self._write(text)
 
     def close(self) -> None:
-        """Leave."""
         self._socket.close()
 
     def vanish(self) -> None:
@@ -156,13 +136,6 @@ class Client:
         with contextlib.suppress(ConnectionError):
             while not self._gone:
                 await self._read()
-
-    async def _event(self, event: dict) -> None:
-        message = {"kind": "MessageSent", "msg_type": "bokeh_event"}
-        await self._send(
-            {"msgtype": "PATCH-DOC"},
-            {"events": [{**message, "msg_data": {"type": "event", **event}}]},
-        )
 
     async def _send(self, header: dict, content: dict) -> None:
         header = {"msgid": f"m{next(self._numbers)}", **header}

@@ -26,11 +26,7 @@ LIMITS = {
 
 def test_the_table_of_limits_is_that_of_the_program():
     table = TEXT.split("## Limits")[1].split("##")[0]
-    rows = dict(re.findall(r"^\| ([a-z][^|]+?) \| ([^|]+?) \|$", table, flags=re.MULTILINE))
-    rows = {
-        name: tuple(int(one) for one in re.findall(r"\d+", value.replace(" 000", "000")))
-        for name, value in rows.items()
-    }
-    assert rows == {
-        name: value if isinstance(value, tuple) else (value,) for name, value in LIMITS.items()
-    }
+    rows = re.findall(r"^\| ([a-z][^|]+?) \| ([^|]+?) \|$", table.replace(" 000", "000"), re.M)
+    found = {name: [int(one) for one in re.findall(r"\d+", value)] for name, value in rows}
+    assert found == {name: [*value] if isinstance(value, tuple) else [value]
+                     for name, value in LIMITS.items()}  # fmt: skip
