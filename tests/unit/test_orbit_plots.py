@@ -25,7 +25,7 @@ from pictures import (
 )
 
 import wedgebrake as wb
-from wedgebrake.figures.data import codim2 as codim2_data
+from wedgebrake.figures.data.class_map import curve_entries, curves_over
 from wedgebrake.figures.data.class_styles import (
     BIFURCATIONS,
     MOTIONS,
@@ -33,7 +33,7 @@ from wedgebrake.figures.data.class_styles import (
     orbit_colour,
 )
 from wedgebrake.figures.data.orbit_branches import OrbitBranches
-from wedgebrake.figures.matplotlib import codim2, orbit_branches, style
+from wedgebrake.figures.matplotlib import maps, orbit_branches, style
 
 ETA = {"units": "1", "long_name": "slope of the actuation force, delta R mu_k / c"}
 F0 = {"units": "1", "long_name": "initial actuation force"}
@@ -174,7 +174,7 @@ PICTURES = {
     "cascade": lambda: wb.plot(cascade(60, loop()), beneath=diagram(300), width=style.COLUMN),
     "exponent": lambda: wb.plot(cascade(), quantity="largest_exponent", width=style.COLUMN),
     "crowd": lambda: wb.plot(crowd(), width=style.COLUMN),
-    "boundaries": lambda: codim2.boundary(boundary_of(), boundaries=every_boundary()),
+    "boundaries": lambda: maps.boundary(boundary_of(), boundaries=every_boundary()),
     "map": lambda: wb.plot(map_of(), boundaries=every_boundary()),
 }
 
@@ -430,7 +430,7 @@ class TestBoundaries:
 
     def test_legend(self):
         lines = [boundary_of("grazing-sliding"), boundary_of("fold", 2), boundary_of("fold", 1)]
-        entries = codim2_data.entries(codim2_data.curves_over(lines, ["eta", "F0"]))
+        entries = curve_entries(curves_over(lines, ["eta", "F0"]))
         assert [one.label for one in entries] == ["fold of $T$, $2T$", "grazing-sliding of $T$"]
 
     @pytest.mark.parametrize("kind", ["branch point", "grazing"])
@@ -440,7 +440,7 @@ class TestBoundaries:
             figure = style.new_figure(2.0, 2.0)
             axes = figure.add_subplot()
             axes.set_facecolor(behind.over())
-            codim2.draw(axes, ["eta", "F0"], [boundary_of(kind)])
+            maps.draw_curves(axes, curves_over([boundary_of(kind)], ["eta", "F0"]))
             paper = luminance(behind.over())
             seen = map(luminance, Pixels(figure, 200).around(axes, -24.0, 0.05, 12))
             contrast = [(max(paper, one) + 0.05) / (min(paper, one) + 0.05) for one in seen]
@@ -469,7 +469,7 @@ def other_boundary():
         (lambda: wb.plot(boundary_of(), boundaries=[other_boundary()]), r"boundaries\[0\].*alpha"),
         (lambda: wb.plot(map_of(), boundaries=boundary_of()), "boundaries = Dataset"),
         (lambda: wb.plot(map_of(), boundaries=[map_of()]), r"boundaries\[0\].*wb.boundary"),
-        (lambda: codim2.boundary(map_of()), "dataset.*wb.boundary"),
+        (lambda: maps.boundary(map_of()), "dataset.*wb.boundary"),
     ],
 )
 def test_wrong_datasets_are_refused(call, argument):

@@ -23,10 +23,10 @@ from PIL import Image
 import wedgebrake as wb
 from wedgebrake.analysis.sticking import steady_start
 from wedgebrake.figures.data import limits
-from wedgebrake.figures.data.history import History
-from wedgebrake.figures.data.sticks import Sticks
-from wedgebrake.figures.matplotlib import history, phase, section, spectrum, style
-from wedgebrake.figures.matplotlib.overview import overview
+from wedgebrake.figures.data.motion import History, Phase, Sticks
+from wedgebrake.figures.matplotlib import motion as pictures
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.motion import overview
 from wedgebrake.figures.matplotlib.save import save
 from wedgebrake.paper.figures import draw
 from wedgebrake.paper.laboratory import Laboratory
@@ -156,26 +156,26 @@ class TestOverview:
 
 class TestHistory:
     def test_shades_the_sticks(self, response):
-        figure = history.history(response, periods=None)
+        figure = pictures.history(response, periods=None)
         axes = figure.axes[0]
         drawn = sum(len(c.get_paths()) for c in axes.collections)
         assert drawn == response.sizes["stick"]
         assert axes.get_xlim() == pytest.approx((0.0, float(response.time[-1])))
         assert len(figure.axes) == 2
-        assert len(history.history(response, torque=False).axes) == 1
-        low, high = history.history(response, periods=5).axes[0].get_xlim()
+        assert len(pictures.history(response, torque=False).axes) == 1
+        low, high = pictures.history(response, periods=5).axes[0].get_xlim()
         assert high - low == pytest.approx(5 * SYSTEMS["paper"].excitation.period)
 
     @pytest.mark.parametrize("periods", [0, -3.0, "all", float("nan")])
     def test_of_no_time(self, response, periods):
         with pytest.raises(wb.InputError, match="periods = "):
-            history.history(response, periods)
+            pictures.history(response, periods)
 
     def test_divergence_has_a_logarithmic_scale_and_a_bounded_part(self):
         response = wb.simulate(SYSTEMS["diverged"], periods=40)
         data = History.last(response, None)
         assert data.linear_up_to == 10.0
-        assert history.history(response).axes[0].get_yscale() == "symlog"
+        assert pictures.history(response).axes[0].get_yscale() == "symlog"
         bounded, rest = data.velocity[data.bounded], data.velocity[data.bounded.stop :]
         assert np.max(np.abs(bounded)) < 1e-2 * np.max(np.abs(rest))
         calm = History.last(wb.simulate(SYSTEMS["paper"], periods=5), None)
@@ -186,7 +186,7 @@ class TestHistory:
 class TestPhase:
     def test_marks_switching_line_and_release_speeds(self):
         system = SYSTEMS["turning shaft"]
-        axes = phase.phase(system, wb.simulate(system, periods=60)).axes[0]
+        axes = pictures.phase(system, wb.simulate(system, periods=60)).axes[0]
         levels = [
             line.get_ydata()[0]
             for line in axes.lines
@@ -201,7 +201,7 @@ class TestPhase:
 
     def test_reaches_the_switching_line_unless_the_motion_gets_too_small(self):
         system = SYSTEMS["paper"].replace(drive_speed=3.0)
-        data = phase.Phase.of(system, wb.simulate(system, periods=20), None)
+        data = Phase.of(system, wb.simulate(system, periods=20), None)
         assert data.reaching(-2.0, 2.0) == (-3.0, 2.0)
         assert data.reaching(1.0, 2.0) == (1.0, 2.0)
 
@@ -210,7 +210,7 @@ class TestSection:
     def test_of_one_point_is_not_enlarged(self):
         """Rounding must not fill the picture: the limits stay in scale with the motion."""
         response = wb.simulate(SYSTEMS["synchronous"], periods=100)
-        axes = section.section(response).axes[0]
+        axes = pictures.section(response).axes[0]
         assert np.ptp(axes.get_xlim()) > 0.04 * float(np.ptp(response.angle.to_numpy()))
         assert np.ptp(axes.get_ylim()) > 0.04 * float(np.ptp(response.velocity.to_numpy()))
 
@@ -220,18 +220,18 @@ class TestSection:
             (response, 13),
             (wb.poincare(SYSTEMS["paper"], 60, transient=10), 51),
         ):
-            (drawn,) = section.section(points).axes[0].lines
+            (drawn,) = pictures.section(points).axes[0].lines
             assert len(drawn.get_xdata()) == count
             sizes.append(drawn.get_markersize())
         assert sizes[0] == 4.0 > sizes[1]
         with pytest.raises(wb.InputError, match=r"wb\.poincare"):
-            section.section(response.drop_vars(["poincare_angle"]))
+            pictures.section(response.drop_vars(["poincare_angle"]))
 
     @pytest.mark.parametrize("torque", [0.0, 500.0])
     def test_states_the_period_of_a_torque_that_does_not_act(self, torque):
         system = SYSTEMS["turning shaft"].replace(amplitude=torque)
         for points in (wb.simulate(system, periods=60), wb.poincare(system, 60, transient=10)):
-            (words,) = (text.get_text() for text in section.section(points).axes[0].texts)
+            (words,) = (text.get_text() for text in pictures.section(points).axes[0].texts)
             assert ("$0.09973$ s" in words) == (torque == 0.0)
 
 
@@ -246,7 +246,7 @@ class TestSpectrum:
     )
     def test_marks_what_acts(self, changes, marks):
         system = SYSTEMS["turning shaft"].replace(**changes)
-        axes = spectrum.spectrum(wb.spectrum(wb.simulate(system, periods=60))).axes[0]
+        axes = pictures.spectrum(wb.spectrum(wb.simulate(system, periods=60))).axes[0]
         legend = axes.get_legend()
         assert (
             [text.get_text() for text in legend.get_texts() if legend] == marks
@@ -257,7 +257,7 @@ class TestSpectrum:
     def test_frequencies_in_hertz_or_natural_frequencies(self, response):
         lines = wb.spectrum(response)
         for hertz, unit in ((True, 1.0), (False, lines.attrs["natural_frequency"])):
-            axes = spectrum.spectrum(lines, hertz=hertz).axes[0]
+            axes = pictures.spectrum(lines, hertz=hertz).axes[0]
             marks = {
                 float(line.get_xdata()[0]) for line in axes.lines if len(line.get_xdata()) == 2
             }
@@ -266,21 +266,21 @@ class TestSpectrum:
             assert ("Hz" in axes.get_xlabel()) == hertz
             assert axes.get_yscale() == "log"
         with pytest.raises(wb.InputError, match=r"wb\.spectrum"):
-            spectrum.spectrum(response)
+            pictures.spectrum(response)
 
     def test_of_no_known_machine_has_no_caption(self, response):
         lines = wb.spectrum(response)
         lines.attrs = {"quantity": "velocity"}
-        assert spectrum.spectrum(lines).get_suptitle() == ""
+        assert pictures.spectrum(lines).get_suptitle() == ""
 
 
 @pytest.mark.parametrize("name", ["history", "phase", "section", "points", "spectrum"])
 def test_every_single_picture_names_its_machine(response, name):
     system = SYSTEMS["paper"]
     figure = {
-        "history": lambda: history.history(response),
-        "phase": lambda: phase.phase(system, response),
-        "section": lambda: section.section(response),
+        "history": lambda: pictures.history(response),
+        "phase": lambda: pictures.phase(system, response),
+        "section": lambda: pictures.section(response),
         "points": lambda: wb.plot(wb.poincare(system, 60, transient=10)),
         "spectrum": lambda: wb.plot(wb.spectrum(response)),
     }[name]()
@@ -340,7 +340,7 @@ class TestStyle:
 
     def test_colours_do_not_follow_the_users_settings(self, response):
         with mpl.rc_context({"axes.facecolor": "black"}):
-            axes = section.section(response).axes[0]
+            axes = pictures.section(response).axes[0]
         assert axes.get_facecolor() == (1.0, 1.0, 1.0, 1.0)
 
     @pytest.mark.parametrize(
@@ -386,7 +386,7 @@ def test_every_picture_shows_itself_in_a_notebook_and_keeps_its_text(picture, tm
 
 @pytest.fixture
 def figure(response):
-    return section.section(response)
+    return pictures.section(response)
 
 
 class TestSave:
@@ -397,7 +397,7 @@ class TestSave:
         files = []
         for folder in (tmp_path / "one", tmp_path / "two"):
             folder.mkdir()
-            path = save(section.section(response), str(folder / name))
+            path = save(pictures.section(response), str(folder / name))
             assert [*folder.iterdir()] == [path]
             files.append(path.read_bytes())
         assert files[0] == files[1]
@@ -454,7 +454,7 @@ class TestSavefig:
         files = []
         for settings in ({}, other):
             path = tmp_path / f"{len(files)}.{suffix}"
-            figure = section.section(response)
+            figure = pictures.section(response)
             with mpl.rc_context(settings):
                 before = dict(mpl.rcParams)
                 figure.savefig(path)
@@ -523,10 +523,10 @@ def test_pyplot_stays_out_and_matplotlib_waits(tmp_path):
     program = f"""
 import sys
 import wedgebrake as wb
-from wedgebrake.figures.matplotlib import history, overview, phase, save, section, spectrum, style
+from wedgebrake.figures.matplotlib import motion, save, style
 assert "matplotlib" not in sys.modules and "xarray" not in sys.modules
 system = wb.paper.system()
-figure = overview.overview(system, wb.simulate(system, periods=5))
+figure = motion.overview(system, wb.simulate(system, periods=5))
 save.save(figure, {str(tmp_path / "a.png")!r})
 assert "matplotlib.pyplot" not in sys.modules
 """

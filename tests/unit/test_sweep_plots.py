@@ -33,14 +33,13 @@ from pictures import (
 import wedgebrake as wb
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.figures.data import caption, class_styles
+from wedgebrake.figures.data.axes import SweptAxis
 from wedgebrake.figures.data.basins import of_dataset as basins_data
-from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.figures.data.branches import split
+from wedgebrake.figures.data.bifurcation import BifurcationDiagram, split
 from wedgebrake.figures.data.class_map import regime_map as map_data
 from wedgebrake.figures.data.class_styles import ATTRACTOR_COLOURS, CODES, MOTION_STYLES, MOTIONS
 from wedgebrake.figures.data.partial import point_cloud
-from wedgebrake.figures.data.swept_axis import SweptAxis
-from wedgebrake.figures.matplotlib import basins, bifurcation, regime, style
+from wedgebrake.figures.matplotlib import bifurcation, maps, style
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
 
 PICTURES = {
@@ -286,7 +285,7 @@ class TestMap:
         dataset = sweep("regime_map", alpha=alphas, F0=forces)
         fill(dataset, "motion", MotionClass.CHAOTIC, order=0, alpha=7, F0=25)
         fill(dataset, "motion", MotionClass.PERIODIC, order=3, alpha=slice(20, 23), F0=2)
-        figure = regime.regime_map(dataset)
+        figure = maps.regime_map(dataset)
         (axes,) = data_axes(figure)
         image = Pixels(figure)
         assert close(image.at(axes, alphas[7], forces[25]), style.VERMILLION)
@@ -325,7 +324,7 @@ class TestMap:
         fill(dataset, "status", PointStatus.NOT_COMPUTED, eta=slice(10, 20))
         fill(dataset, "status", PointStatus.STEP_LIMIT, eta=slice(20, 30))
         dataset["sliding_damping"][...] = 1.0
-        figure = regime.regime_map(dataset)
+        figure = maps.regime_map(dataset)
         (axes,) = data_axes(figure)
         image, values = Pixels(figure), dataset["eta"].to_numpy()
         undecided, empty, limit = (image.around(axes, values[i], 0.05) for i in (5, 15, 25))
@@ -385,7 +384,7 @@ class TestMap:
         assert len(norms) == 2
         assert norms[0].vmax == norms[1].vmax
         with pytest.raises(wb.InputError, match="branches"):
-            regime.draw(figure.axes[0], dataset)
+            map_data(dataset)
 
     def test_failures_stay_in_maps_of_values(self):
         dataset = map_of()
@@ -412,7 +411,7 @@ class TestMap:
 class TestBasins:
     def test_colours_go_by_share(self):
         dataset = basins_of(4)
-        figure = basins.basins(dataset)
+        figure = maps.basins(dataset)
         (axes,) = data_axes(figure)
         image = Pixels(figure)
         angles, numbers = dataset["initial_angle"].to_numpy(), dataset["attractor"].to_numpy()[:, 0]
@@ -429,20 +428,20 @@ class TestBasins:
         assert all(one.points[:, 1] == [5.0] for one in basins_data(dataset).marks)
         dataset["attractor_velocity"][...] = 99.0
         assert not any(one.points.size for one in basins_data(dataset).marks)
-        assert not data_axes(basins.basins(dataset))[0].texts
+        assert not data_axes(maps.basins(dataset))[0].texts
 
     def test_beyond_twenty_they_are_others(self):
         dataset = basins_of(25, 300)
         ranking = np.argsort(-dataset["attractor_share"].to_numpy(), kind="stable")
         data = basins_data(dataset)
-        assert [one.number for one in data.marks] == list(ranking[:20])
+        assert [int(one.label) for one in data.marks] == list(ranking[:20])
         assert labels(data.legend)[20].startswith("5 others")
 
     def test_numbers_do_not_touch(self):
         """Attractors in one place: their numbers are moved apart."""
         dataset = basins_of(8)
         dataset["attractor_angle"][...] = 0.1 + 0.002 * np.arange(8)[:, None]
-        figure = basins.basins(dataset)
+        figure = maps.basins(dataset)
         renderer = FigureCanvasAgg(figure).get_renderer()
         figure.draw(renderer)
         texts = data_axes(figure)[0].texts
@@ -491,17 +490,17 @@ class TestDatasets:
             (lambda: wb.plot(3), "dataset"),
             (lambda: wb.plot(map_of(), quantiti="motion"), "quantiti"),
             (lambda: wb.plot(sweep(eta=[0.0], F0=[0.1], alpha=[1.1])), "dataset"),
-            (lambda: regime.regime_map(sweep(eta=[0.0], F0=[0.1], alpha=[1.1])), "dataset"),
+            (lambda: maps.regime_map(sweep(eta=[0.0], F0=[0.1], alpha=[1.1])), "dataset"),
             (lambda: bifurcation.bifurcation(map_of()), "dataset.*regime_map"),
-            (lambda: regime.regime_map(diagram()), "dataset.*bifurcation"),
-            (lambda: basins.basins(xr.Dataset()), "dataset"),
+            (lambda: maps.regime_map(diagram()), "dataset.*bifurcation"),
+            (lambda: maps.basins(xr.Dataset()), "dataset"),
             (lambda: bifurcation.bifurcation(diagram(), "velocit"), "quantity.*'velocity'"),
-            (lambda: regime.regime_map(map_of(), "peak_torqe"), "quantity.*'peak_torque'"),
-            (lambda: regime.regime_map(map_of(), "status"), "quantity"),
-            (lambda: regime.regime_map(map_of(), "eta"), "quantity"),
+            (lambda: maps.regime_map(map_of(), "peak_torqe"), "quantity.*'peak_torque'"),
+            (lambda: maps.regime_map(map_of(), "status"), "quantity"),
+            (lambda: maps.regime_map(map_of(), "eta"), "quantity"),
             (lambda: wb.plot(map_of().isel(F0=0)), "velocity over period"),
-            (lambda: basins.basins(map_of()), "no attractor"),
-            (lambda: basins.basins(basins_of(2).rename(initial_angle="eta")), "eta"),
+            (lambda: maps.basins(map_of()), "no attractor"),
+            (lambda: maps.basins(basins_of(2).rename(initial_angle="eta")), "eta"),
             (lambda: wb.plot(map_of().assign_coords(eta=[f"v{i}" for i in range(30)])), "eta"),
         ],
     )
@@ -535,7 +534,7 @@ class TestColours:
 
     def test_text_can_be_read_and_points_be_seen(self):
         for one in MOTIONS:
-            paper, ink = luminance(one.colour), luminance(one.text_colour)
+            paper, ink = luminance(one.colour), luminance(style.ink(one.colour))
             assert (max(paper, ink) + 0.05) / (min(paper, ink) + 0.05) > 3.8  # WCAG 2
             assert luminance(one.on_white) <= 0.43
         assert MOTION_STYLES["chaotic"].on_white == MOTION_STYLES["chaotic"].colour
@@ -560,7 +559,7 @@ def test_pyplot_stays_out():
     """In a process of its own, which is given what it draws."""
     program = """
 import json, sys
-from wedgebrake.figures.matplotlib import basins, bifurcation, regime
+from wedgebrake.figures.matplotlib import bifurcation, maps
 from wedgebrake.figures.matplotlib.draw import plot
 assert "matplotlib" not in sys.modules and "xarray" not in sys.modules
 import xarray

@@ -13,7 +13,7 @@ from wedgebrake.explorer.core.axis import parameter_axis
 from wedgebrake.explorer.core.machine import without
 from wedgebrake.explorer.core.state import Desk, axes
 from wedgebrake.figures.data import stability as data_of
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
+from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.partial import PartialMap
 from wedgebrake.model.brakes import WedgeBrake
 

@@ -15,7 +15,6 @@ from bokeh.models import (
     LinearColorMapper,
     Quad,
     Range1d,
-    Scatter,
     Span,
 )
 
@@ -30,8 +29,8 @@ from wedgebrake.figures.bokeh.chart import (
     update_model,
     update_source,
 )
+from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.class_styles import HATCH
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
 
 HATCHING = {
     "hatch_pattern": "/", "hatch_color": HATCH, "hatch_alpha": 0.4, "hatch_scale": 9.0,
@@ -43,6 +42,8 @@ BOXES = ("left", "right", "bottom", "top")
 """Columns of boxes."""
 TOOLTIP = f"font:12px {FONT};color:{INK}"
 """CSS of the text at the pointer."""
+FOLLOWING = {"point_policy": "follow_mouse", "show_arrow": False}
+"""Options of texts at the pointer."""
 _TICKS_X, _TICKS_Y = 11, 6
 # Beyond this share of the picture, a label at the cursor is written to its left.
 _TURN = 0.85
@@ -115,8 +116,8 @@ class Canvas(Chart):
     def hover(self, renderer: GlyphRenderer, mode: str) -> None:
         """Show the column ``text`` of a renderer at the pointer."""
         tip = f'<div style="{TOOLTIP}">@text</div>'
-        options = {"point_policy": "follow_mouse", "show_arrow": False}
-        self.figure.add_tools(HoverTool(renderers=[renderer], mode=mode, tooltips=tip, **options))
+        tool = HoverTool(renderers=[renderer], mode=mode, tooltips=tip, **FOLLOWING)
+        self.figure.add_tools(tool)
 
 
 class _Cursor:
@@ -153,17 +154,6 @@ class _Cursor:
             text_align="right" if turned else "left",
         )  # fmt: skip
         return position
-
-
-def outlined(width: float) -> list[dict[str, Any]]:
-    """Line options of a dark outline with a white one behind it."""
-    return [{"line_color": "#FFFFFF", "line_width": 2.25 * width},
-            {"line_color": INK, "line_width": width}]  # fmt: skip
-
-
-def ring(size: float, **options: Any) -> Scatter:
-    """A ring about a point."""
-    return Scatter(x="x", y="y", size=size, fill_color=None, **options)
 
 
 def invisible_boxes() -> Quad:

@@ -7,26 +7,13 @@ from typing import Any
 
 import numpy as np
 from bokeh.events import DoubleTap
-from bokeh.models import (
-    ColumnDataSource,
-    CustomJS,
-    CustomJSTickFormatter,
-    Range1d,
-    Scatter,
-)
+from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Range1d
 from bokeh.models.dom import HTML
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
-from wedgebrake.figures import style
-
 INK, MUTED, GRID, FRAME = "#1B2430", "#5B6675", "#ECEFF3", "#C9D0D8"
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif'
-MOTION, GHOST = style.MOTION, "#A9B2BD"
-STICKS = {side: colour for side, (colour, _) in style.STICKS.items()} | {0: "#AEB6C0"}
-STICK_LABELS = {  # without mathtext
-    side: label.replace("$v", "v ").replace("0$", " 0") for side, (_, label) in style.STICKS.items()
-}
 
 # Numbers at ticks: no more digits than they need, and a true minus.
 _TICK = """
@@ -80,11 +67,6 @@ def chart(title: str, across: str, up: str, **options: Any) -> figure:
     drawn.grid.grid_line_color = GRID
     drawn.js_on_event(DoubleTap, CustomJS(args={"drawn": drawn}, code="drawn.reset.emit()"))
     return drawn
-
-
-def position_marker() -> Scatter:
-    """Marker of the current position in a motion."""
-    return Scatter(x="x", y="y", size=8, fill_color=style.ORANGE, line_color=INK)
 
 
 class Overlay:

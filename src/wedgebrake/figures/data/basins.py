@@ -10,17 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
-from wedgebrake.figures.data.class_map import ClassMap
+from wedgebrake.figures.data.axes import SweptAxis, arranged, require_swept, swept_axes
+from wedgebrake.figures.data.class_map import ClassMap, Marks
 from wedgebrake.figures.data.class_styles import (
     ATTRACTOR_COLOURS,
     MOTION_STYLES,
     OTHER_ATTRACTORS,
     ClassStyle,
+    LegendEntry,
     MarkerStyle,
+    class_entries,
     motion_label,
 )
-from wedgebrake.figures.data.legend import LegendEntry, class_entries
-from wedgebrake.figures.data.swept_axis import SweptAxis, arranged, require_swept, swept_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,23 +63,7 @@ class Attractor:
     points: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class AttractorMarks:
-    """The Poincare points of one attractor inside the picture, as values (x, y), (n, 2)."""
-
-    number: int
-    points: FloatArray
-    marker: MarkerStyle
-
-
-@dataclass(frozen=True, eq=False)
-class Basins(ClassMap):
-    """Basins over the initial state, with the attractors that have a colour, largest first."""
-
-    marks: tuple[AttractorMarks, ...] = ()
-
-
-def of_dataset(dataset: xr.Dataset) -> Basins:
+def of_dataset(dataset: xr.Dataset) -> ClassMap:
     """The basins of a result of ``wb.basins``.
 
     Raises ``InputError`` for anything else.
@@ -90,11 +75,8 @@ def of_dataset(dataset: xr.Dataset) -> Basins:
     for number in range(motions.size):
         points = np.column_stack((angles[number], velocities[number]))
         known = points[np.isfinite(points).all(axis=1)]
-        attractors.append(
-            Attractor(
-                number, int(motions[number]), int(orders[number]), float(shares[number]), known
-            )
-        )
+        numbers = int(motions[number]), int(orders[number]), float(shares[number])
+        attractors.append(Attractor(number, *numbers, known))
     return basins(x, y, arranged(dataset["attractor"], x, y), attractors)
 
 
@@ -106,8 +88,8 @@ def basins(
     *,
     known: NDArray[np.bool_] | None = None,
     numbered: bool = True,
-) -> Basins:
-    """Basins of attractors, in colours from the largest share to the smallest.
+) -> ClassMap:
+    """Basins of attractors, in colours from the largest share to the smallest, with their points.
 
     numbers  : of the attractor of each cell, (y, x); below 0 as ``wb.basins`` gives them
     known    : cells that count for the shares in the legend; None for all
@@ -135,14 +117,14 @@ def basins(
         hollow = MarkerStyle("o", _SIZE, "white", "black", 0.6)
         legend.append(LegendEntry("points of attractors", hollow))
     marks = tuple(
-        AttractorMarks(
-            one.number,
+        Marks(
+            str(one.number),
             _visible(one.points, x, y),
             MarkerStyle("o", _SMALLER if len(one.points) > _MANY else _SIZE, colour, "black", 0.5),
         )
         for one, colour in zip(ranked, ATTRACTOR_COLOURS, strict=False)
     )
-    return Basins(x, y, codes, table, legend, marks=marks)
+    return ClassMap(x, y, codes, table, legend, marks=marks)
 
 
 def _visible(points: FloatArray, x: SweptAxis, y: SweptAxis) -> FloatArray:
@@ -160,7 +142,7 @@ def _check(dataset: Any) -> None:
         raise InputError(
             f"dataset: has no {missing[0]}, so there are no basins to draw. Use the result of"
             " wb.basins(...); for another sweep over two parameters use"
-            " wedgebrake.figures.matplotlib.regime.regime_map."
+            " wedgebrake.figures.matplotlib.maps.regime_map."
         )
     if set(names) != set(PARAMETERS):
         raise InputError(

@@ -10,19 +10,21 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures import style
-from wedgebrake.figures.data import class_styles
-from wedgebrake.figures.data.branches import SweepBranch, split
+from wedgebrake.figures.data import caption, class_styles
+from wedgebrake.figures.data.axes import SweptAxis, require_swept
 from wedgebrake.figures.data.class_styles import (
     CODES,
     DIFFER,
     EMPTY,
+    LIMIT_ENTRY,
     MOTIONS,
     PERIODIC,
     STICK_CLASSES,
+    LegendEntry,
     LineStyle,
+    class_entries,
+    class_entry,
 )
-from wedgebrake.figures.data.legend import LIMIT_ENTRY, LegendEntry, class_entries, class_entry
-from wedgebrake.figures.data.swept_axis import SweptAxis, require_swept
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +37,44 @@ _DIFFERS = 0.02
 # The picture's height is at least this share of the largest value, so that rounding errors do not
 # fill it.
 _LEAST = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class SweepBranch:
+    """One branch, or the whole of a sweep that has none.
+
+    name      : "up" or "down"; empty for the whole
+    direction : which parameter increases or decreases; empty for the whole
+    dataset   : its points
+    """
+
+    name: str
+    direction: str
+    dataset: xr.Dataset
+
+    @property
+    def shades(self) -> tuple[str, ...]:
+        """The colours of its points, from few to many."""
+        return style.DENSITY_DOWN if self.name == "down" else style.DENSITY
+
+    @property
+    def colour(self) -> str:
+        """The colour of its lines."""
+        return style.VERMILLION if self.name == "down" else style.BLUE
+
+
+def split(dataset: xr.Dataset) -> list[SweepBranch]:
+    """The branches of a dataset: several, the one that was chosen, or the whole."""
+    if "branch" not in dataset.coords:
+        return [SweepBranch("", "", dataset)]
+    parts = [dataset]
+    if "branch" in dataset.dims:
+        parts = [dataset.isel(branch=place) for place in range(dataset.sizes["branch"])]
+    names = [str(part["branch"].item()) for part in parts]
+    return [
+        SweepBranch(name, caption.direction(part, name), part)
+        for name, part in zip(names, parts, strict=True)
+    ]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,15 @@ from numpy.typing import NDArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles
+from wedgebrake.figures.data.axes import label, runs, swept_parameters
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.figures.data.class_styles import BIFURCATIONS, ClassStyle, LineStyle
-from wedgebrake.figures.data.legend import LegendEntry, class_entry
-from wedgebrake.figures.data.swept_axis import label, runs, swept_parameters
+from wedgebrake.figures.data.class_styles import (
+    BIFURCATIONS,
+    ClassStyle,
+    LegendEntry,
+    LineStyle,
+    class_entry,
+)
 from wedgebrake.orbits.stability_intervals import stability_intervals
 
 if TYPE_CHECKING:

@@ -9,12 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.figures.data.axes import ParameterAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
-from wedgebrake.figures.data.class_styles import CODES, MOTIONS, PERIODIC, without_result
-from wedgebrake.figures.data.legend import LegendEntry, class_entries
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
-from wedgebrake.figures.data.swept_axis import runs
+from wedgebrake.figures.data.class_styles import (
+    CODES,
+    MOTIONS,
+    PERIODIC,
+    LegendEntry,
+    class_entries,
+    without_result,
+)
 
 FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]

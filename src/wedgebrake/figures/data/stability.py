@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +9,16 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
 from wedgebrake.figures import style
+from wedgebrake.figures.data.axes import SweptAxis, arranged, round_values
 from wedgebrake.figures.data.class_map import ClassMap
-from wedgebrake.figures.data.class_styles import ClassStyle, LineStyle
-from wedgebrake.figures.data.legend import LIMIT_ENTRY, LegendEntry, class_entries
-from wedgebrake.figures.data.level_lines import level_lines
-from wedgebrake.figures.data.parameter_axis import round_values
-from wedgebrake.figures.data.swept_axis import SweptAxis, arranged
+from wedgebrake.figures.data.class_styles import (
+    LIMIT_ENTRY,
+    ClassStyle,
+    LegendEntry,
+    LineStyle,
+    class_entries,
+)
+from wedgebrake.figures.data.stability_limit import level_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,26 +41,7 @@ LEVEL_LINE = LineStyle(style.GREY, 0.5)
 _LINES = 7
 
 
-@dataclass(frozen=True, eq=False)
-class StabilityMap(ClassMap):
-    """Regions of linear stability.
-
-    margin : of the cells, (y, x): slope less the critical slope of the worse direction
-    known  : the margin where the brake does not lock, NaN elsewhere
-    levels : margins at which thin lines are drawn, without zero
-    """
-
-    margin: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
-    known: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
-    levels: tuple[float, ...] = ()
-
-    def lines(self, level: float) -> list[FloatArray]:
-        """Lines of equal margin, (n, 2) each, as positions along x and y."""
-        x, y = (one.positions(one.values) for one in (self.x, self.y))
-        return level_lines(x, y, self.known, level)
-
-
-def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) -> StabilityMap:
+def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) -> ClassMap:
     """The map of a result of ``wb.stability_map``.
 
     held : rows of the dataset at which the brake locks at rest, but not once moving
@@ -74,12 +58,14 @@ def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) ->
         codes[held] = HELD
     codes[locked] = LOCKED
     known = np.where(codes >= HELD, np.nan, margin)
-    limit = level_lines(x.positions(x.values), y.positions(y.values), known, 0.0)
-    levels = _levels(known)
+    across, up = x.positions(x.values), y.positions(y.values)
+    limit = level_lines(across, up, known, 0.0)
+    values = _levels(known)
+    levels = [(level, line) for level in values for line in level_lines(across, up, known, level)]
     legend = class_entries(codes, REGIONS, shares=False)
     legend += [LIMIT_ENTRY] if limit else []
-    legend += [LegendEntry("equal margin", LEVEL_LINE)] if levels else []
-    return StabilityMap(x, y, codes, REGIONS, legend, limit, margin, known, levels)
+    legend += [LegendEntry("equal margin", LEVEL_LINE)] if values else []
+    return ClassMap(x, y, codes, REGIONS, legend, limit, margin=margin, levels=levels)
 
 
 def _levels(margin: FloatArray) -> tuple[float, ...]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.linear_stability import Stability, stability
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
-from wedgebrake.figures.data.level_lines import level_lines
-from wedgebrake.figures.data.swept_axis import SweptAxis, arranged
+from wedgebrake.figures.data.axes import SweptAxis, arranged
 from wedgebrake.model.study import parse_study
 from wedgebrake.model.sweep_settings import INITIAL
 
@@ -128,3 +127,13 @@ def _stability_at(
             return None
 
     return evaluate
+
+
+def level_lines(x: FloatArray, y: FloatArray, values: FloatArray, level: float) -> list[FloatArray]:
+    """Lines, (n, 2) each, along which values over (y, x) have a level; NaN interrupts them."""
+    from contourpy import contour_generator
+
+    if min(values.shape) < 2 or not np.isfinite(values).any():
+        return []
+    found: Sequence[Any] = contour_generator(x, y, np.ma.masked_invalid(values)).lines(level)
+    return list(found)
