@@ -76,8 +76,6 @@ def test_other_maps_are_refused(given, why):
         wb.plot(wb.stability_map(wb.paper.system(), **given))
 
 
-def test_other_datasets_and_options_are_refused(wedge):
+def test_other_datasets_are_refused(wedge):
     with pytest.raises(wb.InputError, match=r"wb\.stability_map"):
         maps.stability_map(wedge.drop_vars("margin"))
-    with pytest.raises(wb.InputError, match="quantity"):
-        wb.plot(wedge, quantity="margin")

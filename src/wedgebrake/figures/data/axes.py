@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
 from wedgebrake.figures import style
+from wedgebrake.figures.data.limits import round_step
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,9 +90,8 @@ class ParameterAxis:
 
     def ticks(self, most: int) -> dict[float, str]:
         """Round values, approximately ``most``, by their positions."""
-        if self.log:
-            return _log_ticks(self.low, self.high, most)
-        return {one: number(one) for one in round_values(*self.ends, most)}
+        round_ = round_values_log if self.log else round_values
+        return {self.position(one): number(one) for one in round_(self.low, self.high, most)}
 
 
 def selected(axes: Sequence[ParameterAxis], positions: Sequence[float]) -> dict[str, float]:
@@ -119,23 +119,22 @@ def plain(markup: str) -> str:
 
 def round_values(low: float, high: float, most: int) -> list[float]:
     """Multiples of 1, 2 or 5 times a power of ten, in at most ``most`` steps."""
-    least = (high - low) / most
-    power = 10.0 ** math.floor(math.log10(least))
-    step = power * min(one for one in (1.0, 2.0, 5.0, 10.0) if one * power >= 0.999 * least)
+    step = round_step(0.999 * (high - low) / most)
     first, last = math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6)
     return [float(f"{k * step:.10g}") for k in range(first, last + 1)]
 
 
-def _log_ticks(low: float, high: float, most: int) -> dict[float, str]:
+def round_values_log(low: float, high: float, most: int) -> list[float]:
+    """Round values, approximately ``most``, in about equal ratios."""
     powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     for shares in ((1.0, 2.0, 3.0, 5.0), (1.0, 2.0, 5.0), (1.0, 3.0), (1.0,)):
-        values = [share * 10.0**power for power in powers for share in shares]
+        values = [float(f"{share}e{power}") for power in powers for share in shares]
         inside = [one for one in values if low * 0.999 <= one <= high * 1.001]
         if len(inside) <= most:
             break
     if len(inside) < 2:
         inside = [one for one in round_values(low, high, most) if one > 0.0]
-    return {math.log10(one): number(one) for one in inside[:: -(-len(inside) // most)]}
+    return inside[:: -(-len(inside) // most)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,11 +187,6 @@ class SweptAxis:
     def at(self, positions: Any) -> Any:
         """Values at positions."""
         return 10.0**positions if self.log else positions
-
-    def ends(self) -> tuple[float, float]:
-        """Positions of the outermost edges."""
-        first, last = self.positions(self.edges[[0, -1]])
-        return float(first), float(last)
 
 
 def swept_parameters(dataset: Any) -> list[str]:

@@ -40,11 +40,7 @@ MOST = len(ATTRACTOR_COLOURS)
 _MANY, _SIZE, _SMALLER = 16, 3.2, 1.6
 _NEEDED = (
     "attractor",
-    "attractor_motion",
-    "attractor_order",
-    "attractor_share",
-    "attractor_angle",
-    "attractor_velocity",
+    *(f"attractor_{one}" for one in ("motion", "order", "share", "angle", "velocity")),
 )
 
 
@@ -96,11 +92,10 @@ def basins(
     numbered : name attractors by their numbers too
     """
     ranked = sorted(attractors, key=lambda one: -one.share)  # stable
+    coloured = list(zip(ranked, ATTRACTOR_COLOURS, strict=False))
     styles = [
-        ClassStyle(
-            (f"{one.number}: " if numbered else "") + motion_label(one.motion, one.order), colour
-        )
-        for one, colour in zip(ranked, ATTRACTOR_COLOURS, strict=False)
+        ClassStyle(f"{one.number}: " * numbered + motion_label(one.motion, one.order), colour)
+        for one, colour in coloured
     ]
     others = len(ranked) - MOST
     if others > 0:
@@ -122,7 +117,7 @@ def basins(
             _visible(one.points, x, y),
             MarkerStyle("o", _SMALLER if len(one.points) > _MANY else _SIZE, colour, "black", 0.5),
         )
-        for one, colour in zip(ranked, ATTRACTOR_COLOURS, strict=False)
+        for one, colour in coloured
     )
     return ClassMap(x, y, codes, table, legend, marks=marks)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,19 +117,16 @@ class BifurcationDiagram:
         x = SweptAxis.of(dataset, name)
         branches = split(dataset)
 
-        def rows(values: list[xr.DataArray]) -> NDArray[np.float64]:
-            dims = (name, "period") if "period" in values[0].dims else (name,)
-            return np.stack([one.transpose(*dims).to_numpy()[x.order] for one in values])
+        def rows(values: Callable[[xr.Dataset], xr.DataArray]) -> NDArray[Any]:
+            found = [values(branch.dataset).transpose(name, ...) for branch in branches]
+            return np.stack([one.to_numpy()[x.order] for one in found])
 
-        def result(of: str) -> NDArray[np.float64]:
-            return rows([branch.dataset[of] for branch in branches])
+        def result(of: str) -> FloatArray:
+            return rows(lambda dataset: dataset[of]).astype(float)
 
-        def codes(of: str) -> Codes:
-            coded = getattr(class_styles, of)
-            return rows([coded(branch.dataset) for branch in branches]).astype(np.int64)
-
-        points = result(quantity).astype(float)
-        motions, orders = codes("motion_codes"), result("order").astype(np.int64)
+        points = result(quantity)
+        motions = rows(class_styles.motion_codes).astype(np.int64)
+        orders = result("order").astype(np.int64)
         low, high = _span(points, motions)
         return cls(
             x=x,
@@ -137,9 +135,9 @@ class BifurcationDiagram:
             points=points,
             motions=motions,
             orders=orders,
-            sticks=codes("stick_codes"),
-            exponent=result("largest_exponent").astype(float),
-            error=result("exponent_error").astype(float),
+            sticks=rows(class_styles.stick_codes).astype(np.int64),
+            exponent=result("largest_exponent"),
+            error=result("exponent_error"),
             differs=_differing(points, motions, orders, _DIFFERS * (high - low)),
             limits=_crossings(x, result("sliding_damping")[0]),
             low=low,
@@ -185,9 +183,9 @@ def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
 
 def _span(points: FloatArray, motions: Codes) -> tuple[float, float]:
     """Lowest and highest value shown: of all points except those of runs that diverged."""
-    kept = points[np.isfinite(points) & (motions != CODES["diverged"])[..., None]]
-    if not kept.size:
-        kept = points[np.isfinite(points)]
+    finite = np.isfinite(points)
+    kept = points[finite & (motions != CODES["diverged"])[..., None]]
+    kept = kept if kept.size else points[finite]
     if not kept.size:
         return -1.0, 1.0
     low, high = float(np.min(kept)), float(np.max(kept))
@@ -239,14 +237,15 @@ def _zero(places: FloatArray, values: FloatArray, i: int) -> float:
     Each is nearly straight, and the smaller has a kink where they cross: it is zero where the
     later of both lines is, each drawn through the two points on its side.
     """
-    rising = values[i + 1] > values[i]
-    zeros = []
-    for first, last in ((i - 1, i), (i + 1, i + 2)):
-        if first >= 0 and last < values.size and values[first] != values[last]:
-            share = values[first] / (values[first] - values[last])
-            zeros.append(float(places[first] + share * (places[last] - places[first])))
-    inside = [zero for zero in zeros if places[i] <= zero <= places[i + 1]]
-    if inside:
-        return max(inside) if rising else min(inside)
-    share = values[i] / (values[i] - values[i + 1])
-    return float(places[i] + share * (places[i + 1] - places[i]))
+
+    def zero(first: int, last: int) -> float:
+        share = values[first] / (values[first] - values[last])
+        return float(places[first] + share * (places[last] - places[first]))
+
+    zeros = [
+        zero(first, last)
+        for first, last in ((i - 1, i), (i + 1, i + 2))
+        if first >= 0 and last < values.size and values[first] != values[last]
+    ]
+    inside = [one for one in zeros if places[i] <= one <= places[i + 1]] or [zero(i, i + 1)]
+    return max(inside) if values[i + 1] > values[i] else min(inside)

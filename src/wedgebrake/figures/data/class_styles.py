@@ -233,22 +233,14 @@ PERIODIC = frozenset(code for key, code in CODES.items() if key.startswith("peri
 UNSETTLED = frozenset(CODES[key] for key in ("undecided", "limit", "invalid", "not_computed"))
 _WITHOUT_RESULT = [CODES[key] for key in ("diverged", "limit", "invalid", "not_computed")]
 
-_BY_MOTION = {
-    MotionClass.AT_REST: "at_rest",
-    MotionClass.SYNCHRONOUS: "period_1",
-    MotionClass.PERIODIC: "period_more",
-    MotionClass.QUASI_PERIODIC: "quasi_periodic",
-    MotionClass.CHAOTIC: "chaotic",
-    MotionClass.DIVERGED: "diverged",
-    MotionClass.SELF_LOCKED: "self_locked",
-}
+# Codes by class of motion, as far as their names differ; by status; by status without a class.
+_RENAMED = {"none": "undecided", "synchronous": "period_1", "periodic": "period_more"}
 _BY_STATUS = {
     PointStatus.EVENT_LIMIT: "limit",
     PointStatus.STEP_LIMIT: "limit",
     PointStatus.INVALID: "invalid",
     PointStatus.NOT_COMPUTED: "not_computed",
 }
-# Of runs without a class of motion.
 _UNCLASSED = {PointStatus.DIVERGED: "diverged", PointStatus.NO_FORWARD_SOLUTION: "self_locked"}
 
 
@@ -279,8 +271,9 @@ def motion_codes(dataset: xr.Dataset) -> xr.DataArray:
     status = dataset["status"].transpose(*motion.dims).to_numpy()
     orders = order.transpose(*motion.dims).to_numpy()
     values, motions = code.to_numpy(), motion.to_numpy()
-    for one, key in _BY_MOTION.items():
-        values[motions == one] = CODES[key]
+    for one in MotionClass:
+        name = one.name.lower()
+        values[motions == one] = CODES[_RENAMED.get(name, name)]
     for n in range(1, 5):
         values[(motions == MotionClass.PERIODIC) & (orders == n)] = CODES[f"period_{n}"]
     for ended, key in _UNCLASSED.items():

@@ -108,21 +108,11 @@ class OrbitBranches:
         heights = np.where(np.isfinite(found), found, np.nan)
         at = dataset["bifurcation_point"].to_numpy().astype(int)
         curves = list(_curves(dataset, values, heights, at))
+        labels = label(dataset[parameter]), style.SECTION.get(quantity) or label(dataset[quantity])
+        kinds = dataset["bifurcation_kind"].to_numpy().astype(str)
+        limits = _width(values, simulated), _height(curves, simulated)
         return cls(
-            parameter=parameter,
-            quantity=quantity,
-            labels=(
-                label(dataset[parameter]),
-                style.SECTION.get(quantity) or label(dataset[quantity]),
-            ),
-            values=values,
-            heights=heights,
-            curves=curves,
-            kinds=dataset["bifurcation_kind"].to_numpy().astype(str),
-            at=at,
-            simulated=simulated,
-            xlim=_width(values, simulated),
-            ylim=_height(curves, simulated),
+            parameter, quantity, labels, values, heights, curves, kinds, at, simulated, *limits
         )
 
     def points(self, kind: str) -> FloatArray:
@@ -150,16 +140,10 @@ class OrbitBranches:
         for order in sorted({curve.order for curve in self.curves}):
             colour = class_styles.orbit_colour(order)
             periods.setdefault(colour, []).append(class_styles.period(order))
-        lines = [
-            LegendEntry(", ".join(words), orbit_line(colour, stable=True))
-            for colour, words in periods.items()
-        ]
-        present = {curve.stable for curve in self.curves}
-        lines += [
-            LegendEntry(word, orbit_line(style.BLACK, stable=stable))
-            for stable, word in ((True, "stable"), (False, "unstable"))
-            if stable in present
-        ]
+        rows = [(", ".join(words), colour, True) for colour, words in periods.items()]
+        present = sorted({curve.stable for curve in self.curves}, reverse=True)
+        rows += [("stable" if one else "unstable", style.BLACK, one) for one in present]
+        lines = [LegendEntry(word, orbit_line(one, stable=holds)) for word, one, holds in rows]
         if self.simulated is not None:
             grey = style.DENSITY_BENEATH[1]
             lines.append(class_entry(ClassStyle("simulated points", grey)))

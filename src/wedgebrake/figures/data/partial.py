@@ -100,29 +100,33 @@ class PartialDiagram:
     whole: int
     data: dict[str, BifurcationDiagram]
     clouds: dict[str, PointCloud]
-    text: list[str]
 
     @classmethod
     def of(
         cls, axis: ParameterAxis, known: Codes, whole: int, data: dict[str, BifurcationDiagram]
     ) -> PartialDiagram:
         """The picture of the diagrams of all quantities."""
-        first = next(iter(data.values()))
-        positions = axis.positions(whole)[known]
-        text = [
-            f"{axis.text(position)}: {_motion(code, order)}"
-            for position, code, order in zip(
-                positions, first.motions[0], first.orders[0], strict=True
-            )
+        return cls((axis,), known, whole, data, {name: point_cloud(data[name]) for name in data})
+
+    @property
+    def first(self) -> BifurcationDiagram:
+        """The diagram of one quantity; all have the same motions."""
+        return next(iter(self.data.values()))
+
+    @property
+    def text(self) -> list[str]:
+        """The value and its motion in words; one of a long period with its number."""
+        rows = zip(self.positions, self.codes, self.first.orders[0], strict=True)
+        words = [
+            (at, f"{order}T" if code == CODES["period_more"] else MOTIONS[code].plain)
+            for at, code, order in rows
         ]
-        clouds = {name: point_cloud(one) for name, one in data.items()}
-        return cls((axis,), known, whole, data, clouds, text)
+        return [f"{self.axes[0].text(at)}: {motion}" for at, motion in words]
 
     @property
     def codes(self) -> Codes:
         """Codes of the motions, (known,)."""
-        codes: Codes = next(iter(self.data.values())).motions[0]
-        return codes
+        return self.first.motions[0]
 
     @property
     def positions(self) -> FloatArray:
@@ -148,8 +152,7 @@ class PartialDiagram:
     @property
     def limits(self) -> list[float]:
         """Positions of the linear stability limits."""
-        diagram = next(iter(self.data.values()))
-        return [self.axes[0].position(float(value)) for value, _ in diagram.limits]
+        return [self.axes[0].position(float(value)) for value, _ in self.first.limits]
 
     @property
     def legend(self) -> list[LegendEntry]:
@@ -233,11 +236,6 @@ def _span(data: BifurcationDiagram, points: FloatArray, index: Codes) -> tuple[f
     low = data.low if lowest.min() > bottom - reach else bottom - _MARGIN * reach
     high = data.high if highest.max() < top + reach else top + _MARGIN * reach
     return float(low), float(high)
-
-
-def _motion(code: int, order: int) -> str:
-    """A motion in words; one of a long period with its number."""
-    return f"{order}T" if code == CODES["period_more"] else MOTIONS[code].plain
 
 
 def _progress(known: int, whole: int, unit: str) -> str:

@@ -236,8 +236,7 @@ def _columns(x: SweptAxis, most: int) -> tuple[np.ndarray, np.ndarray]:
     """The column of each value and the edges of the columns: one cell, or one for several."""
     if x.values.size <= most:
         return np.arange(x.values.size), x.edges
-    first, last = x.ends()
-    edges = np.linspace(first, last, most + 1)
+    edges = np.linspace(*x.positions(x.edges[[0, -1]]), most + 1)
     column = np.searchsorted(edges, x.positions(x.values), side="right") - 1
     return np.clip(column, 0, most - 1), x.at(edges)
 

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from wedgebrake.figures.data.axes import round_values_log
 from wedgebrake.figures.style import *  # noqa: F403 - extended here
 from wedgebrake.figures.style import COLUMN, GREY, LABELS, RASTER_FROM, SMALL, TICKS, number
 
@@ -116,16 +117,10 @@ def write(
 
 def round_ticks(axis: Axis, low: float, high: float) -> None:
     """Set labelled ticks at round numbers of a logarithmic axis from ``low`` to ``high``."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    decades = math.log10(high / low)
-    steps = (1, 2, 5) if decades < 2.5 else (1,)
-    stride = max(1, math.ceil(decades / 6.0)) if decades >= 2.5 else 1
-    ticks = [m * 10.0**n for n in range(first, last + 1, stride) for m in steps]
-    if sum(low <= tick <= high for tick in ticks) < 2:
-        ticks = list(MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(low, high))
-    axis.set_major_locator(FixedLocator([tick for tick in ticks if low <= tick <= high]))
+    ticks = [tick for tick in round_values_log(low, high, 7) if low <= tick <= high]
+    axis.set_major_locator(FixedLocator(ticks))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda value, _position: f"${number(value)}$"))
 
