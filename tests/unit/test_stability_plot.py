@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from pictures import words
 
 import wedgebrake as wb
-from wedgebrake.figures.data.stability import LOCKED, REGIONS, STABLE, UNSTABLE
-from wedgebrake.figures.data.stability import stability_map as map_data
+from wedgebrake.figures.data.class_map import LOCKED, REGIONS, STABLE, UNSTABLE
+from wedgebrake.figures.data.class_map import stability_map as map_data
 from wedgebrake.figures.matplotlib import maps
 
 ETA, ALPHA = np.linspace(-2.0, 1.0, 61), np.linspace(0.9, 2.0, 45)

@@ -50,14 +50,8 @@ DASHES: Any = (0, (4.0, 1.5))
 UNSTABLE: Any = (0, (3.2, 1.6))
 
 # Labels of the state's axes: in time, and at the points of a section.
-STATE = {
-    "angle": r"angle $\theta$  [rad]",
-    "velocity": r"velocity $\dot\theta$  [rad/s]",
-}
-SECTION = {
-    "angle": r"angle $\theta_n$  [rad]",
-    "velocity": r"velocity $\dot\theta_n$  [rad/s]",
-}
+STATE = {"angle": r"angle $\theta$  [rad]", "velocity": r"velocity $\dot\theta$  [rad/s]"}
+SECTION = {"angle": r"angle $\theta_n$  [rad]", "velocity": r"velocity $\dot\theta_n$  [rad/s]"}
 # Labels of quantities whose long name in a dataset is a formula.
 MEANINGS = {
     "eta": "slope of the actuation force",

@@ -20,18 +20,10 @@ from wedgebrake.figures.bokeh.canvas import (
     palette,
     put_image,
 )
-from wedgebrake.figures.bokeh.chart import (
-    FONT,
-    INK,
-    MUTED,
-    float32,
-    update_model,
-    update_source,
-)
+from wedgebrake.figures.bokeh.chart import FONT, INK, MUTED, float32, update_model, update_source
 from wedgebrake.figures.data.axes import ParameterAxis, number
-from wedgebrake.figures.data.class_map import Marks
+from wedgebrake.figures.data.class_map import LEVEL_LINE, Marks
 from wedgebrake.figures.data.partial import PartialMap
-from wedgebrake.figures.data.stability import LEVEL_LINE
 
 # Pixels of one typographic point in the size of markers.
 _PIXELS = 2.0

@@ -14,13 +14,11 @@ from bokeh.models import (
     GlyphRenderer,
     HoverTool,
     HSpan,
-    Label,
     Line,
     Node,
     Range1d,
     Scatter,
     Segment,
-    Span,
     VSpan,
     VStrip,
 )
@@ -64,7 +62,7 @@ class MotionChart(chart.Chart):
         tools = f"{zoom}box_zoom,{zoom}pan,reset"
         drag = f"{zoom}box_zoom"
         super().__init__(chart.chart(title, across, up, tools=tools, active_drag=drag, **options))
-        self._levels: list[tuple[Span, Label]] = []
+        self._levels: list[chart.MarkedLine] = []
 
     def line(
         self, source: ColumnDataSource, x: str, y: str, colour: str, width: float = 1.0
@@ -85,30 +83,21 @@ class MotionChart(chart.Chart):
         options = {"mode": "vline", "visible": False}
         self.figure.add_tools(HoverTool(renderers=[line], tooltips=list(tips), **options))
 
-    def add_levels(self, dimension: str, *downs: float) -> None:
-        """Add lines along a dimension, with labels so far below the top [pixels]."""
+    def add_levels(self, dimension: str, *downs: float | None) -> None:
+        """Add lines along a dimension, with labels so far below the top [pixels]; None: without."""
         for down in downs:
-            line = Span(dimension=dimension, level="underlay", visible=False)
-            label = Label(
-                x=0.0, y=Node(target="frame", symbol="top"), x_offset=4, y_offset=-down, text="",
-                text_font=chart.FONT, text_font_size="11px", text_baseline="top",
-                background_fill_color="#FFFFFF", background_fill_alpha=0.8, visible=False,
-            )  # fmt: skip
-            self._levels.append((line, label))
-            self.figure.add_layout(line)
-            if dimension == "height":
-                self.figure.add_layout(label)
+            top = Node(target="frame", symbol="top")
+            label = None if down is None else {"y": top, "x_offset": 4, "y_offset": -down}
+            self._levels.append(chart.MarkedLine(self.figure, dimension, label, level="underlay"))
 
     def show_levels(self, levels: Sequence[Level], low: float, high: float) -> list[Level]:
         """Show levels between two values; returns those."""
-        seen = [level for level in levels if low <= level.value <= high]
-        for (line, label), level in zip(self._levels, levels, strict=True):
-            visible, at = level in seen, level.value if math.isfinite(level.value) else 0.0
+        for drawn, level in zip(self._levels, levels, strict=True):
             dash = [math.ceil(one) for one in level.dashes]
-            line.update(location=at, visible=visible, line_color=level.colour, line_dash=dash)
-            text = style.plain(level.label)
-            label.update(x=at, text=text, visible=visible, text_color=level.colour)
-        return seen
+            drawn.line.update(line_color=level.colour, line_dash=dash)
+            at = level.value if low <= level.value <= high else None
+            drawn.show(at, style.plain(level.label), text_color=level.colour)
+        return [level for level in levels if low <= level.value <= high]
 
     def show_ghost(
         self, source: ColumnDataSource, ghost: MotionFigures | None, across: str
@@ -125,8 +114,8 @@ class MotionChart(chart.Chart):
     def say(self, sentence: str) -> None:
         """Show nothing but a sentence."""
         super().say(sentence)
-        for line, label in self._levels:
-            line.visible = label.visible = False
+        for level in self._levels:
+            level.show(None)
 
 
 class HistoryChart(MotionChart):
@@ -197,7 +186,7 @@ class PhaseChart(MotionChart):
         self._orbit, self._ghost = (self.source("angle", "velocity") for _ in range(2))
         ends = "x0", "x1", "y0", "y1"
         self._sticks = self.source(*ends, "colour")
-        self.add_levels("width", 0.0, 0.0, 0.0)
+        self.add_levels("width", None, None, None)
         self.line(self._ghost, "angle", "velocity", GHOST)
         thick = {"line_color": "colour", "line_width": 5, "line_alpha": 0.55}
         drawn.add_glyph(self._sticks, Segment(**{one: one for one in ends}, **thick))

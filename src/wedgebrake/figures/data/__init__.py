@@ -2,9 +2,8 @@
 
 motion          one response: history, phase portrait, Poincaré section, spectrum
 bifurcation     bifurcation diagram: points, classes and exponents over one parameter
-class_map       map over two parameters: class of motion, or any other result; curves over it
+class_map       map over two parameters: class of motion, any other result, linear stability
 basins          basins of attraction, with the attractors
-stability       linear stability over two groups, with lines of equal margin
 orbit_branches  branches of periodic orbits, with their bifurcations
 partial         pictures of the page, as far as they are computed
 

@@ -10,18 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
+from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, arranged, require_swept, swept_axes
 from wedgebrake.figures.data.class_map import ClassMap, Marks
-from wedgebrake.figures.data.class_styles import (
-    ATTRACTOR_COLOURS,
-    MOTION_STYLES,
-    OTHER_ATTRACTORS,
-    ClassStyle,
-    LegendEntry,
-    MarkerStyle,
-    class_entries,
-    motion_label,
-)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,9 +23,9 @@ Codes = NDArray[np.int64]
 PARAMETERS = ("initial_angle", "initial_velocity")
 # Styles of initial states without an attractor, by the numbers of ``wb.basins`` from -1 down.
 _OUTCOMES = tuple(
-    MOTION_STYLES[name] for name in ("undecided", "diverged", "self_locked", "not_computed")
+    classes.MOTION_STYLES[name] for name in ("undecided", "diverged", "self_locked", "not_computed")
 )
-MOST = len(ATTRACTOR_COLOURS)
+MOST = len(classes.ATTRACTOR_COLOURS)
 """Number of attractors that have a colour of their own."""
 # Beyond so many points an attractor is drawn with smaller ones [pt].
 _MANY, _SIZE, _SMALLER = 16, 3.2, 1.6
@@ -92,14 +83,16 @@ def basins(
     numbered : name attractors by their numbers too
     """
     ranked = sorted(attractors, key=lambda one: -one.share)  # stable
-    coloured = list(zip(ranked, ATTRACTOR_COLOURS, strict=False))
+    coloured = list(zip(ranked, classes.ATTRACTOR_COLOURS, strict=False))
     styles = [
-        ClassStyle(f"{one.number}: " * numbered + motion_label(one.motion, one.order), colour)
+        classes.ClassStyle(
+            f"{one.number}: " * numbered + classes.motion_label(one.motion, one.order), colour
+        )
         for one, colour in coloured
     ]
     others = len(ranked) - MOST
     if others > 0:
-        styles.append(ClassStyle(f"{others} others", OTHER_ATTRACTORS))
+        styles.append(classes.ClassStyle(f"{others} others", classes.OTHER_ATTRACTORS))
     first = len(styles)
     codes = np.full(numbers.shape, first, dtype=np.int64)  # undecided, for any other number
     for place, one in enumerate(ranked):
@@ -107,15 +100,17 @@ def basins(
     for place in range(len(_OUTCOMES)):
         codes[numbers == -1 - place] = first + place
     table = (*styles, *_OUTCOMES)
-    legend = class_entries(codes if known is None else codes[known], table, shares=True)
+    legend = classes.class_entries(codes if known is None else codes[known], table, shares=True)
     if ranked:
-        hollow = MarkerStyle("o", _SIZE, "white", "black", 0.6)
-        legend.append(LegendEntry("points of attractors", hollow))
+        hollow = classes.MarkerStyle("o", _SIZE, "white", "black", 0.6)
+        legend.append(classes.LegendEntry("points of attractors", hollow))
     marks = tuple(
         Marks(
             str(one.number),
             _visible(one.points, x, y),
-            MarkerStyle("o", _SMALLER if len(one.points) > _MANY else _SIZE, colour, "black", 0.5),
+            classes.MarkerStyle(
+                "o", _SMALLER if len(one.points) > _MANY else _SIZE, colour, "black", 0.5
+            ),
         )
         for one, colour in coloured
     )

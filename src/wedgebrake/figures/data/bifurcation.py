@@ -11,21 +11,9 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures import style
-from wedgebrake.figures.data import caption, class_styles
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, require_swept
-from wedgebrake.figures.data.class_styles import (
-    CODES,
-    DIFFER,
-    EMPTY,
-    LIMIT_ENTRY,
-    MOTIONS,
-    PERIODIC,
-    STICK_CLASSES,
-    LegendEntry,
-    LineStyle,
-    class_entries,
-    class_entry,
-)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,7 +113,7 @@ class BifurcationDiagram:
             return rows(lambda dataset: dataset[of]).astype(float)
 
         points = result(quantity)
-        motions = rows(class_styles.motion_codes).astype(np.int64)
+        motions = rows(classes.motion_codes).astype(np.int64)
         orders = result("order").astype(np.int64)
         low, high = _span(points, motions)
         return cls(
@@ -135,7 +123,7 @@ class BifurcationDiagram:
             points=points,
             motions=motions,
             orders=orders,
-            sticks=rows(class_styles.stick_codes).astype(np.int64),
+            sticks=rows(classes.stick_codes).astype(np.int64),
             exponent=result("largest_exponent"),
             error=result("exponent_error"),
             differs=_differing(points, motions, orders, _DIFFERS * (high - low)),
@@ -150,22 +138,24 @@ class BifurcationDiagram:
         none: NDArray[np.bool_] = ~np.any(np.isfinite(self.points), axis=2)
         return none
 
-    def legends(self, *, exponent: bool) -> list[tuple[str, list[LegendEntry]]]:
+    def legends(self, *, exponent: bool) -> list[tuple[str, list[classes.LegendEntry]]]:
         """Legends of the bands of classes, with their headings, and of other marks.
 
         exponent : True if the exponents are drawn too
         """
-        marks = [LIMIT_ENTRY] if self.limits else []
-        marks += [class_entry(DIFFER)] if np.any(self.differs) else []
-        marks += [class_entry(EMPTY)] if np.any(self.empty) else []
+        marks = [classes.LIMIT_ENTRY] if self.limits else []
+        marks += [classes.class_entry(classes.DIFFER)] if np.any(self.differs) else []
+        marks += [classes.class_entry(classes.EMPTY)] if np.any(self.empty) else []
         if exponent and len(self.branches) > 1:
             marks += [
-                LegendEntry(f"{one.direction} (exponent)", LineStyle(one.colour, 0.9))
+                classes.LegendEntry(
+                    f"{one.direction} (exponent)", classes.LineStyle(one.colour, 0.9)
+                )
                 for one in self.branches
             ]
         return [
-            ("motion", class_entries(self.motions, MOTIONS, shares=False)),
-            ("sticks", class_entries(self.sticks, STICK_CLASSES, shares=False)),
+            ("motion", classes.class_entries(self.motions, classes.MOTIONS, shares=False)),
+            ("sticks", classes.class_entries(self.sticks, classes.STICK_CLASSES, shares=False)),
             ("", marks),
         ]
 
@@ -184,7 +174,7 @@ def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
 def _span(points: FloatArray, motions: Codes) -> tuple[float, float]:
     """Lowest and highest value shown: of all points except those of runs that diverged."""
     finite = np.isfinite(points)
-    kept = points[finite & (motions != CODES["diverged"])[..., None]]
+    kept = points[finite & (motions != classes.CODES["diverged"])[..., None]]
     kept = kept if kept.size else points[finite]
     if not kept.size:
         return -1.0, 1.0
@@ -201,11 +191,11 @@ def _differing(
         return differs
     for place in range(differs.size):
         one, other = motions[:, place]
-        if {one, other} & class_styles.UNSETTLED:
+        if {one, other} & classes.UNSETTLED:
             continue
         if one != other or orders[0, place] != orders[1, place]:
             differs[place] = True
-        elif one in PERIODIC:
+        elif one in classes.PERIODIC:
             last = -max(1, int(orders[0, place]))
             differs[place] = _distance(points[0, place, last:], points[1, place, last:]) > least
     return differs

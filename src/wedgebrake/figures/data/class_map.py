@@ -1,6 +1,7 @@
 """Maps over two parameters: cells of classes or values, and the lines drawn over them.
 
-``regime_map`` gives the map of a sweep, with one result of each point.
+``regime_map`` gives the map of a sweep, with one result of each point, and ``stability_map`` that
+of linear stability: where sliding is stable, with its margin.
 """
 
 from __future__ import annotations
@@ -13,21 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.figures.data import class_styles
-from wedgebrake.figures.data.axes import SweptAxis, arranged, label, require_swept, swept_axes
-from wedgebrake.figures.data.class_styles import (
-    CODES,
-    LIMIT_ENTRY,
-    MOTIONS,
-    NO_VALUE,
-    STICK_CLASSES,
-    ClassStyle,
-    LegendEntry,
-    MarkerStyle,
-    class_entries,
-    class_entry,
+from wedgebrake.figures import style
+from wedgebrake.figures.data import class_styles as classes
+from wedgebrake.figures.data.axes import (
+    SweptAxis,
+    arranged,
+    label,
+    require_swept,
+    round_values,
+    swept_axes,
 )
-from wedgebrake.figures.data.stability_limit import limit_lines
+from wedgebrake.figures.data.stability_limit import level_lines, limit_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +38,22 @@ _SIGNED = ("largest_exponent", "second_exponent", "sliding_damping")
 _WIDE = 300.0
 # Percentage of the values at either end that is drawn in the last colour.
 _OUTLIERS = 1.0
+
+
+VARIABLES = ("margin", "stable", "growth", "locked")
+"""Results of ``wb.stability_map``."""
+UNSTABLE, STABLE, HELD, LOCKED = range(4)
+"""Codes of the regions; HELD: locked at rest, but sliding once moving."""
+REGIONS = (
+    classes.ClassStyle("unstable: small vibration about sliding grows", "#F7E3D8"),
+    classes.ClassStyle("stable: it decays", "#DBEDE4"),
+    classes.ClassStyle("locks at rest, slides once moving", "#C9D2DA"),
+    classes.ClassStyle("locks itself: no forward sliding", "#B4BCC4"),
+)
+LEVEL_LINE = classes.LineStyle(style.GREY, 0.5)
+"""Lines of equal margin."""
+# Approximate number of lines of equal margin.
+_LINES = 7
 
 
 @dataclass(frozen=True)
@@ -65,7 +78,7 @@ class Marks:
 
     label: str
     points: FloatArray
-    marker: MarkerStyle
+    marker: classes.MarkerStyle
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +98,8 @@ class ClassMap:
     x: SweptAxis
     y: SweptAxis
     codes: Codes
-    styles: Sequence[ClassStyle]
-    legend: list[LegendEntry]
+    styles: Sequence[classes.ClassStyle]
+    legend: list[classes.LegendEntry]
     limit: Sequence[FloatArray] = ()
     values: FloatArray | None = None
     scale: ValueScale | None = None
@@ -107,26 +120,26 @@ def regime_map(
     _check_quantity(dataset, quantity)
     whole = dataset if whole is None else whole
     x, y = swept_axes(dataset)
-    motions = arranged(class_styles.motion_codes(dataset), x, y).astype(np.int64)
+    motions = arranged(classes.motion_codes(dataset), x, y).astype(np.int64)
     limit = limit_lines(dataset, x, y)
-    legend = [*_legend(whole, quantity), *([LIMIT_ENTRY] if limit else [])]
+    legend = [*_legend(whole, quantity), *([classes.LIMIT_ENTRY] if limit else [])]
     if quantity == "motion":
-        return ClassMap(x, y, motions, MOTIONS, legend, limit)
-    missing = class_styles.without_result(motions)
+        return ClassMap(x, y, motions, classes.MOTIONS, legend, limit)
+    missing = classes.without_result(motions)
     if quantity == "stick_class":
-        sticks = arranged(class_styles.stick_codes(dataset), x, y).astype(np.int64)
-        codes = np.where(missing, len(STICK_CLASSES) + motions, sticks)
-        return ClassMap(x, y, codes, (*STICK_CLASSES, *MOTIONS), legend, limit)
+        sticks = arranged(classes.stick_codes(dataset), x, y).astype(np.int64)
+        codes = np.where(missing, len(classes.STICK_CLASSES) + motions, sticks)
+        return ClassMap(x, y, codes, (*classes.STICK_CLASSES, *classes.MOTIONS), legend, limit)
     values = arranged(_values(dataset, quantity), x, y)
-    codes = np.where(np.isnan(values), np.where(missing, motions, CODES["undecided"]), -1)
+    codes = np.where(np.isnan(values), np.where(missing, motions, classes.CODES["undecided"]), -1)
     scale = _scale(_values(whole, quantity))
-    return ClassMap(x, y, codes, MOTIONS, legend, limit, values, scale)
+    return ClassMap(x, y, codes, classes.MOTIONS, legend, limit, values, scale)
 
 
 def _values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
     """A result as numbers, NaN where there is none."""
     values = dataset[quantity].transpose(*dataset["motion"].dims).astype(float)
-    missing = class_styles.without_result(class_styles.motion_codes(dataset).to_numpy())
+    missing = classes.without_result(classes.motion_codes(dataset).to_numpy())
     if quantity == "order":
         missing |= values.to_numpy() <= 0.0
     return values.where(~missing)  # keeps name and attributes
@@ -154,18 +167,21 @@ def _scale(values: xr.DataArray) -> ValueScale | None:
     return ValueScale(label(values), low, high, log, signed, cut)
 
 
-def _legend(dataset: xr.Dataset, quantity: str) -> list[LegendEntry]:
+def _legend(dataset: xr.Dataset, quantity: str) -> list[classes.LegendEntry]:
     """Entries of the classes, and of the points without a result."""
-    motions = class_styles.motion_codes(dataset).to_numpy()
+    motions = classes.motion_codes(dataset).to_numpy()
     if quantity == "motion":
-        return class_entries(motions, MOTIONS, shares=True)
-    missing = class_styles.without_result(motions)
-    failures = class_entries(np.where(missing, motions, -1), MOTIONS, shares=True)
+        return classes.class_entries(motions, classes.MOTIONS, shares=True)
+    missing = classes.without_result(motions)
+    failures = classes.class_entries(np.where(missing, motions, -1), classes.MOTIONS, shares=True)
     if quantity == "stick_class":
-        sticks = class_styles.stick_codes(dataset).transpose(*dataset["motion"].dims).to_numpy()
-        return class_entries(np.where(missing, -1, sticks), STICK_CLASSES, shares=True) + failures
+        sticks = classes.stick_codes(dataset).transpose(*dataset["motion"].dims).to_numpy()
+        return (
+            classes.class_entries(np.where(missing, -1, sticks), classes.STICK_CLASSES, shares=True)
+            + failures
+        )
     none = np.isnan(_values(dataset, quantity).to_numpy()) & ~missing
-    empty = [class_entry(NO_VALUE, float(np.mean(none)))] if np.any(none) else []
+    empty = [classes.class_entry(classes.NO_VALUE, float(np.mean(none)))] if np.any(none) else []
     return empty + failures
 
 
@@ -185,6 +201,58 @@ def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
         raise InputError(
             f"quantity = {quantity!r}: no such result of each point."
             f" {nearest(str(quantity), allowed)}"
+        )
+
+
+def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) -> ClassMap:
+    """The map of a result of ``wb.stability_map``.
+
+    held : rows of the dataset at which the brake locks at rest, but not once moving
+
+    Raises ``InputError`` for anything but a map over two parameters of two values each or more.
+    """
+    _check_stability(dataset)
+    x, y = (SweptAxis.of(dataset, str(name)) for name in dataset["margin"].dims)
+    stable, locked, margin = (
+        arranged(dataset[name], x, y) for name in ("stable", "locked", "margin")
+    )
+    codes = np.where(stable, STABLE, UNSTABLE)
+    if held is not None:
+        codes[held] = HELD
+    codes[locked] = LOCKED
+    known = np.where(codes >= HELD, np.nan, margin)
+    across, up = x.positions(x.values), y.positions(y.values)
+    limit = level_lines(across, up, known, 0.0)
+    values = _levels(known)
+    levels = [(level, line) for level in values for line in level_lines(across, up, known, level)]
+    legend = classes.class_entries(codes, REGIONS, shares=False)
+    legend += [classes.LIMIT_ENTRY] if limit else []
+    legend += [classes.LegendEntry("equal margin", LEVEL_LINE)] if values else []
+    return ClassMap(x, y, codes, REGIONS, legend, limit, margin=margin, levels=levels)
+
+
+def _levels(margin: FloatArray) -> tuple[float, ...]:
+    """Round margins inside the range of the map, without zero."""
+    known = margin[np.isfinite(margin)]
+    if not known.size or np.ptp(known) == 0.0:
+        return ()
+    low, high = float(known.min()), float(known.max())
+    return tuple(one for one in round_values(low, high, _LINES) if one and low < one < high)
+
+
+def _check_stability(dataset: xr.Dataset) -> None:
+    known = getattr(dataset, "data_vars", {})
+    if any(name not in known for name in VARIABLES):
+        raise InputError(
+            f"dataset = {type(dataset).__name__}: must be the result of wb.stability_map(...)."
+        )
+    sizes = dict(dataset["margin"].sizes)
+    if len(sizes) != 2 or min(sizes.values()) < 2:
+        said = ", ".join(f"{size} of {name}" for name, size in sizes.items()) or "one point"
+        raise InputError(
+            f"dataset: holds {said}; there are pictures of linear stability over two groups, of two"
+            " values each or more. Give wb.stability_map such axes, for example"
+            " eta=np.linspace(-2, 1, 100), alpha=np.linspace(1.1, 2, 100)."
         )
 
 
@@ -242,15 +310,15 @@ def boundary_parameters(dataset: Any, argument: str) -> list[str]:
     return [str(name) for name in attributes["parameters"]]
 
 
-def curve_entries(curves: Sequence[BifurcationCurve]) -> list[LegendEntry]:
+def curve_entries(curves: Sequence[BifurcationCurve]) -> list[classes.LegendEntry]:
     """Legend entries of the kinds that occur, each with the periods of its orbits."""
     found: dict[str, set[int]] = {}
     for one in curves:
         found.setdefault(one.kind, set()).add(one.order)
     return [
-        LegendEntry(
-            f"{kind} of {', '.join(map(class_styles.period, sorted(found[kind])))}", style.line
+        classes.LegendEntry(
+            f"{kind} of {', '.join(map(classes.period, sorted(found[kind])))}", one.line
         )
-        for kind, style in class_styles.BIFURCATIONS.items()
+        for kind, one in classes.BIFURCATIONS.items()
         if kind in found
     ]

@@ -9,17 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import ParameterAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
-from wedgebrake.figures.data.class_styles import (
-    CODES,
-    MOTIONS,
-    PERIODIC,
-    LegendEntry,
-    class_entries,
-    without_result,
-)
 
 FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]
@@ -59,7 +52,7 @@ class PartialMap:
     unit: str = "cells"
 
     @property
-    def legend(self) -> list[LegendEntry]:
+    def legend(self) -> list[classes.LegendEntry]:
         """Entries of the legend."""
         return self.data.legend
 
@@ -118,7 +111,12 @@ class PartialDiagram:
         """The value and its motion in words; one of a long period with its number."""
         rows = zip(self.positions, self.codes, self.first.orders[0], strict=True)
         words = [
-            (at, f"{order}T" if code == CODES["period_more"] else MOTIONS[code].plain)
+            (
+                at,
+                f"{order}T"
+                if code == classes.CODES["period_more"]
+                else classes.MOTIONS[code].plain,
+            )
             for at, code, order in rows
         ]
         return [f"{self.axes[0].text(at)}: {motion}" for at, motion in words]
@@ -145,7 +143,7 @@ class PartialDiagram:
     def gaps(self) -> FloatArray:
         """Positions between which runs have no result, (n, 2)."""
         edges = np.linspace(*self.axes[0].ends, self.whole + 1)
-        empty = without_result(self.band)
+        empty = classes.without_result(self.band)
         gaps = [(edges[i], edges[j + 1]) for i, j in runs(empty) if empty[i]]
         return np.array(gaps).reshape(-1, 2)
 
@@ -155,9 +153,9 @@ class PartialDiagram:
         return [self.axes[0].position(float(value)) for value, _ in self.first.limits]
 
     @property
-    def legend(self) -> list[LegendEntry]:
+    def legend(self) -> list[classes.LegendEntry]:
         """Entries of the classes that occur."""
-        return class_entries(self.codes, MOTIONS, shares=True)
+        return classes.class_entries(self.codes, classes.MOTIONS, shares=True)
 
     @property
     def progress(self) -> str:
@@ -202,16 +200,16 @@ def point_cloud(data: BifurcationDiagram, most: int = MOST_POINTS) -> PointCloud
     codes, orders, points = data.motions[0], data.orders[0], data.points[0]
     recorded = points.shape[1]
     last = np.full(codes.size, recorded)
-    periodic = np.isin(codes, list(PERIODIC)) & (orders > 0)
+    periodic = np.isin(codes, list(classes.PERIODIC)) & (orders > 0)
     last[periodic] = np.minimum(orders[periodic], recorded)
-    last[codes == CODES["at_rest"]] = 1
-    last[without_result(codes)] = 0
+    last[codes == classes.CODES["at_rest"]] = 1
+    last[classes.without_result(codes)] = 0
     kept = np.arange(recorded) >= recorded - last[:, None]
     total = int(last.sum())
     if total > most:
         kept[~periodic] &= np.arange(recorded) % -(-total // most) == 0
     # A run that ended early has its points at the beginning of its row.
-    kept[codes == CODES["self_locked"]] = True
+    kept[codes == classes.CODES["self_locked"]] = True
     index, column = np.nonzero(kept & np.isfinite(points))
     shown = points[index, column]
     span = _span(data, shown, index)

@@ -7,17 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.figures.data import caption, class_styles
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.figures.data.class_styles import (
-    CODES,
-    DIFFER,
-    EMPTY,
-    MOTIONS,
-    STICK_CLASSES,
-    ClassStyle,
-)
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import page
 from wedgebrake.figures.matplotlib.maps import draw_cells, draw_classes, draw_hatching, set_axes
@@ -89,9 +82,9 @@ def bifurcation(
             _draw_points(panels[branch], data, branch, (72.0 * inside, 72.0 * height))
         if exponent:
             _draw_exponents(panels[-3], data)
-        _draw_bands(panels[-2], data, data.motions, MOTIONS, "motion")
+        _draw_bands(panels[-2], data, data.motions, classes.MOTIONS, "motion")
         _name_motions(panels[-2], data, 72.0 * inside)
-        _draw_bands(panels[-1], data, data.sticks, STICK_CLASSES, "sticks")
+        _draw_bands(panels[-1], data, data.sticks, classes.STICK_CLASSES, "sticks")
         for axes in panels[:-1]:
             axes.tick_params(axis="x", labelbottom=False)
         for axes in panels[-2:]:
@@ -112,8 +105,8 @@ def _draw_points(
     axes.set_xlabel("")
     axes.set_ylabel(style.SECTION[data.quantity])
     axes.set_ylim(span)
-    _shade(axes, data.x, data.empty[branch], EMPTY.colour)
-    _shade(axes, data.x, data.differs, DIFFER.colour)
+    _shade(axes, data.x, data.empty[branch], classes.EMPTY.colour)
+    _shade(axes, data.x, data.differs, classes.DIFFER.colour)
     if not np.all(data.empty[branch]):
         draw_density(axes, data.x, data.points[branch], span, one.shades, size)
     for value, _ in data.limits:
@@ -152,7 +145,11 @@ def _draw_exponents(axes: Axes, data: BifurcationDiagram) -> None:
 
 
 def _draw_bands(
-    axes: Axes, data: BifurcationDiagram, codes: np.ndarray, styles: Sequence[ClassStyle], word: str
+    axes: Axes,
+    data: BifurcationDiagram,
+    codes: np.ndarray,
+    styles: Sequence[classes.ClassStyle],
+    word: str,
 ) -> None:
     """Draw one row of classes for each branch, the first at the top."""
     rows = len(data.branches)
@@ -172,16 +169,16 @@ def _name_motions(axes: Axes, data: BifurcationDiagram, width: float) -> None:
     edges = data.x.positions(data.x.edges)
     scale = width / (edges[-1] - edges[0])
     for branch, codes in enumerate(data.motions):
-        orders = np.where(np.isin(codes, list(class_styles.PERIODIC)), data.orders[branch], 0)
-        orders[codes == CODES["period_1"]] = 1
+        orders = np.where(np.isin(codes, list(classes.PERIODIC)), data.orders[branch], 0)
+        orders[codes == classes.CODES["period_1"]] = 1
         for first, last in runs(orders):
-            name = class_styles.period(orders[first])
+            name = classes.period(orders[first])
             available = scale * (edges[last + 1] - edges[first])
             if orders[first] < 1 or available < _CHARACTER * (len(name) - 1):
                 continue
             middle = data.x.at(0.5 * (edges[first] + edges[last + 1]))
             look: Any = {"ha": "center", "va": "center", "fontsize": 5.5, "zorder": 4}
-            colour = style.ink(MOTIONS[codes[first]].colour)
+            colour = style.ink(classes.MOTIONS[codes[first]].colour)
             axes.text(middle, len(data.branches) - branch - 0.54, name, color=colour, **look)
 
 

@@ -74,7 +74,7 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
     from wedgebrake.figures.data.axes import swept_parameters
-    from wedgebrake.figures.data.stability import VARIABLES as STABILITY
+    from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
     from wedgebrake.figures.matplotlib import bifurcation, maps, motion, orbit_branches
 
     names = set(getattr(dataset, "data_vars", {}))

@@ -8,12 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.figures.data.class_styles import (
-    HATCH,
-    LegendEntry,
-    LineStyle,
-    MarkerStyle,
-)
+from wedgebrake.figures.data.class_styles import HATCH, LegendEntry, LineStyle, MarkerStyle
 from wedgebrake.figures.matplotlib import style
 
 if TYPE_CHECKING:

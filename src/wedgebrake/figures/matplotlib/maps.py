@@ -11,12 +11,10 @@ import numpy as np
 
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import caption, class_map
-from wedgebrake.figures.data import stability as stability_data
 from wedgebrake.figures.data.axes import SweptAxis, label, require_swept
 from wedgebrake.figures.data.bifurcation import split
-from wedgebrake.figures.data.class_map import BifurcationCurve, ClassMap
+from wedgebrake.figures.data.class_map import LEVEL_LINE, BifurcationCurve, ClassMap
 from wedgebrake.figures.data.class_styles import BIFURCATIONS, HATCH, STABILITY_LIMIT, ClassStyle
-from wedgebrake.figures.data.stability import LEVEL_LINE
 from wedgebrake.figures.matplotlib import point_labels, style
 from wedgebrake.figures.matplotlib.layout import HATCHES, line_options, marker_options, page
 
@@ -94,7 +92,7 @@ def stability_map(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure
     Raises ``InputError`` for anything but such a map over two groups, of two values each or
     more.
     """
-    data = stability_data.stability_map(dataset)
+    data = class_map.stability_map(dataset)
     sentences = [
         caption.of_stability(dataset, [data.x.name, data.y.name]),
         "Linear stability of sliding in both directions.",
@@ -257,6 +255,6 @@ def _draw_levels(axes: Axes, data: ClassMap) -> None:
     if not levels:
         return
     thin: Any = {"colors": LEVEL_LINE.colour, "linewidths": LEVEL_LINE.width, "linestyles": "-"}
-    known = np.ma.masked_array(data.margin, data.codes >= stability_data.HELD)
+    known = np.ma.masked_array(data.margin, data.codes >= class_map.HELD)
     lines = axes.contour(data.x.values, data.y.values, known, levels=levels, **thin)
     axes.clabel(lines, fontsize=style.SMALL, fmt=lambda value: f"${value:+g}$")

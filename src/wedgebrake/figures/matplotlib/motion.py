@@ -105,11 +105,7 @@ def spectrum(lines: xr.Dataset, largest: float | None = None, *, hertz: bool = F
 
 
 def overview(
-    system: BrakedDriveline,
-    response: xr.Dataset,
-    verdict: str = "",
-    *,
-    start: float | None = None,
+    system: BrakedDriveline, response: xr.Dataset, verdict: str = "", *, start: float | None = None
 ) -> Figure:
     """History, phase portrait, Poincare section and spectrum of a response: a new figure.
 
