@@ -11,14 +11,12 @@ import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from pictures import (
-    SIGHTS,
     SYSTEM,
     Pixels,
     check_layout,
     close,
     data_axes,
     diagram,
-    lab,
     luminance,
     map_of,
     words,
@@ -29,7 +27,6 @@ from wedgebrake.figures.data.class_map import curve_entries, curves_over
 from wedgebrake.figures.data.class_styles import (
     BIFURCATIONS,
     MOTIONS,
-    ORBIT_COLOURS,
     orbit_colour,
 )
 from wedgebrake.figures.data.orbit_branches import OrbitBranches
@@ -461,13 +458,3 @@ def other_boundary():
 def test_wrong_datasets_are_refused(call, argument):
     with pytest.raises(wb.InputError, match=argument):
         call()
-
-
-@pytest.mark.parametrize("sight", SIGHTS)
-def test_periods_differ_for_every_sight(sight):
-    """Among each other and from the points beneath (CIE 1976; about 2.3 can be noticed)."""
-    seen = [lab(colour, sight) for colour in ORBIT_COLOURS]
-    greys = [lab(colour, sight) for colour in style.DENSITY_BENEATH]
-    assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 14.0
-    assert min(np.linalg.norm(a - b) for a in seen for b in greys) > 14.0
-    assert all(1.05 / (luminance(colour) + 0.05) > 3.0 for colour in ORBIT_COLOURS)  # WCAG 2

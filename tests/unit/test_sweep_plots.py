@@ -515,6 +515,7 @@ class TestColours:
             [one.colour for one in MOTIONS if one.opacity == 1.0],
             [one.colour for one in class_styles.STICK_CLASSES if one.opacity == 1.0],
             [*ATTRACTOR_COLOURS, *others],
+            class_styles.ORBIT_COLOURS,
         ):
             seen = [lab(colour, sight) for colour in colours]
             assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 14.0
@@ -528,7 +529,16 @@ class TestColours:
         assert np.linalg.norm(cold - warm) > 40.0
         assert low[0] < cold[0] < middle[0] > warm[0] > high[0]
 
+    @pytest.mark.parametrize("sight", SIGHTS)
+    def test_orbits_differ_from_points_beneath(self, sight):
+        seen, greys = (
+            [lab(colour, sight) for colour in colours]
+            for colours in (class_styles.ORBIT_COLOURS, style.DENSITY_BENEATH)
+        )
+        assert min(np.linalg.norm(a - b) for a in seen for b in greys) > 14.0
+
     def test_text_can_be_read_and_points_be_seen(self):
+        assert all(1.05 / (luminance(one) + 0.05) > 3.0 for one in class_styles.ORBIT_COLOURS)
         for one in MOTIONS:
             paper, ink = luminance(one.colour), luminance(style.ink(one.colour))
             assert (max(paper, ink) + 0.05) / (min(paper, ink) + 0.05) > 3.8  # WCAG 2

@@ -77,8 +77,7 @@ class MapPlot(Canvas):
         update_model(self._colours, palette=colours, high=len(colours) - 0.5)
         put_image(self._cells, data.codes.astype(np.uint8), x.ends, y.ends)
         if picture.hover is not None:
-            texts = {one: getattr(picture.hover, one) for one in (*BOXES, "text")}
-            update_source(self._boxes, **texts)
+            update_source(self._boxes, **picture.hover._asdict())
         if data.margin is not None:
             self._tip.tooltips = (
                 f'<div style="{TOOLTIP}">margin in η: @image{{0.00}}<br>'

@@ -220,10 +220,8 @@ def _height(curves: list[OrbitCurve], simulated: BifurcationDiagram | None) -> t
     ascending = np.argsort(known)
     # The weight of a value is the length of parameter about it.
     share = np.cumsum(weight[ascending]) / np.sum(weight)
-    low, high = (
-        float(known[ascending][np.searchsorted(share, at).clip(max=known.size - 1)])
-        for at in (_OUTLIERS, 1.0 - _OUTLIERS)
-    )
+    at = np.searchsorted(share, (_OUTLIERS, 1.0 - _OUTLIERS)).clip(max=known.size - 1)
+    low, high = known[ascending][at].tolist()
     if simulated is not None and not np.all(simulated.empty):
         low, high = min(low, simulated.low), max(high, simulated.high)
     beyond = _BEYOND * (high - low)

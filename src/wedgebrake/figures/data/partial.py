@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,7 @@ MOST_POINTS = 12_000
 _FAR, _BEYOND, _MARGIN = 0.04, 1.5, 0.15
 
 
-@dataclass(frozen=True, eq=False)
-class Boxes:
+class Boxes(NamedTuple):
     """Boxes between positions, (n,) each, with the text of each."""
 
     left: FloatArray
@@ -109,17 +108,13 @@ class PartialDiagram:
     @property
     def text(self) -> list[str]:
         """The value and its motion in words; one of a long period with its number."""
-        rows = zip(self.positions, self.codes, self.first.orders[0], strict=True)
-        words = [
-            (
-                at,
-                f"{order}T"
-                if code == classes.CODES["period_more"]
-                else classes.MOTIONS[code].plain,
+        long, words = classes.CODES["period_more"], [one.plain for one in classes.MOTIONS]
+        return [
+            f"{self.axes[0].text(at)}: {f'{order}T' if code == long else words[code]}"
+            for at, code, order in zip(
+                self.positions, self.codes, self.first.orders[0], strict=True
             )
-            for at, code, order in rows
         ]
-        return [f"{self.axes[0].text(at)}: {motion}" for at, motion in words]
 
     @property
     def codes(self) -> Codes:

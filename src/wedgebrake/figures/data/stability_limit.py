@@ -56,7 +56,10 @@ def _margins(
     those of backward sliding, without a zero: nan there. The damping itself is used if one of the
     points has no margin, for example if the brake is released at the speed of the shaft.
     """
-    chosen = _widened(_beside_changes(damping)) & np.isfinite(damping)
+    from scipy.ndimage import binary_dilation
+
+    # Their neighbours too, including diagonal ones.
+    chosen = binary_dilation(_beside_changes(damping), np.ones((3, 3))) & np.isfinite(damping)
     sliding, found = damping.copy(), np.full(damping.shape, np.nan)
     for place in np.argwhere(chosen):
         up, across = int(place[0]), int(place[1])
@@ -72,25 +75,11 @@ def _margins(
 
 def _beside_changes(values: FloatArray) -> NDArray[np.bool_]:
     """Mask of the points with a neighbour of the other sign along either parameter."""
-    beside = np.zeros(values.shape, dtype=bool)
-    known, stable = np.isfinite(values), values > 0.0
-    for along in (0, 1):
-        one, other = (
-            tuple(part if axis == along else slice(None) for axis in (0, 1))
-            for part in (slice(None, -1), slice(1, None))
-        )
-        changes = known[one] & known[other] & (stable[one] != stable[other])
-        beside[one] |= changes
-        beside[other] |= changes
-    return beside
+    from scipy.ndimage import binary_dilation
 
-
-def _widened(chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Chosen points and their neighbours, including diagonal ones."""
-    padded = np.pad(chosen, 1)
-    rows = padded[:-2] | padded[1:-1] | padded[2:]
-    wide: NDArray[np.bool_] = rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:]
-    return wide
+    stable, unstable = values > 0.0, values <= 0.0
+    beside: NDArray[np.bool_] = stable & binary_dilation(unstable)
+    return beside | (unstable & binary_dilation(stable))
 
 
 def _extrapolated(values: FloatArray, axis: SweptAxis, along: int) -> FloatArray:

@@ -208,8 +208,7 @@ def draw_density(
     from matplotlib.colors import LinearSegmentedColormap, LogNorm
 
     rows = max(8, int(size[1] / _CELL))
-    columns, edges = _columns(x, int(size[0] / _CELL))
-    share = _shares(points, columns, edges.size - 1, rows, span)
+    share, edges = _shares(x, points, int(size[0] / _CELL), np.linspace(*span, rows + 1))
     options: dict[str, Any] = {
         "cmap": LinearSegmentedColormap.from_list("density", shades),
         "norm": LogNorm(1.0 / max(2, points.shape[1]), 1.0, clip=True),
@@ -229,24 +228,18 @@ def draw_density(
     axes.scatter(x.values[column], up.values[row], c=share[column, row], **options)
 
 
-def _columns(x: SweptAxis, most: int) -> tuple[np.ndarray, np.ndarray]:
-    """The column of each value and the edges of the columns: one cell, or one for several."""
-    if x.values.size <= most:
-        return np.arange(x.values.size), x.edges
-    edges = np.linspace(*x.positions(x.edges[[0, -1]]), most + 1)
-    column = np.searchsorted(edges, x.positions(x.values), side="right") - 1
-    return np.clip(column, 0, most - 1), x.at(edges)
-
-
 def _shares(
-    points: np.ndarray, columns: np.ndarray, number: int, rows: int, span: tuple[float, float]
-) -> np.ndarray:
-    """Share of the points of a column in each of its cells, (column, row)."""
-    row = (points - span[0]) * (rows / (span[1] - span[0]))
-    with np.errstate(invalid="ignore"):
-        inside = (row >= 0.0) & (row < rows)
-    cell = columns[:, None] * rows + np.where(inside, row, 0.0).astype(np.int64)
-    counts = np.bincount(cell[inside], minlength=number * rows).reshape(number, rows)
-    recorded = np.bincount(columns, np.isfinite(points).sum(axis=1), minlength=number)
-    share: np.ndarray = counts / np.maximum(recorded, 1)[:, None]
-    return share
+    x: SweptAxis, points: np.ndarray, most: int, levels: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Share of the points of a column in each of its cells, (column, row); edges of columns.
+
+    A column is that of one value, or of several where there are more than ``most``.
+    """
+    edges = x.positions(x.edges)
+    if x.values.size > most:
+        edges = np.linspace(edges[0], edges[-1], most + 1)
+    known = np.isfinite(points)
+    across = np.broadcast_to(x.positions(x.values)[:, None], points.shape)[known]
+    counts = np.histogram2d(across, points[known], bins=(edges, levels))[0]
+    recorded = np.histogram(across, edges)[0]
+    return counts / np.maximum(recorded, 1)[:, None], x.at(edges)
