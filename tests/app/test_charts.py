@@ -16,11 +16,13 @@ from wedgebrake.explorer.core.snapshot import Moment, look
 from wedgebrake.explorer.core.state import Desk, new_desk
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
-from wedgebrake.figures.bokeh import chart as charts
-from wedgebrake.figures.bokeh.history import HistoryChart
-from wedgebrake.figures.bokeh.phase import PhaseChart
-from wedgebrake.figures.bokeh.section import SectionChart
-from wedgebrake.figures.bokeh.spectrum import SpectrumChart
+from wedgebrake.figures.bokeh.motion import (
+    GHOST,
+    HistoryChart,
+    PhaseChart,
+    SectionChart,
+    SpectrumChart,
+)
 from wedgebrake.figures.data.limits import MOST_POINTS
 
 
@@ -166,8 +168,7 @@ def test_ghost_lies_behind_in_every_chart(desk, moment, page):
         one.data_source
         for chart in page.all
         for one in chart.figure.renderers
-        if charts.GHOST
-        in (getattr(one.glyph, "line_color", ""), getattr(one.glyph, "fill_color", ""))
+        if GHOST in (getattr(one.glyph, "line_color", ""), getattr(one.glyph, "fill_color", ""))
     ]
     assert len(ghosts) == 4
     assert all(len(column) for one in ghosts for column in one.data.values())

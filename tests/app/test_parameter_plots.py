@@ -14,10 +14,10 @@ from wedgebrake.explorer.core.machine import following
 from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep, order
 from wedgebrake.explorer.core.state import PLATES, Desk, axes, new_desk
 from wedgebrake.explorer.ui.parameter_plots import ParameterPlot
+from wedgebrake.figures.data.axes import ParameterAxis
+from wedgebrake.figures.data.class_map import HELD, LOCKED, STABLE
 from wedgebrake.figures.data.class_styles import CODES, PERIODIC, motion_codes, without_result
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
 from wedgebrake.figures.data.partial import hover_boxes, nearest_known
-from wedgebrake.figures.data.stability import HELD, LOCKED, STABLE
 from wedgebrake.model.groups import SETTERS
 
 BRAKES = ("wedge", "conventional", "band", "leading-shoe")

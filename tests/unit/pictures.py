@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from PIL import Image
 
 import wedgebrake as wb
 from wedgebrake.dynamics.enums import MotionClass, StickClass
@@ -164,6 +165,14 @@ def words(figure):
             rows = itertools.zip_longest(*columns)
             found += [str(word) for row in rows for word in row if word is not None]
     return found
+
+
+def png(path):
+    """Width and height of a PNG, all of whose pixels can be read."""
+    with Image.open(path) as image:
+        assert image.format == "PNG"
+        image.load()
+        return image.size
 
 
 def data_axes(figure):

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from pictures import words
 
 import wedgebrake as wb
-from wedgebrake.figures.data.stability import LOCKED, REGIONS, STABLE, UNSTABLE
-from wedgebrake.figures.data.stability import stability_map as map_data
-from wedgebrake.figures.matplotlib import stability
+from wedgebrake.figures.data.class_map import LOCKED, REGIONS, STABLE, UNSTABLE
+from wedgebrake.figures.data.class_map import stability_map as map_data
+from wedgebrake.figures.matplotlib import maps
 
 ETA, ALPHA = np.linspace(-2.0, 1.0, 61), np.linspace(0.9, 2.0, 45)
 
@@ -41,9 +41,9 @@ def test_the_limit_is_drawn_where_it_is(wedge):
     points = np.concatenate([line.get_xydata() for line in axes.lines])
     np.testing.assert_allclose(points[:, 0], 0.3 * (1.0 - points[:, 1]), atol=1e-9)
     data = map_data(wedge)
-    assert 0.0 not in data.levels
-    for level in data.levels:
-        (line,) = data.lines(level)
+    assert data.levels
+    assert 0.0 not in dict(data.levels)
+    for level, line in data.levels:
         np.testing.assert_allclose(line[:, 0] - 0.3 * (1.0 - line[:, 1]), level, atol=1e-9)
 
 
@@ -58,7 +58,7 @@ def test_axes_follow_the_dataset():
     assert (data.x.name, data.y.name) == ("loss_factor", "kinetic")
     assert not data.limit
     axes = Figure().add_subplot()
-    stability.draw(axes, given)
+    maps.draw(axes, data)
     assert axes.get_xscale() == "log"
     assert axes.get_legend() is None
 
@@ -76,8 +76,6 @@ def test_other_maps_are_refused(given, why):
         wb.plot(wb.stability_map(wb.paper.system(), **given))
 
 
-def test_other_datasets_and_options_are_refused(wedge):
+def test_other_datasets_are_refused(wedge):
     with pytest.raises(wb.InputError, match=r"wb\.stability_map"):
-        stability.stability_map(wedge.drop_vars("margin"))
-    with pytest.raises(wb.InputError, match="quantity"):
-        wb.plot(wedge, quantity="margin")
+        maps.stability_map(wedge.drop_vars("margin"))

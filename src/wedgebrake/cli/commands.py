@@ -101,7 +101,7 @@ def simulate(
     if out is not None:
         write_netcdf(response, out)
     if plot is not None:
-        from wedgebrake.figures.matplotlib.overview import overview
+        from wedgebrake.figures.matplotlib.motion import overview
         from wedgebrake.figures.matplotlib.save import save
 
         save(overview(loaded.system, response, report["summary"]), plot)

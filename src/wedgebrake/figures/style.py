@@ -50,14 +50,8 @@ DASHES: Any = (0, (4.0, 1.5))
 UNSTABLE: Any = (0, (3.2, 1.6))
 
 # Labels of the state's axes: in time, and at the points of a section.
-STATE = {
-    "angle": r"angle $\theta$  [rad]",
-    "velocity": r"velocity $\dot\theta$  [rad/s]",
-}
-SECTION = {
-    "angle": r"angle $\theta_n$  [rad]",
-    "velocity": r"velocity $\dot\theta_n$  [rad/s]",
-}
+STATE = {"angle": r"angle $\theta$  [rad]", "velocity": r"velocity $\dot\theta$  [rad/s]"}
+SECTION = {"angle": r"angle $\theta_n$  [rad]", "velocity": r"velocity $\dot\theta_n$  [rad/s]"}
 # Labels of quantities whose long name in a dataset is a formula.
 MEANINGS = {
     "eta": "slope of the actuation force",
@@ -117,6 +111,44 @@ SMALL = 6.5
 
 # Lines and points beyond this number are drawn as pixels inside vector files.
 RASTER_FROM = 20_000
+
+
+_LOWERED = str.maketrans("0123456789aehklmnoprstuvx", "₀₁₂₃₄₅₆₇₈₉ₐₑₕₖₗₘₙₒₚᵣₛₜᵤᵥₓ")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def lowered(words: str) -> str:
+    """Words as a subscript."""
+    return words.translate(_LOWERED)
+
+
+def raised(words: str) -> str:
+    """A number as an exponent."""
+    return words.translate(_RAISED)
+
+
+def plain(words: str) -> str:
+    """Words with mathtext as plain text."""
+    words = words.replace("$", "").replace(r"\times ", "·")
+    words = re.sub(r"\^\{(.*?)\}", lambda found: raised(found[1]), words)
+    return re.sub(r"_(\w)", lambda found: lowered(found[1]), words)
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """Red, green and blue, from 0 to 1, of a colour #RRGGBB."""
+    red, green, blue = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    return red, green, blue
+
+
+def luminance(colour: tuple[float, float, float]) -> float:
+    """Relative luminance of red, green and blue, as in WCAG 2."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in colour]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def ink(colour: str) -> str:
+    """Black or white, whichever is easier to read on a colour #RRGGBB."""
+    return "black" if luminance(rgb(colour)) > 0.18 else "white"
 
 
 def named(name: str, meaning: str, unit: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from wedgebrake.explorer.core.fields import label, symbol
 from wedgebrake.explorer.core.parameter_ranges import scale, span
 from wedgebrake.explorer.core.state import Desk
-from wedgebrake.figures.data.parameter_axis import ParameterAxis, plain
+from wedgebrake.figures.data.axes import ParameterAxis, plain
 from wedgebrake.model.sweep_settings import sweepable
 
 

@@ -11,9 +11,9 @@ from wedgebrake.explorer.core.axis import parameter_axis
 from wedgebrake.explorer.core.machine import map_levels, new_sweep, slow, sweep_key
 from wedgebrake.explorer.core.progressive_sweep import STEP
 from wedgebrake.explorer.core.state import Desk
+from wedgebrake.figures.data.axes import SweptAxis
 from wedgebrake.figures.data.basins import PARAMETERS, basins
 from wedgebrake.figures.data.partial import PartialMap, hover_boxes, nearest_known
-from wedgebrake.figures.data.swept_axis import SweptAxis
 
 # Steps are shorter by this factor, for the time it takes to tell attractors apart; those of a slow
 # solver are longer.

@@ -11,7 +11,7 @@ from wedgebrake.explorer.core.evaluation import judging, method
 from wedgebrake.explorer.core.limits import COARSE_MAP, FINE_MAP, MOST_EVENTS, MOST_STEPS
 from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep
 from wedgebrake.explorer.core.state import Desk
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
+from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
 

@@ -12,12 +12,11 @@ from wedgebrake.explorer.core.axis import parameter_axis
 from wedgebrake.explorer.core.machine import map_levels, new_sweep, slow, sweep_key
 from wedgebrake.explorer.core.progressive_sweep import STEP
 from wedgebrake.explorer.core.state import Desk, axes
+from wedgebrake.figures.data.axes import SweptAxis, arranged
 from wedgebrake.figures.data.class_map import ClassMap
-from wedgebrake.figures.data.class_styles import MOTIONS, motion_codes
-from wedgebrake.figures.data.legend import LIMIT_ENTRY, class_entries
+from wedgebrake.figures.data.class_styles import LIMIT_ENTRY, MOTIONS, class_entries, motion_codes
 from wedgebrake.figures.data.partial import PartialMap, hover_boxes, nearest_known
 from wedgebrake.figures.data.stability_limit import limit_lines
-from wedgebrake.figures.data.swept_axis import SweptAxis, arranged
 
 if TYPE_CHECKING:
     import xarray as xr

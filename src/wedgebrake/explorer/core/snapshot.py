@@ -17,11 +17,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.evaluation import judging
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.state import Desk
-from wedgebrake.figures.data.history import History
-from wedgebrake.figures.data.motion import MotionFigures
-from wedgebrake.figures.data.phase import Phase
-from wedgebrake.figures.data.section import Section
-from wedgebrake.figures.data.spectrum import Spectrum
+from wedgebrake.figures.data.motion import History, MotionFigures, Phase, Section, Spectrum
 from wedgebrake.model.brakes import ConventionalBrake
 from wedgebrake.solvers.simulate import simulate
 

@@ -12,8 +12,8 @@ from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.axis import parameter_axis
 from wedgebrake.explorer.core.machine import without
 from wedgebrake.explorer.core.state import Desk, axes
-from wedgebrake.figures.data import stability as data_of
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
+from wedgebrake.figures.data import class_map
+from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.partial import PartialMap
 from wedgebrake.model.brakes import WedgeBrake
 
@@ -49,7 +49,7 @@ def work(desk: Desk) -> Iterator[PartialMap]:
     held = np.zeros(high, dtype=bool)
     if y.name == "alpha" and line.drive_speed == 0.0:
         held = y.values(high) <= (desk.system.groups.static_ratio or 1.0)
-    data = data_of.stability_map(dataset, held)
+    data = class_map.stability_map(dataset, held)
     yield PartialMap((x, y), data, None, data.codes.size, data.codes.size)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from wedgebrake.explorer.core import basins, diagram, regimes, stability
 from wedgebrake.explorer.core.axis import parameter_axis
 from wedgebrake.explorer.core.state import Desk
-from wedgebrake.figures.data.parameter_axis import ParameterAxis, selected
+from wedgebrake.figures.data.axes import ParameterAxis, selected
 from wedgebrake.figures.data.partial import PartialDiagram, PartialMap
 
 _COMPUTED: dict[str, ModuleType] = {
@@ -23,12 +23,10 @@ class ParameterPlot:
     def __init__(self, name: str) -> None:
         from wedgebrake.figures.bokeh.bifurcation import BifurcationPlot
         from wedgebrake.figures.bokeh.class_map import MapPlot
-        from wedgebrake.figures.bokeh.stability import StabilityPlot
 
-        plots: dict[str, Any] = {"diagram": BifurcationPlot, "stability": StabilityPlot}
         self.name = name
         self._computed: Any = _COMPUTED[name]
-        self._plot = plots.get(name, MapPlot)()
+        self._plot: Any = BifurcationPlot() if name == "diagram" else MapPlot()
         self.figure = self._plot.figure
 
     def key(self, desk: Desk) -> Hashable:

@@ -29,10 +29,12 @@ from wedgebrake.explorer.ui.widgets.page import page
 from wedgebrake.explorer.ui.widgets.parameters import ParameterPanel
 from wedgebrake.explorer.ui.widgets.plot_tabs import PlotTabs
 from wedgebrake.explorer.ui.widgets.verdict_strip import VerdictStrip
-from wedgebrake.figures.bokeh.history import HistoryChart
-from wedgebrake.figures.bokeh.phase import PhaseChart
-from wedgebrake.figures.bokeh.section import SectionChart
-from wedgebrake.figures.bokeh.spectrum import SpectrumChart
+from wedgebrake.figures.bokeh.motion import (
+    HistoryChart,
+    PhaseChart,
+    SectionChart,
+    SpectrumChart,
+)
 from wedgebrake.model.study import read_study
 
 _LOG = logging.getLogger("wedgebrake.explorer")

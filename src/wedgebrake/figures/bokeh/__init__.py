@@ -1,7 +1,7 @@
 """Pictures drawn with Bokeh for the page: thin renderers of ``wedgebrake.figures.data``.
 
-history, phase, section, spectrum : the pictures of one motion
-bifurcation, class_map, stability  : pictures over parameters
-canvas    axes, cursors and texts of pictures over parameters
-chart     empty figures, text over them, and updates that send only what changed
+motion                 the pictures of one motion
+bifurcation, class_map pictures over parameters
+canvas                 axes, cursors and texts of pictures over parameters
+chart                  empty figures, text over them, and updates that send only what changed
 """

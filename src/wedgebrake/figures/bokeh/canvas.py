@@ -11,12 +11,9 @@ from bokeh.models import (
     FixedTicker,
     GlyphRenderer,
     HoverTool,
-    Label,
     LinearColorMapper,
     Quad,
     Range1d,
-    Scatter,
-    Span,
 )
 
 from wedgebrake.figures.bokeh.chart import (
@@ -25,13 +22,14 @@ from wedgebrake.figures.bokeh.chart import (
     INK,
     MUTED,
     Chart,
+    MarkedLine,
     chart,
     set_range,
     update_model,
     update_source,
 )
+from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.class_styles import HATCH
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
 
 HATCHING = {
     "hatch_pattern": "/", "hatch_color": HATCH, "hatch_alpha": 0.4, "hatch_scale": 9.0,
@@ -43,6 +41,8 @@ BOXES = ("left", "right", "bottom", "top")
 """Columns of boxes."""
 TOOLTIP = f"font:12px {FONT};color:{INK}"
 """CSS of the text at the pointer."""
+FOLLOWING = {"point_policy": "follow_mouse", "show_arrow": False}
+"""Options of texts at the pointer."""
 _TICKS_X, _TICKS_Y = 11, 6
 # Beyond this share of the picture, a label at the cursor is written to its left.
 _TURN = 0.85
@@ -68,7 +68,13 @@ class Canvas(Chart):
         drawn.extra_y_ranges = {"share": Range1d(0.0, 1.0)}
         self._axes: list[ParameterAxis | None] = [None] * len(self._tickers)
         self._grid = labelled  # maps fill the plane
-        self._cursors = [_Cursor(drawn, way, labelled) for way in range(len(self._tickers))]
+        label = {"y": 0.98, "y_range_name": "share", "background_fill_alpha": 0.9, "padding": 3}
+        label |= {"border_line_color": FRAME, "border_radius": 3, "level": "overlay"}
+        look = {"line_color": INK, "line_width": 1.4 if labelled else 1.0, "line_alpha": 0.8}
+        self._cursors = [
+            MarkedLine(drawn, dimension, label if labelled else None, level="annotation", **look)
+            for dimension in ("height", "width")[: len(self._tickers)]
+        ]
         self.explain(" ")
 
     def set_axes(self, axes: Sequence[ParameterAxis]) -> None:
@@ -85,12 +91,18 @@ class Canvas(Chart):
 
     def mark(self, axes: Sequence[ParameterAxis], values: Sequence[Any]) -> list[float | None]:
         """Mark a value of each parameter; returns their positions, None outside the picture."""
-        return [
-            cursor.mark(axis, value, visible=drawn == axis)
-            for cursor, drawn, axis, value in zip(
-                self._cursors, self._axes, axes, values, strict=True
-            )
-        ]
+        places: list[float | None] = []
+        for cursor, drawn, axis, value in zip(self._cursors, self._axes, axes, values, strict=True):
+            at = axis.position(value) if isinstance(value, float | int) else np.nan
+            places.append(at if drawn == axis and axis.contains(at) else None)
+            low, high = axis.ends
+            turned = at > low + _TURN * (high - low)
+            side: Any = {
+                "text_align": "right" if turned else "left",
+                "x_offset": -5 if turned else 5,
+            }
+            cursor.show(places[-1], axis.text(at) if places[-1] is not None else "", **side)
+        return places
 
     def choose(self, quantity: str) -> None:
         """Select the quantity, where a picture has several."""
@@ -115,55 +127,8 @@ class Canvas(Chart):
     def hover(self, renderer: GlyphRenderer, mode: str) -> None:
         """Show the column ``text`` of a renderer at the pointer."""
         tip = f'<div style="{TOOLTIP}">@text</div>'
-        options = {"point_policy": "follow_mouse", "show_arrow": False}
-        self.figure.add_tools(HoverTool(renderers=[renderer], mode=mode, tooltips=tip, **options))
-
-
-class _Cursor:
-    """A line at a value of one parameter, with a label at its top if wanted."""
-
-    def __init__(self, drawn: Any, way: int, labelled: bool) -> None:
-        self._line = Span(
-            dimension="width" if way else "height", location=0.0, line_color=INK,
-            line_width=1.4 if labelled else 1.0, line_alpha=0.8, visible=False, level="annotation",
-        )  # fmt: skip
-        drawn.add_layout(self._line)
-        self._label = Label(
-            x=0.0, y=0.98, y_range_name="share", text="", text_font=FONT,
-            text_font_size="11px", text_color=INK, text_baseline="top",
-            background_fill_color="#FFFFFF", background_fill_alpha=0.9,
-            border_line_color=FRAME, border_radius=3, padding=3, visible=False, level="overlay",
-        )  # fmt: skip
-        if labelled:
-            drawn.add_layout(self._label)
-
-    def mark(self, axis: ParameterAxis, value: Any, *, visible: bool) -> float | None:
-        """Move to a value; returns its position, or None where it cannot be seen."""
-        position = axis.position(value) if isinstance(value, float | int) else np.nan
-        inside = visible and axis.contains(position)
-        update_model(self._line, visible=inside)
-        update_model(self._label, visible=inside)
-        if not inside:
-            return None
-        update_model(self._line, location=position)
-        low, high = axis.ends
-        turned = position > low + _TURN * (high - low)
-        update_model(
-            self._label, x=position, text=axis.text(position), x_offset=-5 if turned else 5,
-            text_align="right" if turned else "left",
-        )  # fmt: skip
-        return position
-
-
-def outlined(width: float) -> list[dict[str, Any]]:
-    """Line options of a dark outline with a white one behind it."""
-    return [{"line_color": "#FFFFFF", "line_width": 2.25 * width},
-            {"line_color": INK, "line_width": width}]  # fmt: skip
-
-
-def ring(size: float, **options: Any) -> Scatter:
-    """A ring about a point."""
-    return Scatter(x="x", y="y", size=size, fill_color=None, **options)
+        tool = HoverTool(renderers=[renderer], mode=mode, tooltips=tip, **FOLLOWING)
+        self.figure.add_tools(tool)
 
 
 def invisible_boxes() -> Quad:

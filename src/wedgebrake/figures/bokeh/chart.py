@@ -7,26 +7,13 @@ from typing import Any
 
 import numpy as np
 from bokeh.events import DoubleTap
-from bokeh.models import (
-    ColumnDataSource,
-    CustomJS,
-    CustomJSTickFormatter,
-    Range1d,
-    Scatter,
-)
+from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Label, Range1d, Span
 from bokeh.models.dom import HTML
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
-from wedgebrake.figures import style
-
 INK, MUTED, GRID, FRAME = "#1B2430", "#5B6675", "#ECEFF3", "#C9D0D8"
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif'
-MOTION, GHOST = style.MOTION, "#A9B2BD"
-STICKS = {side: colour for side, (colour, _) in style.STICKS.items()} | {0: "#AEB6C0"}
-STICK_LABELS = {  # without mathtext
-    side: label.replace("$v", "v ").replace("0$", " 0") for side, (_, label) in style.STICKS.items()
-}
 
 # Numbers at ticks: no more digits than they need, and a true minus.
 _TICK = """
@@ -82,11 +69,6 @@ def chart(title: str, across: str, up: str, **options: Any) -> figure:
     return drawn
 
 
-def position_marker() -> Scatter:
-    """Marker of the current position in a motion."""
-    return Scatter(x="x", y="y", size=8, fill_color=style.ORANGE, line_color=INK)
-
-
 class Overlay:
     """Text over a figure: a key beside its title, and a sentence in its middle."""
 
@@ -137,6 +119,35 @@ class Chart:
             clear_source(source)
         self._overlay.key()
         self._overlay.say(sentence)
+
+
+class MarkedLine:
+    """A line at a value, hidden at first.
+
+    dimension : "height" or "width", along which it goes
+    label     : options of the label that stands beside it; None: it has none
+    """
+
+    def __init__(
+        self, drawn: figure, dimension: str, label: dict[str, Any] | None = None, **look: Any
+    ) -> None:
+        self.line = Span(dimension=dimension, location=0.0, visible=False, **look)
+        given = {"text_color": INK, "background_fill_alpha": 0.8, **(label or {}), "text": ""}
+        self.label = Label(
+            x=0.0, text_font=FONT, text_font_size="11px", text_baseline="top",
+            background_fill_color="#FFFFFF", visible=False, **{"y": 0.0, **given},
+        )  # fmt: skip
+        drawn.add_layout(self.line)
+        if label is not None:
+            drawn.add_layout(self.label)
+
+    def show(self, at: float | None, text: str = "", **label: Any) -> None:
+        """Move to a value with a text and options of the label; None hides the line."""
+        update_model(self.line, visible=at is not None)
+        update_model(self.label, visible=at is not None)
+        if at is not None:
+            update_model(self.line, location=at)
+            update_model(self.label, x=at, text=text, **label)
 
 
 def update_model(model: Any, **values: Any) -> None:

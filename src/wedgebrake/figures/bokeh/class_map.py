@@ -1,4 +1,4 @@
-"""Maps of classes over two parameters: cells, stability limit, marks of attractors."""
+"""Maps over two parameters: cells of classes, stability limit, margins, marks of attractors."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from bokeh.models import BoxAnnotation, Image, MultiLine, Scatter
+from bokeh.core.properties import value
+from bokeh.models import BoxAnnotation, ColumnDataSource, HoverTool, Image, MultiLine, Scatter, Text
 
 from wedgebrake.figures.bokeh.canvas import (
     BOXES,
+    FOLLOWING,
     HATCHING,
     IMAGE,
+    TOOLTIP,
     Canvas,
     invisible_boxes,
-    outlined,
     palette,
     put_image,
-    ring,
 )
-from wedgebrake.figures.bokeh.chart import update_model, update_source
-from wedgebrake.figures.data.basins import Basins
-from wedgebrake.figures.data.level_lines import columns
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
+from wedgebrake.figures.bokeh.chart import FONT, INK, MUTED, float32, update_model, update_source
+from wedgebrake.figures.data.axes import ParameterAxis, number
+from wedgebrake.figures.data.class_map import LEVEL_LINE, Marks
 from wedgebrake.figures.data.partial import PartialMap
 
 # Pixels of one typographic point in the size of markers.
@@ -35,25 +35,39 @@ class MapPlot(Canvas):
     def __init__(self) -> None:
         super().__init__()
         drawn = self.figure
-        self._hatching = BoxAnnotation(
-            fill_color=None, line_color=None, level="underlay", visible=False, **HATCHING
-        )
+        look = {"fill_color": None, "line_color": None, "level": "underlay", **HATCHING}
+        self._hatching = BoxAnnotation(visible=False, **look)
         drawn.add_layout(self._hatching)
-        self._cells = self.source(*IMAGE)
+        self._cells, self._margins = self.source(*IMAGE), self.source(*IMAGE)
         self._colours = palette(["#FFFFFF00"])
-        drawn.add_glyph(self._cells, _image(color_mapper=self._colours))
+        columns = {one: one for one in IMAGE}
+        drawn.add_glyph(self._cells, Image(**columns, color_mapper=self._colours))
+        # Invisible, but read by the pointer.
+        margins = drawn.add_glyph(self._margins, Image(**columns, global_alpha=0.0))
+        self._tip = HoverTool(renderers=[margins], tooltips=None, **FOLLOWING)
+        drawn.add_tools(self._tip)
         self._boxes = self.source(*BOXES, "text")
         self.hover(drawn.add_glyph(self._boxes, invisible_boxes()), "mouse")
-        self._limit, self._points = self.source("xs", "ys"), self.source("x", "y", "size", "colour")
-        for options, dashes in zip(outlined(1.4), ([], [6, 3]), strict=True):
+        self._limit, self._levels = self.source("xs", "ys"), self.source("xs", "ys")
+        self._texts = self.source("x", "y", "text")
+        self._points, self._cross = self.source("x", "y", "size", "colour"), self.source("x", "y")
+        for options, dashes in zip(_outlined(1.4), ([], [6, 3]), strict=True):
             drawn.add_glyph(self._limit, MultiLine(xs="xs", ys="ys", line_dash=dashes, **options))
+        thin = {"line_color": LEVEL_LINE.colour, "line_width": 0.8}
+        drawn.add_glyph(self._levels, MultiLine(xs="xs", ys="ys", **thin))
+        words = Text(
+            x="x", y="y", text="text", text_font=value(FONT), text_font_size="10px",
+            text_color=MUTED, text_align="center", text_baseline="middle",
+            background_fill_color="#FFFFFF", background_fill_alpha=0.75, padding=1,
+        )  # fmt: skip
+        drawn.add_glyph(self._texts, words)
         # Ringed in white: an attractor lies in its own basin, of the same colour.
-        for options in ({"line_color": "#FFFFFF", "line_width": 4.0}, outlined(1.0)[1]):
+        for options in ({"line_color": "#FFFFFF", "line_width": 4.0}, _outlined(1.0)[1]):
             dots = Scatter(x="x", y="y", size="size", fill_color="colour", **options)
             drawn.add_glyph(self._points, dots)
-        self._cross = self.source("x", "y")
-        for options in outlined(2.0):
-            drawn.add_glyph(self._cross, ring(11, **options), level="overlay")
+        for options in _outlined(2.0):
+            ring = Scatter(x="x", y="y", size=11, fill_color=None, **options)
+            drawn.add_glyph(self._cross, ring, level="overlay")
 
     def show(self, picture: PartialMap) -> None:
         """Draw a map."""
@@ -63,11 +77,22 @@ class MapPlot(Canvas):
         update_model(self._colours, palette=colours, high=len(colours) - 0.5)
         put_image(self._cells, data.codes.astype(np.uint8), x.ends, y.ends)
         if picture.hover is not None:
-            texts = {one: getattr(picture.hover, one) for one in (*BOXES, "text")}
-            update_source(self._boxes, **texts)
-        self._limit.data = columns(data.limit)
-        if isinstance(data, Basins):
-            self._mark_attractors(data)
+            update_source(self._boxes, **picture.hover._asdict())
+        if data.margin is not None:
+            self._tip.tooltips = (
+                f'<div style="{TOOLTIP}">margin in η: @image{{0.00}}<br>'
+                f"{x.symbol} = $x{{0.00}}, {y.symbol} = $y{{0.000}}</div>"
+            )
+            put_image(self._margins, float32(data.margin), x.ends, y.ends)
+        _put_lines(self._limit, data.limit)
+        _put_lines(self._levels, [line for _, line in data.levels])
+        update_source(
+            self._texts,
+            text=[("+" if level > 0.0 else "") + number(level) for level, _ in data.levels],
+            x=[line[len(line) // 2, 0] for _, line in data.levels],
+            y=[line[len(line) // 2, 1] for _, line in data.levels],
+        )
+        self._put_marks(data.marks)
         update_model(self._hatching, visible=True)
         self.explain("")
 
@@ -83,15 +108,23 @@ class MapPlot(Canvas):
         super().say(sentence)
         update_model(self._hatching, visible=False)
 
-    def _mark_attractors(self, data: Basins) -> None:
-        points = np.concatenate([*(one.points for one in data.marks), np.empty((0, 2))])
-        repeated = [(one.marker, len(one.points)) for one in data.marks]
+    def _put_marks(self, marks: Sequence[Marks]) -> None:
+        points = np.concatenate([*(one.points for one in marks), np.empty((0, 2))])
+        markers = [one.marker for one in marks for _ in one.points]
         update_source(
-            self._points, x=points[:, 0], y=points[:, 1],
-            size=[_PIXELS * marker.size for marker, count in repeated for _ in range(count)],
-            colour=[marker.face for marker, count in repeated for _ in range(count)],
-        )  # fmt: skip
+            self._points,
+            x=points[:, 0],
+            y=points[:, 1],
+            size=[_PIXELS * marker.size for marker in markers],
+            colour=[marker.face for marker in markers],
+        )
 
 
-def _image(**options: Any) -> Image:
-    return Image(**{one: one for one in IMAGE}, **options)
+def _put_lines(source: ColumnDataSource, lines: Sequence[np.ndarray]) -> None:
+    source.data = {"xs": [one[:, 0] for one in lines], "ys": [one[:, 1] for one in lines]}
+
+
+def _outlined(width: float) -> list[dict[str, Any]]:
+    """Line options of a dark outline with a white one behind it."""
+    return [{"line_color": "#FFFFFF", "line_width": 2.25 * width},
+            {"line_color": INK, "line_width": width}]  # fmt: skip

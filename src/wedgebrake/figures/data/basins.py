@@ -10,17 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
-from wedgebrake.figures.data.class_map import ClassMap
-from wedgebrake.figures.data.class_styles import (
-    ATTRACTOR_COLOURS,
-    MOTION_STYLES,
-    OTHER_ATTRACTORS,
-    ClassStyle,
-    MarkerStyle,
-    motion_label,
-)
-from wedgebrake.figures.data.legend import LegendEntry, class_entries
-from wedgebrake.figures.data.swept_axis import SweptAxis, arranged, require_swept, swept_axes
+from wedgebrake.figures.data import class_styles as classes
+from wedgebrake.figures.data.axes import SweptAxis, arranged, require_swept, swept_axes
+from wedgebrake.figures.data.class_map import ClassMap, Marks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,19 +23,15 @@ Codes = NDArray[np.int64]
 PARAMETERS = ("initial_angle", "initial_velocity")
 # Styles of initial states without an attractor, by the numbers of ``wb.basins`` from -1 down.
 _OUTCOMES = tuple(
-    MOTION_STYLES[name] for name in ("undecided", "diverged", "self_locked", "not_computed")
+    classes.MOTION_STYLES[name] for name in ("undecided", "diverged", "self_locked", "not_computed")
 )
-MOST = len(ATTRACTOR_COLOURS)
+MOST = len(classes.ATTRACTOR_COLOURS)
 """Number of attractors that have a colour of their own."""
 # Beyond so many points an attractor is drawn with smaller ones [pt].
 _MANY, _SIZE, _SMALLER = 16, 3.2, 1.6
 _NEEDED = (
     "attractor",
-    "attractor_motion",
-    "attractor_order",
-    "attractor_share",
-    "attractor_angle",
-    "attractor_velocity",
+    *(f"attractor_{one}" for one in ("motion", "order", "share", "angle", "velocity")),
 )
 
 
@@ -62,23 +50,7 @@ class Attractor:
     points: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class AttractorMarks:
-    """The Poincare points of one attractor inside the picture, as values (x, y), (n, 2)."""
-
-    number: int
-    points: FloatArray
-    marker: MarkerStyle
-
-
-@dataclass(frozen=True, eq=False)
-class Basins(ClassMap):
-    """Basins over the initial state, with the attractors that have a colour, largest first."""
-
-    marks: tuple[AttractorMarks, ...] = ()
-
-
-def of_dataset(dataset: xr.Dataset) -> Basins:
+def of_dataset(dataset: xr.Dataset) -> ClassMap:
     """The basins of a result of ``wb.basins``.
 
     Raises ``InputError`` for anything else.
@@ -90,11 +62,8 @@ def of_dataset(dataset: xr.Dataset) -> Basins:
     for number in range(motions.size):
         points = np.column_stack((angles[number], velocities[number]))
         known = points[np.isfinite(points).all(axis=1)]
-        attractors.append(
-            Attractor(
-                number, int(motions[number]), int(orders[number]), float(shares[number]), known
-            )
-        )
+        numbers = int(motions[number]), int(orders[number]), float(shares[number])
+        attractors.append(Attractor(number, *numbers, known))
     return basins(x, y, arranged(dataset["attractor"], x, y), attractors)
 
 
@@ -106,23 +75,24 @@ def basins(
     *,
     known: NDArray[np.bool_] | None = None,
     numbered: bool = True,
-) -> Basins:
-    """Basins of attractors, in colours from the largest share to the smallest.
+) -> ClassMap:
+    """Basins of attractors, in colours from the largest share to the smallest, with their points.
 
     numbers  : of the attractor of each cell, (y, x); below 0 as ``wb.basins`` gives them
     known    : cells that count for the shares in the legend; None for all
     numbered : name attractors by their numbers too
     """
     ranked = sorted(attractors, key=lambda one: -one.share)  # stable
+    coloured = list(zip(ranked, classes.ATTRACTOR_COLOURS, strict=False))
     styles = [
-        ClassStyle(
-            (f"{one.number}: " if numbered else "") + motion_label(one.motion, one.order), colour
+        classes.ClassStyle(
+            f"{one.number}: " * numbered + classes.motion_label(one.motion, one.order), colour
         )
-        for one, colour in zip(ranked, ATTRACTOR_COLOURS, strict=False)
+        for one, colour in coloured
     ]
     others = len(ranked) - MOST
     if others > 0:
-        styles.append(ClassStyle(f"{others} others", OTHER_ATTRACTORS))
+        styles.append(classes.ClassStyle(f"{others} others", classes.OTHER_ATTRACTORS))
     first = len(styles)
     codes = np.full(numbers.shape, first, dtype=np.int64)  # undecided, for any other number
     for place, one in enumerate(ranked):
@@ -130,19 +100,21 @@ def basins(
     for place in range(len(_OUTCOMES)):
         codes[numbers == -1 - place] = first + place
     table = (*styles, *_OUTCOMES)
-    legend = class_entries(codes if known is None else codes[known], table, shares=True)
+    legend = classes.class_entries(codes if known is None else codes[known], table, shares=True)
     if ranked:
-        hollow = MarkerStyle("o", _SIZE, "white", "black", 0.6)
-        legend.append(LegendEntry("points of attractors", hollow))
+        hollow = classes.MarkerStyle("o", _SIZE, "white", "black", 0.6)
+        legend.append(classes.LegendEntry("points of attractors", hollow))
     marks = tuple(
-        AttractorMarks(
-            one.number,
+        Marks(
+            str(one.number),
             _visible(one.points, x, y),
-            MarkerStyle("o", _SMALLER if len(one.points) > _MANY else _SIZE, colour, "black", 0.5),
+            classes.MarkerStyle(
+                "o", _SMALLER if len(one.points) > _MANY else _SIZE, colour, "black", 0.5
+            ),
         )
-        for one, colour in zip(ranked, ATTRACTOR_COLOURS, strict=False)
+        for one, colour in coloured
     )
-    return Basins(x, y, codes, table, legend, marks=marks)
+    return ClassMap(x, y, codes, table, legend, marks=marks)
 
 
 def _visible(points: FloatArray, x: SweptAxis, y: SweptAxis) -> FloatArray:
@@ -160,7 +132,7 @@ def _check(dataset: Any) -> None:
         raise InputError(
             f"dataset: has no {missing[0]}, so there are no basins to draw. Use the result of"
             " wb.basins(...); for another sweep over two parameters use"
-            " wedgebrake.figures.matplotlib.regime.regime_map."
+            " wedgebrake.figures.matplotlib.maps.regime_map."
         )
     if set(names) != set(PARAMETERS):
         raise InputError(

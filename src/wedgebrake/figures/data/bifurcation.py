@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures import style
-from wedgebrake.figures.data import class_styles
-from wedgebrake.figures.data.branches import SweepBranch, split
-from wedgebrake.figures.data.class_styles import (
-    CODES,
-    DIFFER,
-    EMPTY,
-    MOTIONS,
-    PERIODIC,
-    STICK_CLASSES,
-    LineStyle,
-)
-from wedgebrake.figures.data.legend import LIMIT_ENTRY, LegendEntry, class_entries, class_entry
-from wedgebrake.figures.data.swept_axis import SweptAxis, require_swept
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.data import class_styles as classes
+from wedgebrake.figures.data.axes import SweptAxis, require_swept
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +26,44 @@ _DIFFERS = 0.02
 # The picture's height is at least this share of the largest value, so that rounding errors do not
 # fill it.
 _LEAST = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class SweepBranch:
+    """One branch, or the whole of a sweep that has none.
+
+    name      : "up" or "down"; empty for the whole
+    direction : which parameter increases or decreases; empty for the whole
+    dataset   : its points
+    """
+
+    name: str
+    direction: str
+    dataset: xr.Dataset
+
+    @property
+    def shades(self) -> tuple[str, ...]:
+        """The colours of its points, from few to many."""
+        return style.DENSITY_DOWN if self.name == "down" else style.DENSITY
+
+    @property
+    def colour(self) -> str:
+        """The colour of its lines."""
+        return style.VERMILLION if self.name == "down" else style.BLUE
+
+
+def split(dataset: xr.Dataset) -> list[SweepBranch]:
+    """The branches of a dataset: several, the one that was chosen, or the whole."""
+    if "branch" not in dataset.coords:
+        return [SweepBranch("", "", dataset)]
+    parts = [dataset]
+    if "branch" in dataset.dims:
+        parts = [dataset.isel(branch=place) for place in range(dataset.sizes["branch"])]
+    names = [str(part["branch"].item()) for part in parts]
+    return [
+        SweepBranch(name, caption.direction(part, name), part)
+        for name, part in zip(names, parts, strict=True)
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,19 +105,16 @@ class BifurcationDiagram:
         x = SweptAxis.of(dataset, name)
         branches = split(dataset)
 
-        def rows(values: list[xr.DataArray]) -> NDArray[np.float64]:
-            dims = (name, "period") if "period" in values[0].dims else (name,)
-            return np.stack([one.transpose(*dims).to_numpy()[x.order] for one in values])
+        def rows(values: Callable[[xr.Dataset], xr.DataArray]) -> NDArray[Any]:
+            found = [values(branch.dataset).transpose(name, ...) for branch in branches]
+            return np.stack([one.to_numpy()[x.order] for one in found])
 
-        def result(of: str) -> NDArray[np.float64]:
-            return rows([branch.dataset[of] for branch in branches])
+        def result(of: str) -> FloatArray:
+            return rows(lambda dataset: dataset[of]).astype(float)
 
-        def codes(of: str) -> Codes:
-            coded = getattr(class_styles, of)
-            return rows([coded(branch.dataset) for branch in branches]).astype(np.int64)
-
-        points = result(quantity).astype(float)
-        motions, orders = codes("motion_codes"), result("order").astype(np.int64)
+        points = result(quantity)
+        motions = rows(classes.motion_codes).astype(np.int64)
+        orders = result("order").astype(np.int64)
         low, high = _span(points, motions)
         return cls(
             x=x,
@@ -97,9 +123,9 @@ class BifurcationDiagram:
             points=points,
             motions=motions,
             orders=orders,
-            sticks=codes("stick_codes"),
-            exponent=result("largest_exponent").astype(float),
-            error=result("exponent_error").astype(float),
+            sticks=rows(classes.stick_codes).astype(np.int64),
+            exponent=result("largest_exponent"),
+            error=result("exponent_error"),
             differs=_differing(points, motions, orders, _DIFFERS * (high - low)),
             limits=_crossings(x, result("sliding_damping")[0]),
             low=low,
@@ -112,22 +138,24 @@ class BifurcationDiagram:
         none: NDArray[np.bool_] = ~np.any(np.isfinite(self.points), axis=2)
         return none
 
-    def legends(self, *, exponent: bool) -> list[tuple[str, list[LegendEntry]]]:
+    def legends(self, *, exponent: bool) -> list[tuple[str, list[classes.LegendEntry]]]:
         """Legends of the bands of classes, with their headings, and of other marks.
 
         exponent : True if the exponents are drawn too
         """
-        marks = [LIMIT_ENTRY] if self.limits else []
-        marks += [class_entry(DIFFER)] if np.any(self.differs) else []
-        marks += [class_entry(EMPTY)] if np.any(self.empty) else []
+        marks = [classes.LIMIT_ENTRY] if self.limits else []
+        marks += [classes.class_entry(classes.DIFFER)] if np.any(self.differs) else []
+        marks += [classes.class_entry(classes.EMPTY)] if np.any(self.empty) else []
         if exponent and len(self.branches) > 1:
             marks += [
-                LegendEntry(f"{one.direction} (exponent)", LineStyle(one.colour, 0.9))
+                classes.LegendEntry(
+                    f"{one.direction} (exponent)", classes.LineStyle(one.colour, 0.9)
+                )
                 for one in self.branches
             ]
         return [
-            ("motion", class_entries(self.motions, MOTIONS, shares=False)),
-            ("sticks", class_entries(self.sticks, STICK_CLASSES, shares=False)),
+            ("motion", classes.class_entries(self.motions, classes.MOTIONS, shares=False)),
+            ("sticks", classes.class_entries(self.sticks, classes.STICK_CLASSES, shares=False)),
             ("", marks),
         ]
 
@@ -145,9 +173,9 @@ def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
 
 def _span(points: FloatArray, motions: Codes) -> tuple[float, float]:
     """Lowest and highest value shown: of all points except those of runs that diverged."""
-    kept = points[np.isfinite(points) & (motions != CODES["diverged"])[..., None]]
-    if not kept.size:
-        kept = points[np.isfinite(points)]
+    finite = np.isfinite(points)
+    kept = points[finite & (motions != classes.CODES["diverged"])[..., None]]
+    kept = kept if kept.size else points[finite]
     if not kept.size:
         return -1.0, 1.0
     low, high = float(np.min(kept)), float(np.max(kept))
@@ -163,11 +191,11 @@ def _differing(
         return differs
     for place in range(differs.size):
         one, other = motions[:, place]
-        if {one, other} & class_styles.UNSETTLED:
+        if {one, other} & classes.UNSETTLED:
             continue
         if one != other or orders[0, place] != orders[1, place]:
             differs[place] = True
-        elif one in PERIODIC:
+        elif one in classes.PERIODIC:
             last = -max(1, int(orders[0, place]))
             differs[place] = _distance(points[0, place, last:], points[1, place, last:]) > least
     return differs
@@ -199,14 +227,15 @@ def _zero(places: FloatArray, values: FloatArray, i: int) -> float:
     Each is nearly straight, and the smaller has a kink where they cross: it is zero where the
     later of both lines is, each drawn through the two points on its side.
     """
-    rising = values[i + 1] > values[i]
-    zeros = []
-    for first, last in ((i - 1, i), (i + 1, i + 2)):
-        if first >= 0 and last < values.size and values[first] != values[last]:
-            share = values[first] / (values[first] - values[last])
-            zeros.append(float(places[first] + share * (places[last] - places[first])))
-    inside = [zero for zero in zeros if places[i] <= zero <= places[i + 1]]
-    if inside:
-        return max(inside) if rising else min(inside)
-    share = values[i] / (values[i] - values[i + 1])
-    return float(places[i] + share * (places[i + 1] - places[i]))
+
+    def zero(first: int, last: int) -> float:
+        share = values[first] / (values[first] - values[last])
+        return float(places[first] + share * (places[last] - places[first]))
+
+    zeros = [
+        zero(first, last)
+        for first, last in ((i - 1, i), (i + 1, i + 2))
+        if first >= 0 and last < values.size and values[first] != values[last]
+    ]
+    inside = [one for one in zeros if places[i] <= one <= places[i + 1]] or [zero(i, i + 1)]
+    return max(inside) if values[i + 1] > values[i] else min(inside)

@@ -35,7 +35,7 @@ def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
     names : the swept parameters
     """
     found = _numbers(dataset, names, fixed_parameters(dataset)), _sentence(how(dataset, names))
-    return [sentence for sentence in found if sentence]
+    return list(filter(None, found))
 
 
 def of_response(dataset: xr.Dataset) -> list[str]:
@@ -43,22 +43,20 @@ def of_response(dataset: xr.Dataset) -> list[str]:
     initial = _stated(dataset, "options").get("initial")
     start = "" if not isinstance(initial, list) else ", from " + _state(initial)
     solved = method_words(str(dataset.attrs.get("method", "")))
-    found = _numbers(dataset, (), ()), _sentence(f"{solved}{start}" if solved else "")
-    return [sentence for sentence in found if sentence]
+    return list(filter(None, (_numbers(dataset), _sentence(f"{solved}{start}" if solved else ""))))
 
 
 def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
     """The machine of a map of linear stability, with the groups that it depends on."""
     groups = _stated(dataset, "groups")
-    counted = {name: groups.get(name) for name in LINEAR if name not in names}
-    numbers = equations(counted)
-    return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
+    numbers = equations({name: groups.get(name) for name in LINEAR if name not in names})
+    return ": ".join(filter(None, (machine(_stated(dataset, "system")), numbers)))
 
 
 def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
     """Method and run settings, as a clause."""
-    method, protocol = str(dataset.attrs.get("method", "")), _stated(dataset, "protocol")
-    parts = [method_words(method)] if method else []
+    protocol = _stated(dataset, "protocol")
+    parts = [method_words(str(dataset.attrs.get("method", "")))]
     followed = _FOLLOWED.get(str(dataset.attrs.get("kind")))
     if followed:
         parts.append(f"{followed} followed over {' and '.join(map(style.short, names))}")
@@ -71,7 +69,7 @@ def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
         parts.append("each point from the end of its neighbour")
     elif isinstance(initial, list) and not chosen:
         parts.append(f"from {_state(initial)}")
-    return "; ".join(parts)
+    return "; ".join(filter(None, parts))
 
 
 def direction(dataset: xr.Dataset, branch: str) -> str:
@@ -117,16 +115,11 @@ def _equation(name: str, value: float, unit: str = "1") -> str:
     return f"{style.short(name)} = ${style.number(value)}${behind}"
 
 
-def _numbers(dataset: xr.Dataset, names: Sequence[str], chosen: Sequence[str]) -> str:
+def _numbers(dataset: xr.Dataset, names: Sequence[str] = (), chosen: Sequence[str] = ()) -> str:
     """The machine with the groups that no swept parameter changes, and the fixed values."""
     changed = {_parameter(name) for name in (*names, *chosen)}
-    groups = equations(
-        {
-            name: value
-            for name, value in _stated(dataset, "groups").items()
-            if not changed & _DEPENDS.get(name, {name})
-        }
-    )
+    stated = _stated(dataset, "groups").items()
+    groups = {key: value for key, value in stated if not changed & _DEPENDS.get(key, {key})}
     values = [
         _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
         for name in chosen
@@ -135,8 +128,8 @@ def _numbers(dataset: xr.Dataset, names: Sequence[str], chosen: Sequence[str]) -
     steepness = _stated(dataset, "system").get("friction", {}).get("steepness")
     if steepness is not None and "steepness" not in changed:
         values.append(_equation("steepness", float(steepness), "s/m"))
-    numbers = ", ".join(part for part in (groups, *values) if part)
-    return ": ".join(part for part in (machine(_stated(dataset, "system")), numbers) if part)
+    numbers = ", ".join(filter(None, (equations(groups), *values)))
+    return ": ".join(filter(None, (machine(_stated(dataset, "system")), numbers)))
 
 
 def fixed_parameters(dataset: xr.Dataset) -> list[str]:

@@ -1,28 +1,30 @@
-"""Maps over two parameters: cells of classes or values, with the lines drawn over them.
+"""Maps over two parameters: cells of classes or values, and the lines drawn over them.
 
-``regime_map`` gives the map of a sweep, with one result of each point.
+``regime_map`` gives the map of a sweep, with one result of each point, and ``stability_map`` that
+of linear stability: where sliding is stable, with its margin.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.figures.data import class_styles
-from wedgebrake.figures.data.class_styles import CODES, MOTIONS, NO_VALUE, STICK_CLASSES, ClassStyle
-from wedgebrake.figures.data.legend import LIMIT_ENTRY, LegendEntry, class_entries, class_entry
-from wedgebrake.figures.data.stability_limit import limit_lines
-from wedgebrake.figures.data.swept_axis import (
+from wedgebrake.figures import style
+from wedgebrake.figures.data import class_styles as classes
+from wedgebrake.figures.data.axes import (
     SweptAxis,
     arranged,
     label,
     require_swept,
+    round_values,
     swept_axes,
 )
+from wedgebrake.figures.data.stability_limit import level_lines, limit_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,21 +40,20 @@ _WIDE = 300.0
 _OUTLIERS = 1.0
 
 
-@dataclass(frozen=True, eq=False)
-class ClassMap:
-    """Cells of classes over two parameters.
-
-    codes  : indices into ``styles``, (y, x); cells below 0 are not drawn
-    styles : of the classes
-    limit  : lines of the linear stability limit, (n, 2) each, as positions along x and y
-    """
-
-    x: SweptAxis
-    y: SweptAxis
-    codes: Codes
-    styles: tuple[ClassStyle, ...]
-    legend: list[LegendEntry]
-    limit: list[FloatArray] = field(default_factory=list)
+VARIABLES = ("margin", "stable", "growth", "locked")
+"""Results of ``wb.stability_map``."""
+UNSTABLE, STABLE, HELD, LOCKED = range(4)
+"""Codes of the regions; HELD: locked at rest, but sliding once moving."""
+REGIONS = (
+    classes.ClassStyle("unstable: small vibration about sliding grows", "#F7E3D8"),
+    classes.ClassStyle("stable: it decays", "#DBEDE4"),
+    classes.ClassStyle("locks at rest, slides once moving", "#C9D2DA"),
+    classes.ClassStyle("locks itself: no forward sliding", "#B4BCC4"),
+)
+LEVEL_LINE = classes.LineStyle(style.GREY, 0.5)
+"""Lines of equal margin."""
+# Approximate number of lines of equal margin.
+_LINES = 7
 
 
 @dataclass(frozen=True)
@@ -71,63 +72,74 @@ class ValueScale:
     cut: tuple[bool, bool]
 
 
-@dataclass(frozen=True, eq=False)
-class RegimeMap(ClassMap):
-    """One result of each point over two parameters.
+@dataclass(frozen=True)
+class Marks:
+    """Points, (n, 2), with a label beside one of them."""
 
+    label: str
+    points: FloatArray
+    marker: classes.MarkerStyle
+
+
+@dataclass(frozen=True, eq=False)
+class ClassMap:
+    """Cells of classes over two parameters, and what is drawn over them.
+
+    codes  : indices into ``styles``, (y, x); cells below 0 are not drawn
+    styles : of the classes
+    limit  : lines of the linear stability limit, (n, 2) each, as positions along x and y
     values : of the cells, (y, x), NaN where there is none; None for a map of classes
     scale  : of the values; None if there is no value
+    margin : of linear stability of the cells, (y, x): slope less the critical slope
+    levels : margins with their lines, as of the limit
+    marks  : of attractors, at values of both parameters
     """
 
+    x: SweptAxis
+    y: SweptAxis
+    codes: Codes
+    styles: Sequence[classes.ClassStyle]
+    legend: list[classes.LegendEntry]
+    limit: Sequence[FloatArray] = ()
     values: FloatArray | None = None
     scale: ValueScale | None = None
-
-
-def check_quantity(dataset: xr.Dataset, quantity: str) -> None:
-    """Raise ``InputError`` unless a sweep over two parameters has the result at each point."""
-    names = require_swept(dataset, 2)
-    allowed = [
-        str(name)
-        for name, one in dataset.data_vars.items()
-        if set(one.dims) - {"branch"} == set(names)
-        and (one.dtype.kind == "f" or name in ("motion", "stick_class", "order"))
-    ]
-    if quantity not in allowed:
-        raise InputError(
-            f"quantity = {quantity!r}: no such result of each point."
-            f" {nearest(str(quantity), allowed)}"
-        )
+    margin: FloatArray | None = None
+    levels: Sequence[tuple[float, FloatArray]] = ()
+    marks: Sequence[Marks] = ()
 
 
 def regime_map(
     dataset: xr.Dataset, quantity: str = "motion", *, whole: xr.Dataset | None = None
-) -> RegimeMap:
+) -> ClassMap:
     """Map of a result of a sweep over two parameters, without branches.
 
     whole : dataset of all branches, which share a scale and a legend
+
+    Raises ``InputError`` for a quantity that the sweep does not have at each point.
     """
+    _check_quantity(dataset, quantity)
     whole = dataset if whole is None else whole
     x, y = swept_axes(dataset)
-    motions = arranged(class_styles.motion_codes(dataset), x, y).astype(np.int64)
+    motions = arranged(classes.motion_codes(dataset), x, y).astype(np.int64)
     limit = limit_lines(dataset, x, y)
-    legend = [*_legend(whole, quantity), *([LIMIT_ENTRY] if limit else [])]
+    legend = [*_legend(whole, quantity), *([classes.LIMIT_ENTRY] if limit else [])]
     if quantity == "motion":
-        return RegimeMap(x, y, motions, MOTIONS, legend, limit)
-    missing = class_styles.without_result(motions)
+        return ClassMap(x, y, motions, classes.MOTIONS, legend, limit)
+    missing = classes.without_result(motions)
     if quantity == "stick_class":
-        sticks = arranged(class_styles.stick_codes(dataset), x, y).astype(np.int64)
-        codes = np.where(missing, len(STICK_CLASSES) + motions, sticks)
-        return RegimeMap(x, y, codes, (*STICK_CLASSES, *MOTIONS), legend, limit)
+        sticks = arranged(classes.stick_codes(dataset), x, y).astype(np.int64)
+        codes = np.where(missing, len(classes.STICK_CLASSES) + motions, sticks)
+        return ClassMap(x, y, codes, (*classes.STICK_CLASSES, *classes.MOTIONS), legend, limit)
     values = arranged(_values(dataset, quantity), x, y)
-    codes = np.where(np.isnan(values), np.where(missing, motions, CODES["undecided"]), -1)
+    codes = np.where(np.isnan(values), np.where(missing, motions, classes.CODES["undecided"]), -1)
     scale = _scale(_values(whole, quantity))
-    return RegimeMap(x, y, codes, MOTIONS, legend, limit, values, scale)
+    return ClassMap(x, y, codes, classes.MOTIONS, legend, limit, values, scale)
 
 
 def _values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
     """A result as numbers, NaN where there is none."""
     values = dataset[quantity].transpose(*dataset["motion"].dims).astype(float)
-    missing = class_styles.without_result(class_styles.motion_codes(dataset).to_numpy())
+    missing = classes.without_result(classes.motion_codes(dataset).to_numpy())
     if quantity == "order":
         missing |= values.to_numpy() <= 0.0
     return values.where(~missing)  # keeps name and attributes
@@ -155,16 +167,158 @@ def _scale(values: xr.DataArray) -> ValueScale | None:
     return ValueScale(label(values), low, high, log, signed, cut)
 
 
-def _legend(dataset: xr.Dataset, quantity: str) -> list[LegendEntry]:
+def _legend(dataset: xr.Dataset, quantity: str) -> list[classes.LegendEntry]:
     """Entries of the classes, and of the points without a result."""
-    motions = class_styles.motion_codes(dataset).to_numpy()
+    motions = classes.motion_codes(dataset).to_numpy()
     if quantity == "motion":
-        return class_entries(motions, MOTIONS, shares=True)
-    missing = class_styles.without_result(motions)
-    failures = class_entries(np.where(missing, motions, -1), MOTIONS, shares=True)
+        return classes.class_entries(motions, classes.MOTIONS, shares=True)
+    missing = classes.without_result(motions)
+    failures = classes.class_entries(np.where(missing, motions, -1), classes.MOTIONS, shares=True)
     if quantity == "stick_class":
-        sticks = class_styles.stick_codes(dataset).transpose(*dataset["motion"].dims).to_numpy()
-        return class_entries(np.where(missing, -1, sticks), STICK_CLASSES, shares=True) + failures
+        sticks = classes.stick_codes(dataset).transpose(*dataset["motion"].dims).to_numpy()
+        return (
+            classes.class_entries(np.where(missing, -1, sticks), classes.STICK_CLASSES, shares=True)
+            + failures
+        )
     none = np.isnan(_values(dataset, quantity).to_numpy()) & ~missing
-    empty = [class_entry(NO_VALUE, float(np.mean(none)))] if np.any(none) else []
+    empty = [classes.class_entry(classes.NO_VALUE, float(np.mean(none)))] if np.any(none) else []
     return empty + failures
+
+
+def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
+    names = require_swept(dataset, 2)
+    allowed = [
+        str(name)
+        for name, one in dataset.data_vars.items()
+        if set(one.dims) == set(names)
+        and (one.dtype.kind == "f" or name in ("motion", "stick_class", "order"))
+    ]
+    if "branch" in dataset.dims:
+        raise InputError(
+            "dataset: has branches, but a map shows one. Choose it with dataset.sel(branch='up')."
+        )
+    if quantity not in allowed:
+        raise InputError(
+            f"quantity = {quantity!r}: no such result of each point."
+            f" {nearest(str(quantity), allowed)}"
+        )
+
+
+def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) -> ClassMap:
+    """The map of a result of ``wb.stability_map``.
+
+    held : rows of the dataset at which the brake locks at rest, but not once moving
+
+    Raises ``InputError`` for anything but a map over two parameters of two values each or more.
+    """
+    _check_stability(dataset)
+    x, y = (SweptAxis.of(dataset, str(name)) for name in dataset["margin"].dims)
+    stable, locked, margin = (
+        arranged(dataset[name], x, y) for name in ("stable", "locked", "margin")
+    )
+    codes = np.where(stable, STABLE, UNSTABLE)
+    if held is not None:
+        codes[held] = HELD
+    codes[locked] = LOCKED
+    known = np.where(codes >= HELD, np.nan, margin)
+    across, up = x.positions(x.values), y.positions(y.values)
+    limit = level_lines(across, up, known, 0.0)
+    values = _levels(known)
+    levels = [(level, line) for level in values for line in level_lines(across, up, known, level)]
+    legend = classes.class_entries(codes, REGIONS, shares=False)
+    legend += [classes.LIMIT_ENTRY] if limit else []
+    legend += [classes.LegendEntry("equal margin", LEVEL_LINE)] if values else []
+    return ClassMap(x, y, codes, REGIONS, legend, limit, margin=margin, levels=levels)
+
+
+def _levels(margin: FloatArray) -> tuple[float, ...]:
+    """Round margins inside the range of the map, without zero."""
+    known = margin[np.isfinite(margin)]
+    if not known.size or np.ptp(known) == 0.0:
+        return ()
+    low, high = float(known.min()), float(known.max())
+    return tuple(one for one in round_values(low, high, _LINES) if one and low < one < high)
+
+
+def _check_stability(dataset: xr.Dataset) -> None:
+    known = getattr(dataset, "data_vars", {})
+    if any(name not in known for name in VARIABLES):
+        raise InputError(
+            f"dataset = {type(dataset).__name__}: must be the result of wb.stability_map(...)."
+        )
+    sizes = dict(dataset["margin"].sizes)
+    if len(sizes) != 2 or min(sizes.values()) < 2:
+        said = ", ".join(f"{size} of {name}" for name, size in sizes.items()) or "one point"
+        raise InputError(
+            f"dataset: holds {said}; there are pictures of linear stability over two groups, of two"
+            " values each or more. Give wb.stability_map such axes, for example"
+            " eta=np.linspace(-2, 1, 100), alpha=np.linspace(1.1, 2, 100)."
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationCurve:
+    """A curve of bifurcations of periodic orbits over two parameters.
+
+    kind   : of bifurcation
+    order  : period of its orbits, in periods of the torque
+    points : values of both parameters, (n, 2)
+    """
+
+    kind: str
+    order: int
+    points: FloatArray
+
+
+def curves_over(boundaries: Any, names: Sequence[str]) -> list[BifurcationCurve]:
+    """Curves over two parameters, the first to the right, from results of ``wb.boundary``.
+
+    Raises ``InputError`` for anything else, or a result over other parameters.
+    """
+    if not isinstance(boundaries, list | tuple):
+        raise InputError(
+            f"boundaries = {type(boundaries).__name__}: must be a list of results of"
+            " wb.boundary(...)."
+        )
+    for place, one in enumerate(boundaries):
+        own = boundary_parameters(one, f"boundaries[{place}]")
+        if set(own) != set(names):
+            raise InputError(
+                f"boundaries[{place}]: is a line over {' and '.join(own)}, but the picture is one"
+                f" over {' and '.join(names)}. Follow it over these with wb.boundary(...)."
+            )
+    return [
+        BifurcationCurve(
+            str(one.attrs["bifurcation"]),
+            int(one.attrs["order"]),
+            np.column_stack([one[name].to_numpy() for name in names]),
+        )
+        for one in boundaries
+    ]
+
+
+def boundary_parameters(dataset: Any, argument: str) -> list[str]:
+    """The two parameters of a result of ``wb.boundary``.
+
+    Raises ``InputError`` for anything else, with the name of the argument.
+    """
+    attributes = getattr(dataset, "attrs", {})
+    if attributes.get("kind") != "boundary":
+        raise InputError(
+            f"{argument} = {type(dataset).__name__}: must be the result of wb.boundary(...)."
+        )
+    return [str(name) for name in attributes["parameters"]]
+
+
+def curve_entries(curves: Sequence[BifurcationCurve]) -> list[classes.LegendEntry]:
+    """Legend entries of the kinds that occur, each with the periods of its orbits."""
+    found: dict[str, set[int]] = {}
+    for one in curves:
+        found.setdefault(one.kind, set()).add(one.order)
+    return [
+        classes.LegendEntry(
+            f"{kind} of {', '.join(map(classes.period, sorted(found[kind])))}", one.line
+        )
+        for kind, one in classes.BIFURCATIONS.items()
+        if kind in found
+    ]

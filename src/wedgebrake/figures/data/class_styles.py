@@ -1,4 +1,4 @@
-"""Colours and words of classes: of motion, of stick-slip, of attractors, orbits, bifurcations.
+"""Colours, lines, symbols and words of classes, attractors, orbits and bifurcations; legends.
 
 Arrays hold a class as its position in ``MOTIONS`` or ``STICK_CLASSES``, its code. The pictures,
 their legends and the page all use the styles of this file.
@@ -7,10 +7,12 @@ their legends and the page all use the styles of this file.
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.figures import style
@@ -43,8 +45,8 @@ class ClassStyle:
 
     @property
     def plain(self) -> str:
-        """The word without the delimiters of formulas."""
-        return self.word.replace("$", "")
+        """The word as plain text."""
+        return style.plain(self.word)
 
     @property
     def rgba(self) -> str:
@@ -53,7 +55,7 @@ class ClassStyle:
 
     def over(self, background: str = "#FFFFFF") -> Colour:
         """The colour as it appears over another one."""
-        pairs = zip(_rgb(self.colour), _rgb(background), strict=True)
+        pairs = zip(style.rgb(self.colour), style.rgb(background), strict=True)
         red, green, blue = (self.opacity * a + (1.0 - self.opacity) * b for a, b in pairs)
         return red, green, blue
 
@@ -70,15 +72,10 @@ class ClassStyle:
         """The colour for points on white: darker where it would be too light."""
         colour = self.over(HATCH)
         hue, lightness, saturation = colorsys.rgb_to_hls(*colour)
-        while _luminance(colour) > _LIGHTEST:
+        while style.luminance(colour) > _LIGHTEST:
             lightness *= 0.97
             colour = colorsys.hls_to_rgb(hue, lightness, saturation)
         return _hexadecimal(colour)
-
-    @property
-    def text_colour(self) -> str:
-        """Black or white, whichever is easier to read on the colour."""
-        return "black" if _luminance(_rgb(self.colour)) > 0.18 else "white"
 
 
 @dataclass(frozen=True)
@@ -105,6 +102,28 @@ class MarkerStyle:
     face: str
     edge: str
     edge_width: float
+
+
+@dataclass(frozen=True)
+class LegendEntry:
+    """Entry of a legend: a colour, line or symbol and its label, which may contain mathtext."""
+
+    label: str
+    style: ClassStyle | LineStyle | MarkerStyle
+
+    @property
+    def css(self) -> tuple[str, str]:
+        """CSS background and plain words of the entry on a page."""
+        words = style.plain(self.label)
+        if isinstance(self.style, ClassStyle):
+            return self.style.css, words
+        if isinstance(self.style, MarkerStyle):
+            face, edge = self.style.face, self.style.edge
+            return f"radial-gradient({face} 2px, {edge} 2px 3px, transparent 3px)", words
+        colour, half = self.style.colour, 8 if self.style == STABILITY_LIMIT else 5
+        edges = f"{50 - half}%", f"{50 + half}%"
+        line = f"transparent {edges[0]}, {colour} {edges[0]} {edges[1]}, transparent {edges[1]}"
+        return f"linear-gradient({line})", words
 
 
 # Sizes of the symbols of bifurcations [pt]; those with thin arms are larger by a factor.
@@ -205,6 +224,7 @@ BIFURCATIONS = {
     "grazing": BifurcationStyle("G", "h", _DASH_DOT_DOT, friction=True),
 }
 STABILITY_LIMIT = LineStyle(style.LIMIT, 1.1, style.DASHES, "white")
+LIMIT_ENTRY = LegendEntry("linear stability limit", STABILITY_LIMIT)
 
 CODES = {key: code for code, key in enumerate(MOTION_STYLES)}
 """Codes of motion by name."""
@@ -213,25 +233,35 @@ PERIODIC = frozenset(code for key, code in CODES.items() if key.startswith("peri
 UNSETTLED = frozenset(CODES[key] for key in ("undecided", "limit", "invalid", "not_computed"))
 _WITHOUT_RESULT = [CODES[key] for key in ("diverged", "limit", "invalid", "not_computed")]
 
-_BY_MOTION = {
-    MotionClass.AT_REST: "at_rest",
-    MotionClass.SYNCHRONOUS: "period_1",
-    MotionClass.PERIODIC: "period_more",
-    MotionClass.QUASI_PERIODIC: "quasi_periodic",
-    MotionClass.CHAOTIC: "chaotic",
-    MotionClass.DIVERGED: "diverged",
-    MotionClass.SELF_LOCKED: "self_locked",
-}
+# Codes by class of motion, as far as their names differ; by status; by status without a class.
+_RENAMED = {"none": "undecided", "synchronous": "period_1", "periodic": "period_more"}
 _BY_STATUS = {
     PointStatus.EVENT_LIMIT: "limit",
     PointStatus.STEP_LIMIT: "limit",
     PointStatus.INVALID: "invalid",
     PointStatus.NOT_COMPUTED: "not_computed",
 }
-_UNCLASSED = {
-    PointStatus.DIVERGED: "diverged",
-    PointStatus.NO_FORWARD_SOLUTION: "self_locked",
-}
+_UNCLASSED = {PointStatus.DIVERGED: "diverged", PointStatus.NO_FORWARD_SOLUTION: "self_locked"}
+
+
+def class_entry(one: ClassStyle, share: float | None = None) -> LegendEntry:
+    """The entry of a class, with its share of all points if given."""
+    return LegendEntry(one.word if share is None else f"{one.word}, {style.percent(share)}", one)
+
+
+def class_entries(
+    codes: NDArray[Any], styles: Sequence[ClassStyle], *, shares: bool
+) -> list[LegendEntry]:
+    """Entries of the classes that occur, with their shares of all points.
+
+    Codes below 0 count as points, but have no entry.
+    """
+    counts = np.bincount(codes[codes >= 0].ravel(), minlength=len(styles))
+    return [
+        class_entry(one, count / codes.size if shares else None)
+        for one, count in zip(styles, counts, strict=True)
+        if count
+    ]
 
 
 def motion_codes(dataset: xr.Dataset) -> xr.DataArray:
@@ -241,8 +271,9 @@ def motion_codes(dataset: xr.Dataset) -> xr.DataArray:
     status = dataset["status"].transpose(*motion.dims).to_numpy()
     orders = order.transpose(*motion.dims).to_numpy()
     values, motions = code.to_numpy(), motion.to_numpy()
-    for one, key in _BY_MOTION.items():
-        values[motions == one] = CODES[key]
+    for one in MotionClass:
+        name = one.name.lower()
+        values[motions == one] = CODES[_RENAMED.get(name, name)]
     for n in range(1, 5):
         values[(motions == MotionClass.PERIODIC) & (orders == n)] = CODES[f"period_{n}"]
     for ended, key in _UNCLASSED.items():
@@ -286,17 +317,6 @@ def motion_label(motion: int, order: int) -> str:
 def orbit_colour(order: int) -> str:
     """The colour of orbits that repeat after ``order`` periods of the torque."""
     return _ORBIT_COLOURS.get(order, style.DARK_GREY)
-
-
-def _luminance(colour: Colour) -> float:
-    """Relative luminance, as in WCAG 2."""
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in colour]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def _rgb(colour: str) -> Colour:
-    red, green, blue = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
-    return red, green, blue
 
 
 def _hexadecimal(colour: Colour) -> str:

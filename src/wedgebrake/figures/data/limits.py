@@ -30,11 +30,15 @@ def round_limits(low: float, high: float, least: float = 0.0) -> Limits:
     if not (math.isfinite(low) and math.isfinite(high)):
         return -1.0, 1.0
     low, high = margins(low, high, least, share=0.05)
-    rough = (high - low) / 20.0
-    step = 10.0 ** math.floor(math.log10(rough))
-    step *= next(factor for factor in (1.0, 2.0, 5.0, 10.0) if factor * step >= rough)
+    step = round_step((high - low) / 20.0)
     first, last = math.floor(low / step) * step, math.ceil(high / step) * step
     return (first, last) if first < low and last > high else (low, high)
+
+
+def round_step(least: float) -> float:
+    """The smallest of 1, 2 or 5 times a power of ten that is not below ``least``."""
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least)
 
 
 def about(low: float, high: float, scale: float = 0.0) -> Limits:

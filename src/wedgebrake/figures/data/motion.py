@@ -1,18 +1,333 @@
-"""The pictures of one motion, and those of another one to compare it with."""
+"""Contents of the pictures of one motion: history, phase portrait, section, spectrum."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.figures.data.history import History
-from wedgebrake.figures.data.phase import Phase
-from wedgebrake.figures.data.section import Section
-from wedgebrake.figures.data.spectrum import Spectrum
+from wedgebrake.analysis.spectrum import frequencies, is_driven
+from wedgebrake.analysis.sticking import inside, span, steady_start
+from wedgebrake.errors import InputError
+from wedgebrake.figures import style
+from wedgebrake.figures.data.limits import Limits, before_divergence, extent
+from wedgebrake.model.system import BrakedDriveline
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FloatArray = NDArray[np.float64]
+
+# A motion that grows this many times beyond its median is shown on a logarithmic scale.
+_RUNAWAY = 1e3
+# Sticks nearer to each other than this share of the window are merged on the page.
+_APART = 1e-3
+# The switching line is shown if the picture gets at most this many times as high as the motion.
+_FARTHEST = 3.0
+# A picture shows at least this share of the motion, or rounding would look like scatter.
+_LEAST = 0.05
+
+
+class Level(NamedTuple):
+    """A marked velocity or frequency; what the line means, as mathtext; colour and dashes [pt]."""
+
+    value: float
+    label: str
+    colour: str
+    dashes: tuple[float, ...] = ()
+
+
+class Sticks(NamedTuple):
+    """Intervals during which the brake sticks.
+
+    start, end : (k,) [s]
+    side       : (k,) sign of the sliding velocity before; 0: at rest from the start
+    """
+
+    start: FloatArray
+    end: FloatArray
+    side: NDArray[np.int64]
+
+    @classmethod
+    def between(cls, response: xr.Dataset, begin: float, end: float) -> Sticks:
+        """Sticks of a response with a part between two times [s], cut there."""
+        start, stop, side = (
+            response[f"stick_{one}"].to_numpy() for one in ("start", "end", "entry")
+        )
+        found = cls(np.maximum(start, begin), np.minimum(stop, end), side.astype(np.int64))
+        return found.where((start <= end) & ((stop > begin) | (start >= begin) | (stop >= end)))
+
+    def by_side(self) -> dict[int, Sticks]:
+        """Sticks by their side, those after v > 0 first; sides without sticks are left out."""
+        return {side: self.where(self.side == side) for side in (1, -1, 0) if side in self.side}
+
+    def where(self, chosen: NDArray[np.bool_]) -> Sticks:
+        """Return the chosen ones."""
+        return Sticks(self.start[chosen], self.end[chosen], self.side[chosen])
+
+    def merged(self, gap: float, most: int) -> Sticks:
+        """Sticks of the same side not farther apart than a gap [s] as one.
+
+        Where more than ``most`` remain, those of different sides are merged too.
+        """
+        if self.start.size < 2:
+            return self
+        far = self.start[1:] - self.end[:-1] > gap
+        apart = far | (np.diff(self.side) != 0)
+        if np.count_nonzero(apart) > most:
+            apart = far
+        first, last = np.append(True, apart), np.append(apart, True)
+        return Sticks(self.start[first], self.end[last], self.side[first])
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Motion of a response between two times.
+
+    begin, end         : of the window [s]
+    time               : (n,) [s]
+    angle, velocity    : (n,) [rad], [rad/s]
+    brake_torque, drive_torque : (n,) [N m]
+    sticking           : (n,) 1 while the brake sticks
+    sticks             : cut to the window
+    diverged           : the motion grows without bound
+    """
+
+    begin: float
+    end: float
+    time: FloatArray
+    angle: FloatArray
+    velocity: FloatArray
+    brake_torque: FloatArray
+    drive_torque: FloatArray
+    sticking: NDArray[np.int8]
+    sticks: Sticks
+    diverged: bool
+
+    @classmethod
+    def between(cls, response: xr.Dataset, begin: float, end: float) -> History:
+        """Part of a response between two times [s]."""
+        time = response["time"].to_numpy()
+        window = (time >= begin) & (time <= end)
+        names = ("time", "angle", "velocity", "brake_torque", "drive_torque", "sticking")
+        samples = {name: response[name].to_numpy()[window] for name in names}
+        sticks = Sticks.between(response, begin, end if np.any(window) else -math.inf)
+        diverged = response.attrs.get("status") == "diverged"
+        return cls(begin, end, **samples, sticks=sticks, diverged=diverged)
+
+    @classmethod
+    def last(cls, response: xr.Dataset, periods: float | None) -> History:
+        """Last torque periods of a response, or all of it; raises ``InputError`` for others."""
+        return cls.between(response, *last_periods(response, periods))
+
+    @property
+    def bounded(self) -> slice:
+        """Samples that fit into a picture: of a diverging motion those before it leaves it."""
+        return before_divergence(self.velocity) if self.diverged else slice(self.velocity.size)
+
+    @property
+    def linear_up_to(self) -> float | None:
+        """Speed [rad/s] beyond which a motion that ran away needs a logarithmic scale."""
+        speed = np.abs(self.velocity)
+        largest = float(np.max(speed, initial=0.0))
+        if not self.diverged or not largest > _RUNAWAY * max(float(np.median(speed)), 1e-300):
+            return None
+        least = max(float(np.min(speed[speed > 0.0])), 1e-6 * largest)
+        return float(10.0 ** np.ceil(np.log10(least)))
+
+    @property
+    def visible_sticks(self) -> Sticks:
+        """Sticks, those too near to each other for the eye merged."""
+        return self.sticks.merged(_APART * (self.end - self.begin), round(1.0 / _APART))
+
+    @property
+    def velocity_extent(self) -> Limits:
+        """Smallest and largest velocity of the samples that fit [rad/s]."""
+        return extent(self.velocity[self.bounded])
+
+
+def last_periods(response: xr.Dataset, periods: float | None) -> tuple[float, float]:
+    """First and last time [s] of the last torque periods of a response; None: all of it."""
+    begin, end = span(response)
+    if periods is None:
+        return begin, end
+    if not isinstance(periods, int | float) or not periods > 0:
+        raise InputError(f"periods = {periods!r}: must be a number above 0, or None for all.")
+    forcing = frequencies(response).get("forcing_frequency", 0.0)
+    return (max(begin, end - periods / forcing) if forcing > 0.0 else begin), end
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """A part of a response in the phase plane.
+
+    history       : that part
+    least         : smallest width [rad] and height [rad/s] of the picture
+    drive_speed   : of the shaft [rad/s]; the brake sticks at the velocity -drive_speed
+    release_speed : sliding speed beyond which the brake is released [rad/s]; inf: none
+    """
+
+    history: History
+    least: tuple[float, float]
+    drive_speed: float
+    release_speed: float
+
+    @classmethod
+    def of(cls, system: BrakedDriveline, response: xr.Dataset, start: float | None) -> Phase:
+        """Portrait from a time on [s]; None: of the last fifth of the response.
+
+        Raises ``InputError`` for a dataset that is no response or a start outside it.
+        """
+        begin, end = span(response)
+        low = steady_start(response) if start is None else inside(start, begin, end)
+        least = _least(response["angle"].to_numpy(), response["velocity"].to_numpy())
+        return cls.over(system, History.between(response, low, end), least)
+
+    @classmethod
+    def over(
+        cls, system: BrakedDriveline, history: History, least: tuple[float, float] = (0.0, 0.0)
+    ) -> Phase:
+        """Portrait of what a history shows."""
+        return cls(history, least, system.driveline.drive_speed, system.actuation.release_speed)
+
+    @property
+    def levels(self) -> list[Level]:
+        """Velocity at which the brake may stick, and those beyond which it is released [rad/s]."""
+        name = r"$\dot\theta=-\Omega$" if self.drive_speed else r"$\dot\theta=0$"
+        beyond = self.release_speed - self.drive_speed, -self.release_speed - self.drive_speed
+        releases = [Level(speed, "release", style.RELEASE, (5.0, 2.0)) for speed in beyond]
+        return [Level(-self.drive_speed, name, style.SWITCHING), *releases]
+
+    @property
+    def angle_extent(self) -> Limits:
+        """Smallest and largest angle of the samples that fit [rad]."""
+        return extent(self.history.angle[self.history.bounded])
+
+    def reaching(self, low: float, high: float) -> Limits:
+        """Limits of velocity widened to the switching line, unless the motion got too small."""
+        reach = min(low, -self.drive_speed), max(high, -self.drive_speed)
+        return reach if reach[1] - reach[0] <= _FARTHEST * (high - low) else (low, high)
+
+    def ends(self, sticks: Sticks) -> tuple[FloatArray, FloatArray]:
+        """Angles [rad] and velocities [rad/s] where sticks begin and end, (2, k) each."""
+        time, history = np.array([sticks.start, sticks.end]), self.history
+        angle, velocity = (
+            np.interp(time, history.time, one) for one in (history.angle, history.velocity)
+        )
+        return angle, velocity
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """Points of a Poincaré section.
+
+    angle, velocity : (m,) [rad], [rad/s]
+    period          : (m,) numbers of the torque periods
+    least           : smallest width [rad] and height [rad/s] of the picture
+    stated_period   : period of a torque that does not act [s]; None where one acts
+    """
+
+    angle: FloatArray
+    velocity: FloatArray
+    period: NDArray[np.int64]
+    least: tuple[float, float]
+    stated_period: float | None
+
+    @classmethod
+    def of(cls, points: xr.Dataset, start: float | None = None) -> Section:
+        """Section of a response from a time on [s], or points that ``wb.poincare`` gives.
+
+        start : default the last fifth of the response
+
+        Raises ``InputError`` for a dataset that is neither.
+        """
+        names = getattr(points, "data_vars", {})
+        if "poincare_angle" in names:
+            low = steady_start(points) if start is None else start
+            shown = points["poincare_time"].to_numpy() >= low - 1e-9 * abs(low)
+            angle, velocity, period = (
+                points[name].to_numpy()[shown]
+                for name in ("poincare_angle", "poincare_velocity", "period")
+            )
+            least = _least(points["angle"].to_numpy(), points["velocity"].to_numpy())
+        elif "angle" in names and points["angle"].dims == ("period",):
+            angle, velocity, period = (
+                points[name].to_numpy() for name in ("angle", "velocity", "period")
+            )
+            least = _least(np.append(angle, 0.0), np.append(velocity, 0.0))
+        else:
+            raise InputError(
+                f"points = {type(points).__name__}: must be the result of wb.simulate(...) or of"
+                " wb.poincare(...)."
+            )
+        stated = None if is_driven(points) else 1.0 / frequencies(points)["forcing_frequency"]
+        return cls(angle, velocity, period, least, stated)
+
+
+def _least(angle: FloatArray, velocity: FloatArray) -> tuple[float, float]:
+    """Smallest width [rad] and height [rad/s] of a picture of a motion."""
+    width, height = (_LEAST * float(np.ptp(one)) if one.size else 0.0 for one in (angle, velocity))
+    return width, height
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Lines of an amplitude spectrum.
+
+    frequency, amplitude : (l,) [Hz], and in ``unit``
+    highest              : end of the frequency axis [Hz]
+    quantity, unit       : what oscillates
+    forcing, natural     : frequencies [Hz]; forcing 0: no torque acts, natural 0: no stiffness
+    """
+
+    frequency: FloatArray
+    amplitude: FloatArray
+    highest: float
+    quantity: str = "velocity"
+    unit: str = "rad/s"
+    forcing: float = 0.0
+    natural: float = 0.0
+
+    @classmethod
+    def of(cls, lines: xr.Dataset, highest: float | None = None) -> Spectrum:
+        """Spectrum as ``wb.spectrum`` gives it, up to a frequency [Hz].
+
+        highest : default 4 times the larger of forcing and natural frequency
+
+        Raises ``InputError`` for a dataset that is no spectrum.
+        """
+        if "amplitude" not in getattr(lines, "data_vars", {}):
+            raise InputError(
+                f"lines = {type(lines).__name__}: must be the result of wb.spectrum(response)."
+            )
+        forcing = lines.attrs.get("forcing_frequency", 0.0)
+        natural = lines.attrs.get("natural_frequency", 0.0)
+        quantity = lines.attrs.get("quantity", "velocity")
+        frequency, amplitude = lines["frequency"].to_numpy(), lines["amplitude"].to_numpy()
+        if highest is None:
+            highest = 4.0 * max(forcing, natural) or float(frequency[-1])
+        shown = frequency <= highest * (1.0 + 1e-9)
+        unit = lines["amplitude"].units
+        return cls(frequency[shown], amplitude[shown], highest, quantity, unit, forcing, natural)
+
+    @property
+    def top(self) -> float:
+        """Largest amplitude; 0 where nothing moves."""
+        return float(np.max(self.amplitude, initial=0.0))
+
+    @property
+    def levels(self) -> list[Level]:
+        """Forcing and natural frequency [Hz], 0 for none."""
+        return [
+            Level(frequency, f"$f_{letter} = {style.number(frequency)}$ Hz", colour, dashes)
+            for frequency, letter, colour, dashes in (
+                (self.forcing, "e", style.FORCING, (5.0, 2.0)),
+                (self.natural, "n", style.NATURAL, (1.0, 1.2)),
+            )
+        ]
 
 
 @dataclass(frozen=True, eq=False)

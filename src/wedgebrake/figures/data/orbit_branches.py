@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures import style
-from wedgebrake.figures.data import class_styles
+from wedgebrake.figures.data import class_styles as classes
+from wedgebrake.figures.data.axes import label, runs, swept_parameters
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.figures.data.class_styles import BIFURCATIONS, ClassStyle, LineStyle
-from wedgebrake.figures.data.legend import LegendEntry, class_entry
-from wedgebrake.figures.data.swept_axis import label, runs, swept_parameters
 from wedgebrake.orbits.stability_intervals import stability_intervals
 
 if TYPE_CHECKING:
@@ -50,9 +48,9 @@ class OrbitCurve:
     stable: bool
 
     @property
-    def line(self) -> LineStyle:
+    def line(self) -> classes.LineStyle:
         """The line in the colour of its period."""
-        return orbit_line(class_styles.orbit_colour(self.order), stable=self.stable)
+        return orbit_line(classes.orbit_colour(self.order), stable=self.stable)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,21 +101,11 @@ class OrbitBranches:
         heights = np.where(np.isfinite(found), found, np.nan)
         at = dataset["bifurcation_point"].to_numpy().astype(int)
         curves = list(_curves(dataset, values, heights, at))
+        labels = label(dataset[parameter]), style.SECTION.get(quantity) or label(dataset[quantity])
+        kinds = dataset["bifurcation_kind"].to_numpy().astype(str)
+        limits = _width(values, simulated), _height(curves, simulated)
         return cls(
-            parameter=parameter,
-            quantity=quantity,
-            labels=(
-                label(dataset[parameter]),
-                style.SECTION.get(quantity) or label(dataset[quantity]),
-            ),
-            values=values,
-            heights=heights,
-            curves=curves,
-            kinds=dataset["bifurcation_kind"].to_numpy().astype(str),
-            at=at,
-            simulated=simulated,
-            xlim=_width(values, simulated),
-            ylim=_height(curves, simulated),
+            parameter, quantity, labels, values, heights, curves, kinds, at, simulated, *limits
         )
 
     def points(self, kind: str) -> FloatArray:
@@ -131,7 +119,7 @@ class OrbitBranches:
         """
         together = _TOGETHER * (self.xlim[1] - self.xlim[0])
         found = []
-        for kind, one in BIFURCATIONS.items():
+        for kind, one in classes.BIFURCATIONS.items():
             left = self.at[self.kinds == kind]
             while left.size:
                 near = np.abs(self.values[left] - self.values[left[0]]) <= together
@@ -139,28 +127,24 @@ class OrbitBranches:
                 left = left[~near]
         return found
 
-    def legends(self) -> list[tuple[str, list[LegendEntry]]]:
+    def legends(self) -> list[tuple[str, list[classes.LegendEntry]]]:
         """Legends: colours, kinds of line and simulated points; symbols."""
         periods: dict[str, list[str]] = {}
         for order in sorted({curve.order for curve in self.curves}):
-            colour = class_styles.orbit_colour(order)
-            periods.setdefault(colour, []).append(class_styles.period(order))
+            colour = classes.orbit_colour(order)
+            periods.setdefault(colour, []).append(classes.period(order))
+        rows = [(", ".join(words), colour, True) for colour, words in periods.items()]
+        present = sorted({curve.stable for curve in self.curves}, reverse=True)
+        rows += [("stable" if one else "unstable", style.BLACK, one) for one in present]
         lines = [
-            LegendEntry(", ".join(words), orbit_line(colour, stable=True))
-            for colour, words in periods.items()
-        ]
-        present = {curve.stable for curve in self.curves}
-        lines += [
-            LegendEntry(word, orbit_line(style.BLACK, stable=stable))
-            for stable, word in ((True, "stable"), (False, "unstable"))
-            if stable in present
+            classes.LegendEntry(word, orbit_line(one, stable=holds)) for word, one, holds in rows
         ]
         if self.simulated is not None:
             grey = style.DENSITY_BENEATH[1]
-            lines.append(class_entry(ClassStyle("simulated points", grey)))
+            lines.append(classes.class_entry(classes.ClassStyle("simulated points", grey)))
         symbols = [
-            LegendEntry(f"{one.letters}: {kind}", one.marker())
-            for kind, one in BIFURCATIONS.items()
+            classes.LegendEntry(f"{one.letters}: {kind}", one.marker())
+            for kind, one in classes.BIFURCATIONS.items()
             if kind in self.kinds
         ]
         return [("", lines), ("", symbols)]
@@ -173,9 +157,11 @@ class OrbitBranches:
         return known
 
 
-def orbit_line(colour: str, *, stable: bool) -> LineStyle:
+def orbit_line(colour: str, *, stable: bool) -> classes.LineStyle:
     """The line of stable or unstable orbits."""
-    return LineStyle(colour, 1.1) if stable else LineStyle(colour, 0.8, style.UNSTABLE)
+    return (
+        classes.LineStyle(colour, 1.1) if stable else classes.LineStyle(colour, 0.8, style.UNSTABLE)
+    )
 
 
 def _simulated(dataset: xr.Dataset, parameter: str, quantity: str) -> BifurcationDiagram:
@@ -234,10 +220,8 @@ def _height(curves: list[OrbitCurve], simulated: BifurcationDiagram | None) -> t
     ascending = np.argsort(known)
     # The weight of a value is the length of parameter about it.
     share = np.cumsum(weight[ascending]) / np.sum(weight)
-    low, high = (
-        float(known[ascending][np.searchsorted(share, at).clip(max=known.size - 1)])
-        for at in (_OUTLIERS, 1.0 - _OUTLIERS)
-    )
+    at = np.searchsorted(share, (_OUTLIERS, 1.0 - _OUTLIERS)).clip(max=known.size - 1)
+    low, high = known[ascending][at].tolist()
     if simulated is not None and not np.all(simulated.empty):
         low, high = min(low, simulated.low), max(high, simulated.high)
     beyond = _BEYOND * (high - low)

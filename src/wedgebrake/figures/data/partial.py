@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.figures.data import class_styles as classes
+from wedgebrake.figures.data.axes import ParameterAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
-from wedgebrake.figures.data.class_styles import CODES, MOTIONS, PERIODIC, without_result
-from wedgebrake.figures.data.legend import LegendEntry, class_entries
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
-from wedgebrake.figures.data.swept_axis import runs
 
 FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]
@@ -26,8 +24,7 @@ MOST_POINTS = 12_000
 _FAR, _BEYOND, _MARGIN = 0.04, 1.5, 0.15
 
 
-@dataclass(frozen=True, eq=False)
-class Boxes:
+class Boxes(NamedTuple):
     """Boxes between positions, (n,) each, with the text of each."""
 
     left: FloatArray
@@ -54,7 +51,7 @@ class PartialMap:
     unit: str = "cells"
 
     @property
-    def legend(self) -> list[LegendEntry]:
+    def legend(self) -> list[classes.LegendEntry]:
         """Entries of the legend."""
         return self.data.legend
 
@@ -95,29 +92,34 @@ class PartialDiagram:
     whole: int
     data: dict[str, BifurcationDiagram]
     clouds: dict[str, PointCloud]
-    text: list[str]
 
     @classmethod
     def of(
         cls, axis: ParameterAxis, known: Codes, whole: int, data: dict[str, BifurcationDiagram]
     ) -> PartialDiagram:
         """The picture of the diagrams of all quantities."""
-        first = next(iter(data.values()))
-        positions = axis.positions(whole)[known]
-        text = [
-            f"{axis.text(position)}: {_motion(code, order)}"
-            for position, code, order in zip(
-                positions, first.motions[0], first.orders[0], strict=True
+        return cls((axis,), known, whole, data, {name: point_cloud(data[name]) for name in data})
+
+    @property
+    def first(self) -> BifurcationDiagram:
+        """The diagram of one quantity; all have the same motions."""
+        return next(iter(self.data.values()))
+
+    @property
+    def text(self) -> list[str]:
+        """The value and its motion in words; one of a long period with its number."""
+        long, words = classes.CODES["period_more"], [one.plain for one in classes.MOTIONS]
+        return [
+            f"{self.axes[0].text(at)}: {f'{order}T' if code == long else words[code]}"
+            for at, code, order in zip(
+                self.positions, self.codes, self.first.orders[0], strict=True
             )
         ]
-        clouds = {name: point_cloud(one) for name, one in data.items()}
-        return cls((axis,), known, whole, data, clouds, text)
 
     @property
     def codes(self) -> Codes:
         """Codes of the motions, (known,)."""
-        codes: Codes = next(iter(self.data.values())).motions[0]
-        return codes
+        return self.first.motions[0]
 
     @property
     def positions(self) -> FloatArray:
@@ -136,20 +138,19 @@ class PartialDiagram:
     def gaps(self) -> FloatArray:
         """Positions between which runs have no result, (n, 2)."""
         edges = np.linspace(*self.axes[0].ends, self.whole + 1)
-        empty = without_result(self.band)
+        empty = classes.without_result(self.band)
         gaps = [(edges[i], edges[j + 1]) for i, j in runs(empty) if empty[i]]
         return np.array(gaps).reshape(-1, 2)
 
     @property
     def limits(self) -> list[float]:
         """Positions of the linear stability limits."""
-        diagram = next(iter(self.data.values()))
-        return [self.axes[0].position(float(value)) for value, _ in diagram.limits]
+        return [self.axes[0].position(float(value)) for value, _ in self.first.limits]
 
     @property
-    def legend(self) -> list[LegendEntry]:
+    def legend(self) -> list[classes.LegendEntry]:
         """Entries of the classes that occur."""
-        return class_entries(self.codes, MOTIONS, shares=True)
+        return classes.class_entries(self.codes, classes.MOTIONS, shares=True)
 
     @property
     def progress(self) -> str:
@@ -194,16 +195,16 @@ def point_cloud(data: BifurcationDiagram, most: int = MOST_POINTS) -> PointCloud
     codes, orders, points = data.motions[0], data.orders[0], data.points[0]
     recorded = points.shape[1]
     last = np.full(codes.size, recorded)
-    periodic = np.isin(codes, list(PERIODIC)) & (orders > 0)
+    periodic = np.isin(codes, list(classes.PERIODIC)) & (orders > 0)
     last[periodic] = np.minimum(orders[periodic], recorded)
-    last[codes == CODES["at_rest"]] = 1
-    last[without_result(codes)] = 0
+    last[codes == classes.CODES["at_rest"]] = 1
+    last[classes.without_result(codes)] = 0
     kept = np.arange(recorded) >= recorded - last[:, None]
     total = int(last.sum())
     if total > most:
         kept[~periodic] &= np.arange(recorded) % -(-total // most) == 0
     # A run that ended early has its points at the beginning of its row.
-    kept[codes == CODES["self_locked"]] = True
+    kept[codes == classes.CODES["self_locked"]] = True
     index, column = np.nonzero(kept & np.isfinite(points))
     shown = points[index, column]
     span = _span(data, shown, index)
@@ -228,11 +229,6 @@ def _span(data: BifurcationDiagram, points: FloatArray, index: Codes) -> tuple[f
     low = data.low if lowest.min() > bottom - reach else bottom - _MARGIN * reach
     high = data.high if highest.max() < top + reach else top + _MARGIN * reach
     return float(low), float(high)
-
-
-def _motion(code: int, order: int) -> str:
-    """A motion in words; one of a long period with its number."""
-    return f"{order}T" if code == CODES["period_more"] else MOTIONS[code].plain
 
 
 def _progress(known: int, whole: int, unit: str) -> str:

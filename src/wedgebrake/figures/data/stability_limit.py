@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.linear_stability import Stability, stability
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
-from wedgebrake.figures.data.level_lines import level_lines
-from wedgebrake.figures.data.swept_axis import SweptAxis, arranged
+from wedgebrake.figures.data.axes import SweptAxis, arranged
 from wedgebrake.model.study import parse_study
 from wedgebrake.model.sweep_settings import INITIAL
 
@@ -57,7 +56,10 @@ def _margins(
     those of backward sliding, without a zero: nan there. The damping itself is used if one of the
     points has no margin, for example if the brake is released at the speed of the shaft.
     """
-    chosen = _widened(_beside_changes(damping)) & np.isfinite(damping)
+    from scipy.ndimage import binary_dilation
+
+    # Their neighbours too, including diagonal ones.
+    chosen = binary_dilation(_beside_changes(damping), np.ones((3, 3))) & np.isfinite(damping)
     sliding, found = damping.copy(), np.full(damping.shape, np.nan)
     for place in np.argwhere(chosen):
         up, across = int(place[0]), int(place[1])
@@ -73,25 +75,11 @@ def _margins(
 
 def _beside_changes(values: FloatArray) -> NDArray[np.bool_]:
     """Mask of the points with a neighbour of the other sign along either parameter."""
-    beside = np.zeros(values.shape, dtype=bool)
-    known, stable = np.isfinite(values), values > 0.0
-    for along in (0, 1):
-        one, other = (
-            tuple(part if axis == along else slice(None) for axis in (0, 1))
-            for part in (slice(None, -1), slice(1, None))
-        )
-        changes = known[one] & known[other] & (stable[one] != stable[other])
-        beside[one] |= changes
-        beside[other] |= changes
-    return beside
+    from scipy.ndimage import binary_dilation
 
-
-def _widened(chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Chosen points and their neighbours, including diagonal ones."""
-    padded = np.pad(chosen, 1)
-    rows = padded[:-2] | padded[1:-1] | padded[2:]
-    wide: NDArray[np.bool_] = rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:]
-    return wide
+    stable, unstable = values > 0.0, values <= 0.0
+    beside: NDArray[np.bool_] = stable & binary_dilation(unstable)
+    return beside | (unstable & binary_dilation(stable))
 
 
 def _extrapolated(values: FloatArray, axis: SweptAxis, along: int) -> FloatArray:
@@ -128,3 +116,13 @@ def _stability_at(
             return None
 
     return evaluate
+
+
+def level_lines(x: FloatArray, y: FloatArray, values: FloatArray, level: float) -> list[FloatArray]:
+    """Lines, (n, 2) each, along which values over (y, x) have a level; NaN interrupts them."""
+    from contourpy import contour_generator
+
+    if min(values.shape) < 2 or not np.isfinite(values).any():
+        return []
+    found: Sequence[Any] = contour_generator(x, y, np.ma.masked_invalid(values)).lines(level)
+    return list(found)

@@ -7,20 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.figures.data import caption, class_styles
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.data import class_styles as classes
+from wedgebrake.figures.data.axes import SweptAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.figures.data.class_styles import (
-    CODES,
-    DIFFER,
-    EMPTY,
-    MOTIONS,
-    STICK_CLASSES,
-    ClassStyle,
-)
-from wedgebrake.figures.data.swept_axis import SweptAxis, runs
-from wedgebrake.figures.matplotlib import density, style
-from wedgebrake.figures.matplotlib.class_map import draw_classes, draw_hatching, set_axes
+from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import page
+from wedgebrake.figures.matplotlib.maps import draw_cells, draw_classes, draw_hatching, set_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,6 +30,9 @@ _EXPONENT, _BAND = 0.95, 0.13
 _DEEP = 0.03
 # A motion is named inside its band where that is this wide [pt] for each character.
 _CHARACTER = 4.6
+# Height of a cell of points [pt]. Values closer than the second size are drawn as cells, others as
+# marks of at most the third size.
+_CELL, _CLOSE, _MARK = 0.7, 2.2, 1.9
 
 
 def bifurcation(
@@ -86,10 +82,17 @@ def bifurcation(
             _draw_points(panels[branch], data, branch, (72.0 * inside, 72.0 * height))
         if exponent:
             _draw_exponents(panels[-3], data)
-        _draw_bands(panels[-2], data, data.motions, MOTIONS, "motion")
+        _draw_bands(panels[-2], data, data.motions, classes.MOTIONS, "motion")
         _name_motions(panels[-2], data, 72.0 * inside)
-        _draw_bands(panels[-1], data, data.sticks, STICK_CLASSES, "sticks")
-        _finish(panels, data)
+        _draw_bands(panels[-1], data, data.sticks, classes.STICK_CLASSES, "sticks")
+        for axes in panels[:-1]:
+            axes.tick_params(axis="x", labelbottom=False)
+        for axes in panels[-2:]:
+            axes.tick_params(axis="x", direction="out", top=False)
+        panels[-2].tick_params(axis="x", bottom=False)
+        panels[-1].set_xlabel(data.x.label)
+        if len(data.limits) == 1:
+            _name_sides(panels[0], *data.limits[0])
     return figure
 
 
@@ -98,26 +101,18 @@ def _draw_points(
 ) -> None:
     """Draw one branch on axes of a width and height [pt]."""
     one, span = data.branches[branch], (data.low, data.high)
-    set_axes(axes, data.x, None)
+    set_axes(axes, data.x)
     axes.set_xlabel("")
     axes.set_ylabel(style.SECTION[data.quantity])
     axes.set_ylim(span)
-    _shade(axes, data.x, data.empty[branch], EMPTY.colour)
-    _shade(axes, data.x, data.differs, DIFFER.colour)
+    _shade(axes, data.x, data.empty[branch], classes.EMPTY.colour)
+    _shade(axes, data.x, data.differs, classes.DIFFER.colour)
     if not np.all(data.empty[branch]):
-        density.draw(axes, data.x, data.points[branch], span, one.shades, size)
+        draw_density(axes, data.x, data.points[branch], span, one.shades, size)
     for value, _ in data.limits:
         axes.axvline(value, color=style.LIMIT, linewidth=0.9, linestyle=style.DASHES, zorder=3)
     if one.direction:
-        axes.annotate(
-            one.direction,
-            (1.0, 0.5),
-            xytext=(4.0, 0.0),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            rotation=-90,
-            va="center",
-        )
+        style.write(axes, one.direction, (1.0, 0.5), (4.0, 0.0), rotation=-90, va="center")
 
 
 def _shade(axes: Axes, x: SweptAxis, chosen: np.ndarray, colour: str) -> None:
@@ -153,7 +148,7 @@ def _draw_bands(
     axes: Axes,
     data: BifurcationDiagram,
     codes: np.ndarray,
-    styles: Sequence[ClassStyle],
+    styles: Sequence[classes.ClassStyle],
     word: str,
 ) -> None:
     """Draw one row of classes for each branch, the first at the top."""
@@ -164,9 +159,8 @@ def _draw_bands(
     draw_classes(axes, data.x, y, codes[::-1], styles)
     for edge in y.edges[1:-1]:
         axes.axhline(edge, color="black", linewidth=0.4, zorder=3)
-    axes.set_yticks(
-        y.values, labels=[f"{word} {branch.name}".strip() for branch in reversed(data.branches)]
-    )
+    labels = [f"{word} {branch.name}".strip() for branch in reversed(data.branches)]
+    axes.set_yticks(y.values, labels=labels)
     axes.tick_params(axis="y", length=0)
 
 
@@ -175,45 +169,77 @@ def _name_motions(axes: Axes, data: BifurcationDiagram, width: float) -> None:
     edges = data.x.positions(data.x.edges)
     scale = width / (edges[-1] - edges[0])
     for branch, codes in enumerate(data.motions):
-        orders = np.where(np.isin(codes, list(class_styles.PERIODIC)), data.orders[branch], 0)
-        orders[codes == CODES["period_1"]] = 1
+        orders = np.where(np.isin(codes, list(classes.PERIODIC)), data.orders[branch], 0)
+        orders[codes == classes.CODES["period_1"]] = 1
         for first, last in runs(orders):
-            name = class_styles.period(orders[first])
+            name = classes.period(orders[first])
             available = scale * (edges[last + 1] - edges[first])
             if orders[first] < 1 or available < _CHARACTER * (len(name) - 1):
                 continue
-            axes.text(
-                data.x.at(0.5 * (edges[first] + edges[last + 1])),
-                len(data.branches) - branch - 0.54,
-                name,
-                ha="center",
-                va="center",
-                fontsize=5.5,
-                color=MOTIONS[codes[first]].text_colour,
-                zorder=4,
-            )
+            middle = data.x.at(0.5 * (edges[first] + edges[last + 1]))
+            look: Any = {"ha": "center", "va": "center", "fontsize": 5.5, "zorder": 4}
+            colour = style.ink(classes.MOTIONS[codes[first]].colour)
+            axes.text(middle, len(data.branches) - branch - 0.54, name, color=colour, **look)
 
 
-def _finish(panels: list[Axes], data: BifurcationDiagram) -> None:
-    """Draw ticks and label of the parameter below, and name the sides of the limit above."""
-    for axes in panels[:-1]:
-        axes.tick_params(axis="x", labelbottom=False)
-    for axes in panels[-2:]:
-        axes.tick_params(axis="x", direction="out", top=False)
-    panels[-2].tick_params(axis="x", bottom=False)
-    panels[-1].set_xlabel(data.x.label)
-    if len(data.limits) != 1:
-        return
-    value, stable_right = data.limits[0]
+def _name_sides(axes: Axes, value: float, stable_right: bool) -> None:
+    """Name the sides of the linear stability limit above the axes."""
     words = ("linearly unstable", "stable") if stable_right else ("linearly stable", "unstable")
     for word, side, shift in zip(words, ("right", "left"), (-3.0, 3.0), strict=True):
-        panels[0].annotate(
-            word,
-            (value, 1.0),
-            xytext=(shift, 2.5),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha=side,
-            va="bottom",
-            fontsize=style.SMALL,
-        )
+        look = {"ha": side, "va": "bottom", "fontsize": style.SMALL}
+        style.write(axes, word, (value, 1.0), (shift, 2.5), ("data", "axes fraction"), **look)
+
+
+def draw_density(
+    axes: Axes,
+    x: SweptAxis,
+    points: np.ndarray,
+    span: tuple[float, float],
+    shades: Sequence[str],
+    size: tuple[float, float],
+) -> None:
+    """Draw cells of colour, or marks where values of the parameter are few.
+
+    points : (n, period); NaN where there is none
+    span   : lowest and highest value shown
+    shades : colours from the share of one point to all, on a logarithmic scale
+    size   : width and height of the axes [pt]
+    """
+    from matplotlib.colors import LinearSegmentedColormap, LogNorm
+
+    rows = max(8, int(size[1] / _CELL))
+    share, edges = _shares(x, points, int(size[0] / _CELL), np.linspace(*span, rows + 1))
+    options: dict[str, Any] = {
+        "cmap": LinearSegmentedColormap.from_list("density", shades),
+        "norm": LogNorm(1.0 / max(2, points.shape[1]), 1.0, clip=True),
+    }
+    up = SweptAxis.between(np.linspace(*span, rows + 1))
+    spacing = size[0] / x.values.size
+    if spacing <= _CLOSE:
+        cells = np.ma.masked_equal(share.T, 0.0)
+        draw_cells(axes, SweptAxis.between(edges, log=x.log), up, cells, **options)
+        return
+    # A mark in the middle of each cell with points, the darkest in front.
+    column, row = np.nonzero(share)
+    order = np.argsort(share[column, row], kind="stable")
+    column, row = column[order], row[order]
+    options |= {"s": min(_MARK, max(_CELL, 0.6 * spacing)) ** 2, "linewidths": 0.0, "zorder": 2.0}
+    options["rasterized"] = column.size > style.RASTER_FROM
+    axes.scatter(x.values[column], up.values[row], c=share[column, row], **options)
+
+
+def _shares(
+    x: SweptAxis, points: np.ndarray, most: int, levels: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Share of the points of a column in each of its cells, (column, row); edges of columns.
+
+    A column is that of one value, or of several where there are more than ``most``.
+    """
+    edges = x.positions(x.edges)
+    if x.values.size > most:
+        edges = np.linspace(edges[0], edges[-1], most + 1)
+    known = np.isfinite(points)
+    across = np.broadcast_to(x.positions(x.values)[:, None], points.shape)[known]
+    counts = np.histogram2d(across, points[known], bins=(edges, levels))[0]
+    recorded = np.histogram(across, edges)[0]
+    return counts / np.maximum(recorded, 1)[:, None], x.at(edges)

@@ -73,61 +73,37 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
 
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
-    from wedgebrake.figures.data.stability import VARIABLES as STABILITY
-    from wedgebrake.figures.data.swept_axis import swept_parameters
+    from wedgebrake.figures.data.axes import swept_parameters
+    from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
+    from wedgebrake.figures.matplotlib import bifurcation, maps, motion, orbit_branches
 
-    names = getattr(dataset, "data_vars", {})
+    names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind")
-    if kind == "orbits":
-        from wedgebrake.figures.matplotlib.orbit_branches import orbits
-
-        return orbits, (dataset,)
-    if kind == "boundary":
-        from wedgebrake.figures.matplotlib.codim2 import boundary
-
-        return boundary, (dataset,)
-    if all(name in names for name in STABILITY):
-        from wedgebrake.figures.matplotlib.stability import stability_map
-
-        return stability_map, (dataset,)
     swept = swept_parameters(dataset)
-    if swept:
-        return _of_sweep(swept, "attractor" in names), (dataset,)
+    if len(swept) > 2:
+        raise InputError(
+            f"dataset: is swept over {', '.join(swept)}; there are pictures of sweeps over one or"
+            f" two parameters. Choose values of the others, for example"
+            f" dataset.isel({swept[-1]}=0)."
+        )
     if "stick_start" in names and "time" in dataset.coords:
-        from wedgebrake.figures.matplotlib.overview import overview
-
-        return overview, (_system(dataset), dataset)
-    if "amplitude" in names and "frequency" in dataset.dims:
-        from wedgebrake.figures.matplotlib.spectrum import spectrum
-
-        return spectrum, (dataset,)
-    if "angle" in names and "velocity" in names and dataset["angle"].dims == ("period",):
-        from wedgebrake.figures.matplotlib.section import section
-
-        return section, (dataset,)
+        return motion.overview, (_system(dataset), dataset)
+    over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
+    for belongs, picture in (
+        (kind == "orbits", orbit_branches.orbits),
+        (kind == "boundary", maps.boundary),
+        (names.issuperset(STABILITY), maps.stability_map),
+        (len(swept) == 1, bifurcation.bifurcation),
+        (len(swept) == 2 and "attractor" in names, maps.basins),
+        (len(swept) == 2, maps.regime_map),
+        ("amplitude" in names and "frequency" in dataset.dims, motion.spectrum),
+        (over_period, motion.section),
+    ):
+        if belongs:
+            return picture, (dataset,)
     raise InputError(
         f"dataset = {type(dataset).__name__}: there is no picture of it. Give the result of"
         f" {_RESULTS}."
-    )
-
-
-def _of_sweep(swept: list[str], has_basins: bool) -> Callable[..., Figure]:
-    """The picture of a sweep, by the number of its axes."""
-    if len(swept) == 1:
-        from wedgebrake.figures.matplotlib.bifurcation import bifurcation
-
-        return bifurcation
-    if len(swept) == 2 and has_basins:
-        from wedgebrake.figures.matplotlib.basins import basins
-
-        return basins
-    if len(swept) == 2:
-        from wedgebrake.figures.matplotlib.regime import regime_map
-
-        return regime_map
-    raise InputError(
-        f"dataset: is swept over {', '.join(swept)}; there are pictures of sweeps over one or two"
-        f" parameters. Choose values of the others, for example dataset.isel({swept[-1]}=0)."
     )
 
 
@@ -141,5 +117,5 @@ def _system(response: xr.Dataset) -> Any:
         raise InputError(
             "dataset: does not say, in attrs['system'], what was simulated, or with a part that"
             " has no name in study files. Use"
-            " wedgebrake.figures.matplotlib.overview.overview(system, response)."
+            " wedgebrake.figures.matplotlib.motion.overview(system, response)."
         ) from None

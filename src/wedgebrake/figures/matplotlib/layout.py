@@ -1,4 +1,4 @@
-"""Figures with panels, legends below them and a caption above them."""
+"""Figures with panels, legends below them and a caption above them; lines and markers."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from wedgebrake.figures.data.legend import LegendEntry
+from wedgebrake.figures.data.class_styles import HATCH, LegendEntry, LineStyle, MarkerStyle
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.figures.matplotlib.legend import handles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
-# Largest height of a single panel [inch].
-HIGHEST = 4.0
+HATCHES = "/////////"
+# Width of a line with the casing on both sides of it, over that of the line [pt].
+_CASING = 1.4
 # Size of captions [pt]; height of a line of a legend, and space above a legend [inch].
 _CAPTION = 6.0
 _LINE = 0.135
@@ -112,7 +112,7 @@ def _draw_legend(axes: Axes, entries: list[LegendEntry], width: float, heading: 
     axes.set_axis_off()
     columns = _columns(entries, width)
     legend = axes.legend(
-        handles=handles([one for start in range(columns) for one in entries[start::columns]]),
+        handles=[_handle(one) for start in range(columns) for one in entries[start::columns]],
         loc="lower left",
         bbox_to_anchor=(0.0, 0.0),
         ncols=columns,
@@ -121,16 +121,53 @@ def _draw_legend(axes: Axes, entries: list[LegendEntry], width: float, heading: 
         handleheight=0.8,
     )
     rows = math.ceil(len(entries) / columns)
-    title = axes.annotate(
-        heading,
-        (0.0, 0.0),
-        xytext=(-3.5, 72.0 * _LINE * (rows - 0.5) - 2.2),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        ha="right",
-        va="center",
-        fontsize=style.TICKS,
-    )
+    shift = -3.5, 72.0 * _LINE * (rows - 0.5) - 2.2
+    look = {"ha": "right", "va": "center", "fontsize": style.TICKS}
+    title = style.write(axes, heading, (0.0, 0.0), shift, **look)
     # These axes were made for them; they must not move the other axes.
     for artist in (legend, title):
         artist.set_in_layout(False)
+
+
+def _handle(entry: LegendEntry) -> Any:
+    """The artist of a legend's entry."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    look = entry.style
+    if isinstance(look, MarkerStyle):
+        return Line2D([], [], label=entry.label, **marker_options(look))
+    if isinstance(look, LineStyle):
+        return Line2D([], [], label=entry.label, **line_options(look))
+    hatched: Any = {"edgecolor": look.over(HATCH), "hatch": HATCHES}
+    edge = {"edgecolor": "#808080"} if look.opacity == 1.0 else hatched
+    return Patch(facecolor=look.over(), linewidth=0.3, label=entry.label, **edge)
+
+
+def line_options(style: LineStyle) -> dict[str, Any]:
+    """Options of ``plot`` for a line."""
+    from matplotlib.patheffects import Normal, Stroke
+
+    options = {
+        "color": style.colour,
+        "linewidth": style.width,
+        "linestyle": style.dashes,
+        "dash_capstyle": "butt",
+    }
+    if not style.casing:
+        return options
+    unbroken = {"dash_offset": 0.0, "dash_list": None}
+    casing = Stroke(linewidth=style.width + _CASING, foreground=style.casing, dashes=unbroken)
+    return {**options, "solid_capstyle": "butt", "path_effects": [casing, Normal()]}
+
+
+def marker_options(style: MarkerStyle) -> dict[str, Any]:
+    """Options of ``plot`` for points."""
+    return {
+        "linestyle": "none",
+        "marker": style.symbol,
+        "markersize": style.size,
+        "markerfacecolor": style.face,
+        "markeredgecolor": style.edge,
+        "markeredgewidth": style.edge_width,
+    }

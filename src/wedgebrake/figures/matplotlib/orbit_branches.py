@@ -9,9 +9,9 @@ import numpy as np
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.class_styles import BIFURCATIONS
 from wedgebrake.figures.data.orbit_branches import OrbitBranches
-from wedgebrake.figures.matplotlib import density, point_labels, style
-from wedgebrake.figures.matplotlib.layout import page
-from wedgebrake.figures.matplotlib.legend import line_options, marker_options
+from wedgebrake.figures.matplotlib import point_labels, style
+from wedgebrake.figures.matplotlib.bifurcation import draw_density
+from wedgebrake.figures.matplotlib.layout import line_options, marker_options, page
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +61,10 @@ def orbits(
     ):
         axes = figure.add_subplot(grid[0])
         _set_axes(axes, data)
-        _draw_simulated(axes, data, (72.0 * (width - _MARGINS), 72.0 * height))
+        if data.simulated is not None:
+            size = 72.0 * (width - _MARGINS), 72.0 * height
+            for points in data.simulated.points:
+                draw_density(axes, data.simulated.x, points, data.ylim, style.DENSITY_BENEATH, size)
         _draw_curves(axes, data)
         _draw_symbols(axes, data)
     # Labels need the axes at their final position.
@@ -89,16 +92,6 @@ def _set_axes(axes: Axes, data: OrbitBranches) -> None:
         style.round_ticks(axes.xaxis, *data.xlim)
     if data.quantity == "largest_exponent":
         axes.axhline(0.0, color=style.GREY, linewidth=0.5, zorder=1.5)
-
-
-def _draw_simulated(axes: Axes, data: OrbitBranches, size: tuple[float, float]) -> None:
-    """Draw the points of a sweep in grey, on axes of a width and height [pt]."""
-    if data.simulated is None:
-        return
-    span = axes.get_ylim()
-    for points, empty in zip(data.simulated.points, data.simulated.empty, strict=True):
-        if not np.all(empty):
-            density.draw(axes, data.simulated.x, points, span, style.DENSITY_BENEATH, size)
 
 
 def _draw_curves(axes: Axes, data: OrbitBranches) -> None:

@@ -41,7 +41,8 @@ def draw(
     The axes must have their final position and limits.
     """
     box = np.reshape(axes.bbox.extents, (2, 2)) * _points_per_pixel(axes)
-    anchors = [_inside(_on_page(axes, points), box) for _, points in labels]
+    anchors = [_on_page(axes, points) for _, points in labels]
+    anchors = [one[np.all((one >= box[0]) & (one <= box[1]), axis=1)] for one in anchors]
     taken = np.concatenate(
         [_dense(_on_page(axes, curve), box) for curve in curves] or [np.empty((0, 2))]
     )
@@ -65,21 +66,15 @@ def draw(
                 break
 
 
-def _points_per_pixel(axes: Axes) -> float:
-    figure: Any = axes.get_figure()
-    return float(72.0 / figure.dpi)
-
-
 def _on_page(axes: Axes, values: np.ndarray) -> np.ndarray:
     """Points (n, 2) of the axes as positions on the page [pt]."""
     positions: np.ndarray = axes.transData.transform(values) * _points_per_pixel(axes)
     return positions
 
 
-def _inside(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """The positions inside a box, given by its corners (2, 2)."""
-    inside: np.ndarray = positions[np.all((positions >= box[0]) & (positions <= box[1]), axis=1)]
-    return inside
+def _points_per_pixel(axes: Axes) -> float:
+    figure: Any = axes.get_figure()
+    return float(72.0 / figure.dpi)
 
 
 def _dense(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
@@ -126,16 +121,8 @@ def _write(axes: Axes, letters: str, point: np.ndarray, centre: np.ndarray) -> N
     x, y = axes.transData.inverted().transform(point / _points_per_pixel(axes))
     far = float(np.hypot(*shift)) > _NEAR
     line = {"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 0.0, "shrinkB": 2.0}
-    label = axes.annotate(
-        letters,
-        (x, y),
-        xytext=(float(shift[0]), float(shift[1])),
-        textcoords="offset points",
-        ha="center",
-        va="center_baseline",
-        fontsize=style.SMALL,
-        path_effects=ring,
-        arrowprops={**line, "relpos": (0.5, 0.5)} if far else None,
-        zorder=5.0,
-    )
+    look = {"ha": "center", "va": "center_baseline", "fontsize": style.SMALL, "zorder": 5.0}
+    arrow = {**line, "relpos": (0.5, 0.5)} if far else None
+    more = {"path_effects": ring, "arrowprops": arrow}
+    label = style.write(axes, letters, (x, y), tuple(shift.tolist()), "data", **look, **more)
     label.set_in_layout(False)

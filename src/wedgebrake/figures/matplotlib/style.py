@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from wedgebrake.figures.data.axes import round_values_log
 from wedgebrake.figures.style import *  # noqa: F403 - extended here
 from wedgebrake.figures.style import COLUMN, GREY, LABELS, RASTER_FROM, SMALL, TICKS, number
 
@@ -79,9 +80,8 @@ def new_figure(width: float = COLUMN, height: float | None = None) -> Figure:
 
 def say(axes: Axes, words: str) -> None:
     """Write a sentence in the middle of axes that have nothing to show."""
-    axes.text(
-        0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY, wrap=True
-    )
+    look: Any = {"ha": "center", "va": "center", "color": GREY, "wrap": True}
+    axes.text(0.5, 0.5, words, transform=axes.transAxes, **look)
     axes.set_xticks([])
     axes.set_yticks([])
 
@@ -90,52 +90,39 @@ def few_ticks(axes: Axes, x: int = 5, y: int = 6) -> None:
     """Set about ``x`` and ``y`` round ticks on linear axes, so that labels stay apart."""
     from matplotlib.ticker import MaxNLocator
 
-    for axis, scale, count in (
-        (axes.xaxis, axes.get_xscale(), x),
-        (axes.yaxis, axes.get_yscale(), y),
-    ):
-        if scale == "linear":
+    for axis, count in ((axes.xaxis, x), (axes.yaxis, y)):
+        if axis.get_scale() == "linear":
             axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10], min_n_ticks=3))
 
 
 def letter(axes: Axes, word: str) -> None:
     """Write the letter of a panel above its upper left corner."""
-    axes.annotate(
-        word,
-        (0.0, 1.0),
-        xytext=(-20.0, 5.0),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        ha="right",
-        va="bottom",
-        fontsize=9.0,
-        fontweight="bold",
+    look = {"ha": "right", "va": "bottom", "fontsize": 9.0, "fontweight": "bold"}
+    write(axes, word, (0.0, 1.0), (-20.0, 5.0), **look)
+
+
+def write(
+    axes: Axes,
+    words: str,
+    at: tuple[float, float],
+    shift: tuple[float, float] = (0.0, 0.0),
+    where: Any = "axes fraction",
+    **look: Any,
+) -> Any:
+    """Write words at a point of the axes, by default a share of their size, and a shift [pt]."""
+    return axes.annotate(
+        words, at, xytext=shift, xycoords=where, textcoords="offset points", **look
     )
 
 
 def round_ticks(axis: Axis, low: float, high: float) -> None:
     """Set labelled ticks at round numbers of a logarithmic axis from ``low`` to ``high``."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    decades = math.log10(high / low)
-    steps = (1, 2, 5) if decades < 2.5 else (1,)
-    stride = max(1, math.ceil(decades / 6.0)) if decades >= 2.5 else 1
-    ticks = [m * 10.0**n for n in range(first, last + 1, stride) for m in steps]
-    if sum(low <= tick <= high for tick in ticks) < 2:
-        ticks = list(MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(low, high))
-    axis.set_major_locator(FixedLocator([tick for tick in ticks if low <= tick <= high]))
+    ticks = [tick for tick in round_values_log(low, high, 7) if low <= tick <= high]
+    axis.set_major_locator(FixedLocator(ticks))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda value, _position: f"${number(value)}$"))
-
-
-def ink(colour: Any) -> str:
-    """Black or white, whichever is easier to read on a colour (relative luminance, WCAG 2)."""
-    from matplotlib.colors import to_rgb
-
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
-    luminance = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-    return "black" if luminance > 0.18 else "white"
 
 
 def plot_line(axes: Axes, x: Any, y: Any, **look: Any) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.figures.data.history import History, last_periods
+from wedgebrake.figures.data.motion import History, last_periods
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothedFriction

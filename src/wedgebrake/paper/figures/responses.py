@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.spectrum import frequencies, spectrum
-from wedgebrake.figures.data.history import History
 from wedgebrake.figures.data.limits import extent
-from wedgebrake.figures.data.spectrum import Spectrum
+from wedgebrake.figures.data.motion import History, Spectrum
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.paper_machines import DURATION, RESPONSES, Rows
 from wedgebrake.paper.figures import layout, words

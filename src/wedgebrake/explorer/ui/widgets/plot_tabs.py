@@ -15,7 +15,7 @@ from wedgebrake.explorer.core.axis import parameter_axis
 from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
 from wedgebrake.explorer.core.state import Desk, axes
 from wedgebrake.explorer.ui.widgets.controls import Input, Select, style_sheet, update
-from wedgebrake.figures.data.parameter_axis import ParameterAxis
+from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.model.groups import SETTERS
 
 _TITLES = {

@@ -1,0 +1,322 @@
+"""The pictures of one motion on the page: history, phase portrait, section, spectrum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from bokeh.events import Tap
+from bokeh.models import (
+    ColumnDataSource,
+    CustomJS,
+    GlyphRenderer,
+    HoverTool,
+    HSpan,
+    Line,
+    Node,
+    Range1d,
+    Scatter,
+    Segment,
+    VSpan,
+    VStrip,
+)
+
+from wedgebrake.figures import style
+from wedgebrake.figures.bokeh import chart
+from wedgebrake.figures.data.limits import Limits, about, extent, round_limits, thinned
+from wedgebrake.figures.data.motion import Level, MotionFigures, Spectrum
+
+# Sources that the animation of the brake listens to and moves.
+MOTION, POINTED, CURSOR, PHASE_CURSOR = "motion", "scrub-to", "scrub-history", "scrub-phase"
+_COLUMNS = ("time", "angle", "velocity", "torque", "drive", "force", "sticking")
+_VELOCITY = "angular velocity [rad/s]"
+# Colour of what is shown behind, for comparison.
+GHOST = "#A9B2BD"
+_STICKS = {side: colour for side, (colour, _) in style.STICKS.items()} | {0: "#AEB6C0"}
+# Decades of a spectrum below its largest line.
+_DECADES = 5.0
+
+# A zoom into the history shows its part of the orbit here.
+_FOLLOW = """
+const {time, angle, velocity} = motion.data
+const {start, end, reset_start, reset_end} = range
+const whole = start <= reset_start && end >= reset_end
+const first = whole ? 0 : Math.max(time.findIndex(t => t >= start), 0)
+const after = whole ? -1 : time.findIndex(t => t > end)
+const last = after < 0 ? time.length : after
+orbit.setv({data: {
+  angle: angle.slice(first, last), velocity: velocity.slice(first, last),
+}}, {sync: false})
+"""
+
+
+class MotionChart(chart.Chart):
+    """A figure of one motion, with lines at levels.
+
+    zoom : the ways in which it can be zoomed: "" or "x"
+    """
+
+    def __init__(self, title: str, across: str, up: str, zoom: str = "", **options: Any) -> None:
+        tools = f"{zoom}box_zoom,{zoom}pan,reset"
+        drag = f"{zoom}box_zoom"
+        super().__init__(chart.chart(title, across, up, tools=tools, active_drag=drag, **options))
+        self._levels: list[chart.MarkedLine] = []
+
+    def line(
+        self, source: ColumnDataSource, x: str, y: str, colour: str, width: float = 1.0
+    ) -> GlyphRenderer:
+        """Add a line through columns of a source."""
+        glyph = Line(x=x, y=y, line_color=colour, line_width=width)
+        return self.figure.add_glyph(source, glyph)
+
+    def cursor(self, name: str, *glyphs: Any) -> None:
+        """Add the marker of the current position, a source that the animation moves."""
+        source = ColumnDataSource({"x": [], "y": []}, name=name)
+        dot = Scatter(x="x", y="y", size=8, fill_color=style.ORANGE, line_color=chart.INK)
+        for glyph in (*glyphs, dot):
+            self.figure.add_glyph(source, glyph)
+
+    def hover(self, line: GlyphRenderer, *tips: tuple[str, str]) -> None:
+        """Show values of a line above and below the pointer."""
+        options = {"mode": "vline", "visible": False}
+        self.figure.add_tools(HoverTool(renderers=[line], tooltips=list(tips), **options))
+
+    def add_levels(self, dimension: str, *downs: float | None) -> None:
+        """Add lines along a dimension, with labels so far below the top [pixels]; None: without."""
+        for down in downs:
+            top = Node(target="frame", symbol="top")
+            label = None if down is None else {"y": top, "x_offset": 4, "y_offset": -down}
+            self._levels.append(chart.MarkedLine(self.figure, dimension, label, level="underlay"))
+
+    def show_levels(self, levels: Sequence[Level], low: float, high: float) -> list[Level]:
+        """Show levels between two values; returns those."""
+        for drawn, level in zip(self._levels, levels, strict=True):
+            dash = [math.ceil(one) for one in level.dashes]
+            drawn.line.update(line_color=level.colour, line_dash=dash)
+            at = level.value if low <= level.value <= high else None
+            drawn.show(at, style.plain(level.label), text_color=level.colour)
+        return [level for level in levels if low <= level.value <= high]
+
+    def show_ghost(
+        self, source: ColumnDataSource, ghost: MotionFigures | None, across: str
+    ) -> None:
+        """Show the velocity of the motion behind over its time or angle."""
+        if ghost is None:
+            chart.clear_source(source)
+            return
+        data = ghost.history
+        places = thinned(data.velocity[data.bounded])
+        columns = {across: getattr(data, across)[places], "velocity": data.velocity[places]}
+        chart.update_source(source, **columns)
+
+    def say(self, sentence: str) -> None:
+        """Show nothing but a sentence."""
+        super().say(sentence)
+        for level in self._levels:
+            level.show(None)
+
+
+class HistoryChart(MotionChart):
+    """Velocity [rad/s] over time [s] in the last periods of a run.
+
+    figure : the picture
+    motion : source "motion" of the animation: motion, torques, actuation force, sticking
+    """
+
+    def __init__(self) -> None:
+        super().__init__("History", "time [s]", _VELOCITY, "x")
+        drawn = self.figure
+        self.motion = self.source(*_COLUMNS, name=MOTION)
+        self._ghost = self.source("time", "velocity")
+        self._sticks = self.source("start", "end", "colour")
+        strip = VStrip(x0="start", x1="end", fill_color="colour", fill_alpha=0.32, line_color=None)
+        drawn.add_glyph(self._sticks, strip)
+        drawn.add_glyph(ColumnDataSource({"y": [0.0]}), HSpan(y="y", line_color=chart.FRAME))
+        self.line(self._ghost, "time", "velocity", GHOST)
+        line = self.line(self.motion, "time", "velocity", style.MOTION, 1.4)
+        self.cursor(CURSOR, VSpan(x="x", line_color=chart.INK, line_alpha=0.45))
+        self.hover(
+            line,
+            ("time", "@time{0.0000} s"),
+            ("velocity", "@velocity{0.000} rad/s"),
+            ("brake torque", "@torque{0.0} N m"),
+        )
+        pointed = ColumnDataSource({"x": []}, name=POINTED)
+        code = "pointed.setv({data: {x: [cb_obj.x]}}, {sync: false})"
+        drawn.js_on_event(Tap, CustomJS(args={"pointed": pointed}, code=code))
+
+    def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
+        """Show a motion, and another one behind it."""
+        data = motion.history
+        if not data.time.size:
+            self.say(motion.ending or "Nothing to show.")
+            return
+        sticking = data.sticking.astype("uint8")
+        samples = data.time, data.angle, data.velocity, data.brake_torque, data.drive_torque
+        columns = zip(_COLUMNS, (*samples, motion.force, sticking), strict=True)
+        places = thinned(data.velocity[data.bounded])
+        chart.update_source(self.motion, **{name: one[places] for name, one in columns})
+        sticks = data.visible_sticks
+        colours = [_STICKS[int(side)] for side in sticks.side]
+        chart.update_source(self._sticks, start=sticks.start, end=sticks.end, colour=colours)
+        self.show_ghost(self._ghost, ghost, "time")
+        first, last = data.time[data.bounded][[0, -1]]
+        chart.set_range(self.figure.x_range, float(first), float(last))
+        chart.set_range(self.figure.y_range, *_velocity_limits(motion, ghost))
+        self._overlay.say(motion.ending)
+        sides = data.sticks.by_side()
+        key = [("■", _STICKS[side], style.plain(style.STICKS[side][1])) for side in sides]
+        if ghost is not None:
+            key.append(("—", GHOST, "conventional brake"))
+        self._overlay.key(*key)
+
+
+class PhaseChart(MotionChart):
+    """Velocity [rad/s] over angle [rad]; where the brake sticks the orbit is thick.
+
+    history : the chart whose zoom cuts the orbit to a span of time
+    """
+
+    def __init__(self, history: HistoryChart) -> None:
+        super().__init__("Phase portrait", "angle [rad]", _VELOCITY)
+        drawn = self.figure
+        drawn.xaxis.ticker.desired_num_ticks = 4
+        self._orbit, self._ghost = (self.source("angle", "velocity") for _ in range(2))
+        ends = "x0", "x1", "y0", "y1"
+        self._sticks = self.source(*ends, "colour")
+        self.add_levels("width", None, None, None)
+        self.line(self._ghost, "angle", "velocity", GHOST)
+        thick = {"line_color": "colour", "line_width": 5, "line_alpha": 0.55}
+        drawn.add_glyph(self._sticks, Segment(**{one: one for one in ends}, **thick))
+        # A stick is a point unless the shaft turns; a line of no length would not be drawn.
+        dots = Scatter(x="x1", y="y1", size=6, fill_color="colour", line_color=None)
+        drawn.add_glyph(self._sticks, dots)
+        self._line = self.line(self._orbit, "angle", "velocity", style.MOTION).glyph
+        self.cursor(PHASE_CURSOR)
+        times, motion = history.figure.x_range, history.motion
+        given = {"motion": motion, "range": times, "orbit": self._orbit}
+        follow = CustomJS(args=given, code=_FOLLOW)
+        motion.js_on_change("data", follow)
+        times.js_on_change("start", follow)
+        times.js_on_change("end", follow)
+
+    def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
+        """Show a motion, and another one behind it."""
+        data, history = motion.phase, motion.history
+        if not history.time.size:
+            self.say(motion.ending or "Nothing to show.")
+            return
+        velocity = history.velocity[history.bounded]
+        places = thinned(velocity)
+        # Sent each time: on the page the orbit may have been cut.
+        self._orbit.data = {"angle": history.angle[places], "velocity": history.velocity[places]}
+        # Thinner for more turns, so that they stay apart.
+        self._line.line_width = round(min(1.4, 1.4 * (1300 / velocity.size) ** 0.3), 2)
+        sticks = history.visible_sticks
+        (x0, x1), (y0, y1) = data.ends(sticks)
+        colours = [_STICKS[int(side)] for side in sticks.side]
+        chart.update_source(self._sticks, x0=x0, x1=x1, y0=y0, y1=y1, colour=colours)
+        self.show_ghost(self._ghost, ghost, "angle")
+        limits = _velocity_limits(motion, ghost)
+        reach = data.reaching(*limits)
+        low, high = limits if reach == limits else round_limits(*reach)
+        chart.set_range(self.figure.y_range, low, high)
+        seen = self.show_levels(data.levels, low, high)
+        words = {style.SWITCHING: ("—", "switching"), style.RELEASE: ("╌", "release")}
+        colours = list(dict.fromkeys(level.colour for level in seen))
+        self._overlay.key(*((words[one][0], one, words[one][1]) for one in colours))
+        across = data.angle_extent
+        if ghost is not None and ghost.history.time.size and not ghost.history.diverged:
+            across = extent(np.array([across, ghost.phase.angle_extent]))
+        chart.set_range(self.figure.x_range, *about(*across))
+        self._overlay.say("")
+
+
+class SectionChart(MotionChart):
+    """Velocity [rad/s] over angle [rad] at the beginning of every recorded period."""
+
+    def __init__(self) -> None:
+        super().__init__("Poincaré section", "angle [rad]", _VELOCITY)
+        self.figure.xaxis.ticker.desired_num_ticks = 4
+        self._points, self._ghost = (self.source("angle", "velocity") for _ in range(2))
+        for source, colour in ((self._ghost, GHOST), (self._points, style.MOTION)):
+            dots = Scatter(x="angle", y="velocity", size=4, fill_color=colour, line_color=None)
+            self.figure.add_glyph(source, dots)
+
+    def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
+        """Show the section of a motion, and that of another one behind it."""
+        data = motion.section
+        if not motion.completed or not data.angle.size:
+            self.say("No steady motion, hence no section.")
+            return
+        chart.update_source(self._points, angle=data.angle, velocity=data.velocity)
+        shown = [data]
+        if ghost is None:
+            chart.clear_source(self._ghost)
+        else:
+            shown.append(ghost.section)
+            behind = ghost.section
+            chart.update_source(self._ghost, angle=behind.angle, velocity=behind.velocity)
+        across, up = extent(*(s.angle for s in shown)), extent(*(s.velocity for s in shown))
+        chart.set_range(self.figure.x_range, *round_limits(*across, data.least[0]))
+        chart.set_range(self.figure.y_range, *round_limits(*up, data.least[1]))
+        self._overlay.say("")
+        absent = "" if data.stated_period is None else ", once in the period of an absent torque"
+        self._overlay.key(("●", style.MOTION, f"{data.angle.size} points{absent}"))
+
+
+class SpectrumChart(MotionChart):
+    """Amplitude of the velocity [rad/s], logarithmic, over frequency [Hz]."""
+
+    def __init__(self) -> None:
+        scale = {"y_axis_type": "log", "y_range": Range1d(1e-5, 1.0)}
+        super().__init__("Spectrum", "frequency [Hz]", "amplitude [rad/s]", "x", **scale)
+        self._lines, self._ghost = (self.source("frequency", "amplitude") for _ in range(2))
+        self.add_levels("height", 3, 16)
+        self.line(self._ghost, "frequency", "amplitude", GHOST)
+        line = self.line(self._lines, "frequency", "amplitude", style.MOTION, 1.2)
+        amplitude = "@amplitude{0.000e+0} rad/s"
+        self.hover(line, ("frequency", "@frequency{0.00} Hz"), ("amplitude", amplitude))
+
+    def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
+        """Show the spectrum of a motion, and that of another one behind it."""
+        data = motion.spectrum
+        if not motion.completed:
+            self.say("No steady motion, hence no spectrum.")
+            return
+        if not data.amplitude.size:
+            self.say("No spectrum: the torque is too slow compared with the free vibration.")
+            return
+        if data.top == 0.0:
+            self.say("No motion, hence no spectrum.")
+            return
+        top = max(data.top, ghost.spectrum.top) if ghost is not None else data.top
+        # Whole halves of a decade, so that they seldom change.
+        floor = 10.0 ** (math.floor(2.0 * math.log10(top)) / 2.0 - _DECADES)
+        ceiling = 10.0 ** (math.ceil(2.0 * math.log10(1.3 * top)) / 2.0)
+        _update(self._lines, data, floor)
+        _update(self._ghost, ghost.spectrum if ghost is not None else None, floor)
+        chart.set_range(self.figure.x_range, 0.0, float(data.frequency[-1]))
+        chart.set_range(self.figure.y_range, floor, ceiling)
+        self.show_levels(data.levels, 5e-324, math.inf)
+        self._overlay.say("")
+
+
+def _velocity_limits(motion: MotionFigures, ghost: MotionFigures | None) -> Limits:
+    """Limits of velocity [rad/s] that history and phase portrait share."""
+    limits = motion.history.velocity_extent
+    if ghost is not None and ghost.history.time.size and not ghost.history.diverged:
+        limits = extent(np.array([limits, ghost.history.velocity_extent]))
+    return about(*limits, motion.phase.drive_speed)
+
+
+def _update(source: ColumnDataSource, data: Spectrum | None, floor: float) -> None:
+    """Show lines down to the floor of the picture."""
+    if data is None or not data.amplitude.size:
+        chart.clear_source(source)
+        return
+    amplitude = np.maximum(data.amplitude, floor)
+    places = thinned(np.log(amplitude))
+    chart.update_source(source, frequency=data.frequency[places], amplitude=amplitude[places])

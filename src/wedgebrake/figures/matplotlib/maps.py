@@ -1,0 +1,260 @@
+"""Maps over two parameters: regimes, basins, linear stability, curves of bifurcations."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.figures.data import basins as basins_data
+from wedgebrake.figures.data import caption, class_map
+from wedgebrake.figures.data.axes import SweptAxis, label, require_swept
+from wedgebrake.figures.data.bifurcation import split
+from wedgebrake.figures.data.class_map import LEVEL_LINE, BifurcationCurve, ClassMap
+from wedgebrake.figures.data.class_styles import BIFURCATIONS, HATCH, STABILITY_LIMIT, ClassStyle
+from wedgebrake.figures.matplotlib import point_labels, style
+from wedgebrake.figures.matplotlib.layout import HATCHES, line_options, marker_options, page
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Largest height of a map [inch], and its height as a share of its width.
+_HIGHEST, _SHARE = 4.0, 0.72
+# Width of the white ring about a point of an attractor [pt].
+_RING = 1.8
+
+
+def regime_map(
+    dataset: xr.Dataset,
+    quantity: str = "motion",
+    *,
+    boundaries: Sequence[xr.Dataset] = (),
+    width: float = style.COLUMN,
+) -> Figure:
+    """A sweep over two parameters, the first to the right and the second upwards: a new figure.
+
+    dataset    : as ``wb.regime_map`` or ``wb.sweep`` gives it; with a dimension ``branch``,
+                 one map for each branch
+    quantity   : "motion" or "stick_class" (a colour for each class), "order",
+                 "largest_exponent" (blue below zero, red above) or any other result of a
+                 point, such as "peak_torque", "friction_power", "stick_share"
+    boundaries : lines of bifurcations over the same two parameters, as ``wb.boundary`` gives
+                 them
+    width      : of the figure [inch]; a journal's column is 3.5, its page 7.2
+
+    The dashed line is the linear stability limit, where ``sliding_damping`` changes sign; it
+    ends where the brake locks itself and no forward sliding exists. Axes are logarithmic where
+    values are spaced so. A picture of fewer pixels than the map has cells shows one cell in
+    each pixel, never a mixture of colours.
+
+    Raises ``InputError`` for a dataset that is no sweep over two parameters, a quantity that
+    it does not have, or boundaries over other parameters.
+    """
+    names = require_swept(dataset, 2)
+    curves = class_map.curves_over(boundaries, names)
+    branches = split(dataset)
+    maps = [class_map.regime_map(one.dataset, quantity, whole=dataset) for one in branches]
+    titles = [one.direction for one in branches]
+    return _figure(maps, caption.sentences(dataset, names), width, curves, titles)
+
+
+def basins(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
+    """Basins over the angle [rad] and velocity [rad/s] at the start: a new figure.
+
+    dataset : as ``wb.basins`` gives it
+    width   : of the figure [inch]; a journal's column is 3.5, its page 7.2
+
+    Attractors are numbered as in the dataset and coloured by their share of all initial states.
+    Circles are their Poincare points: states at the same phase of the torque as the initial
+    state. The legend states the period of each motion. Beyond the twentieth, attractors share
+    one colour.
+
+    Raises ``InputError`` for a dataset that has no basins.
+    """
+    data = basins_data.of_dataset(dataset)
+    return _figure([data], caption.sentences(dataset, [data.x.name, data.y.name]), width)
+
+
+def stability_map(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
+    """Linear stability over two groups, the first to the right and the second upwards.
+
+    dataset : as ``wb.stability_map`` gives it
+    width   : of the figure [inch]; a journal's column is 3.5, its page 7.2
+
+    The dashed line is the linear stability limit; thin lines are those of equal margin in eta.
+    Returns a new figure.
+
+    Raises ``InputError`` for anything but such a map over two groups, of two values each or
+    more.
+    """
+    data = class_map.stability_map(dataset)
+    sentences = [
+        caption.of_stability(dataset, [data.x.name, data.y.name]),
+        "Linear stability of sliding in both directions.",
+        r"Numbers: margin, $\eta$ less the critical $\eta$ of the worse direction.",
+    ]
+    return _figure([data], sentences, width)
+
+
+def boundary(
+    dataset: xr.Dataset, *, boundaries: Sequence[xr.Dataset] = (), width: float = style.COLUMN
+) -> Figure:
+    """A line of bifurcations over two parameters, the first to the right: a new figure.
+
+    dataset    : as ``wb.boundary`` gives it
+    boundaries : further ones over the same two parameters, drawn with it
+    width      : of the figure [inch]; a journal's column is 3.5, its page 7.2
+
+    Each kind of bifurcation has its line: dark for those of smooth systems, light between
+    dark edges for those of friction.
+
+    Raises ``InputError`` for datasets that are no boundaries, or over other parameters.
+    """
+    names = class_map.boundary_parameters(dataset, "dataset")
+    curves = [
+        one for given in ([dataset], boundaries) for one in class_map.curves_over(given, names)
+    ]
+    x, y = (
+        replace(SweptAxis.between(np.linspace(low, high, 3)), label=label(dataset[name]))
+        for name, (low, high) in zip(names, json.loads(dataset.attrs["ranges"]), strict=True)
+    )
+    empty = ClassMap(x, y, np.empty((0, 0), dtype=np.int64), (), [])
+    return _figure([empty], caption.sentences(dataset, names), width, curves)
+
+
+def _figure(
+    maps: Sequence[ClassMap],
+    sentences: Sequence[str],
+    width: float,
+    curves: Sequence[BifurcationCurve] = (),
+    titles: Sequence[str] = ("",),
+) -> Figure:
+    """Maps that share legends, side by side if the width [inch] allows."""
+    across = len(maps) if width >= 1.5 * style.COLUMN else 1
+    rows = [min(_SHARE * width / across, _HIGHEST)] * (len(maps) // across)
+    legends = [("", maps[0].legend), ("", class_map.curve_entries(curves))]
+    with style.use(), page(width, rows, legends, sentences, across=across) as (figure, grid):
+        for place, (data, title) in enumerate(zip(maps, titles, strict=True)):
+            axes = figure.add_subplot(grid[place // across, place % across])
+            draw(axes, data, curves)
+            if title:
+                axes.set_title(title, fontsize=style.LABELS)
+    return figure
+
+
+def draw(axes: Axes, data: ClassMap, curves: Sequence[BifurcationCurve] = ()) -> None:
+    """Draw a map on given axes, without legend; a colour bar comes beside them."""
+    if data.codes.size:
+        draw_hatching(axes)
+    set_axes(axes, data.x, data.y)
+    draw_classes(axes, data.x, data.y, data.codes, data.styles)
+    for line in data.limit:
+        across, up = data.x.at(line[:, 0]), data.y.at(line[:, 1])
+        axes.plot(across, up, **line_options(STABILITY_LIMIT), zorder=3.0)
+    if data.values is not None:
+        _draw_values(axes, data, data.values)
+    _draw_levels(axes, data)
+    draw_curves(axes, curves)
+    for one in data.marks:
+        # Ringed in white: an attractor lies in its own basin, of the same colour.
+        ring = replace(one.marker, size=one.marker.size + _RING, face="white", edge="white")
+        for marker in (ring, one.marker):
+            axes.plot(*one.points.T, **marker_options(marker), zorder=4.0)
+    point_labels.draw(axes, [(one.label, one.points) for one in data.marks], (), force=True)
+
+
+def draw_curves(axes: Axes, curves: Sequence[BifurcationCurve]) -> None:
+    """Draw each curve in the line of its kind, on axes of the same two parameters."""
+    for curve in curves:
+        look = line_options(BIFURCATIONS[curve.kind].line)
+        axes.plot(*curve.points.T, **look, zorder=3.2)
+
+
+def set_axes(axes: Axes, x: SweptAxis, y: SweptAxis | None = None) -> None:
+    """Set labels, scales, limits and ticks of parameters."""
+    for one, way in ((x, "x"), (y, "y")):
+        if one is None:
+            continue
+        axis = getattr(axes, f"{way}axis")
+        axis.set_label_text(one.label)
+        if one.log:
+            getattr(axes, f"set_{way}scale")("log")
+            style.round_ticks(axis, one.edges[0], one.edges[-1])
+        elif one.values.size == 1:
+            axis.set_ticks(one.values, labels=[f"${style.number(one.values[0])}$"])
+        getattr(axes, f"set_{way}lim")(one.edges[0], one.edges[-1])
+    if all(one is None or one.log or one.values.size > 1 for one in (x, y)):
+        style.few_ticks(axes)
+
+
+def draw_hatching(axes: Axes) -> None:
+    """Hatch all of the axes, behind everything: visible where cells are not opaque."""
+    from matplotlib.patches import Rectangle
+
+    look: Any = {"facecolor": "white", "edgecolor": HATCH, "hatch": HATCHES, "linewidth": 0.0}
+    axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, zorder=0.1, **look))
+
+
+def draw_classes(
+    axes: Axes, x: SweptAxis, y: SweptAxis, codes: np.ndarray, styles: Sequence[ClassStyle]
+) -> None:
+    """Draw cells in the colours of their classes; none where a code is below 0."""
+    from matplotlib.colors import ListedColormap, to_rgba
+
+    if np.all(codes < 0):
+        return
+    colours = ListedColormap([to_rgba(one.colour, one.opacity) for one in styles])
+    options = {"cmap": colours, "vmin": -0.5, "vmax": len(styles) - 0.5}
+    draw_cells(axes, x, y, np.ma.masked_less(codes, 0), **options)
+
+
+def draw_cells(axes: Axes, x: SweptAxis, y: SweptAxis, values: np.ndarray, **options: Any) -> Any:
+    """Draw cells of colour, values (y, x). Returns the artist, for a colour bar."""
+    options["zorder"] = 1.0
+    if not (x.even and y.even):
+        # On logarithmic axes too: releases of Matplotlib disagree on what an image is there.
+        return axes.pcolormesh(x.edges, y.edges, values, rasterized=True, **options)
+    options |= {"origin": "lower", "aspect": "auto", "interpolation": "nearest"}
+    limits = axes.get_xlim(), axes.get_ylim()
+    extent = (x.edges[0], x.edges[-1], y.edges[0], y.edges[-1])
+    image = axes.imshow(values, extent=extent, **options)
+    axes.set(xlim=limits[0], ylim=limits[1])
+    return image
+
+
+def _draw_values(axes: Axes, data: ClassMap, values: np.ndarray) -> None:
+    """Draw cells in a scale of colours, with its bar."""
+    from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
+
+    scale = data.scale
+    if scale is None:
+        style.say(axes, "no values")
+        return
+    # Infinite values too get the last colour: just beyond the scale.
+    beyond = 0.01 * (scale.high - scale.low)
+    lowest = scale.low - beyond if scale.low <= 0.0 else 0.99 * scale.low
+    shown = np.ma.masked_invalid(np.clip(values, lowest, scale.high + beyond))
+    signs = LinearSegmentedColormap.from_list("signs", style.SIGNS)
+    norm = (LogNorm if scale.log else Normalize)(scale.low, scale.high)
+    colours = signs if scale.signed else style.SIZES
+    drawn = draw_cells(axes, data.x, data.y, shown, cmap=colours, norm=norm)
+    extend = (("neither", "max"), ("min", "both"))[scale.cut[0]][scale.cut[1]]
+    bar = axes.figure.colorbar(drawn, ax=axes, extend=extend, pad=0.02, aspect=25)
+    bar.set_label(scale.label)
+    bar.outline.set_linewidth(0.5)
+
+
+def _draw_levels(axes: Axes, data: ClassMap) -> None:
+    """Draw thin lines of equal margin with their values."""
+    levels = sorted({level for level, _ in data.levels})
+    if not levels:
+        return
+    thin: Any = {"colors": LEVEL_LINE.colour, "linewidths": LEVEL_LINE.width, "linestyles": "-"}
+    known = np.ma.masked_array(data.margin, data.codes >= class_map.HELD)
+    lines = axes.contour(data.x.values, data.y.values, known, levels=levels, **thin)
+    axes.clabel(lines, fontsize=style.SMALL, fmt=lambda value: f"${value:+g}$")

@@ -1,0 +1,344 @@
+"""Pictures of one response: history, phase portrait, Poincaré section, spectrum; all on a page."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.analysis.spectrum import is_driven
+from wedgebrake.analysis.spectrum import spectrum as spectrum_of
+from wedgebrake.analysis.sticking import span, steady_start
+from wedgebrake.errors import InputError
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.data.limits import extent
+from wedgebrake.figures.data.motion import History, Level, Phase, Section, Spectrum, last_periods
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.layout import write_caption
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PERIODS = 12.0
+"""Torque periods in the history."""
+
+# Width of a stick's line and of its points in the phase plane [pt].
+_STICK = 2.4
+# Decades of a spectrum below its highest line.
+_DECADES = 7.0
+# A vibration fades if its last fifth is smaller than this share of it.
+_FADED = 0.5
+# Characters in a line of the overview's title.
+_COLUMNS = 130
+
+
+def history(
+    response: xr.Dataset, periods: float | None = PERIODS, *, torque: bool = True
+) -> Figure:
+    """Velocity [rad/s] and drive torque [N m] against time [s]: a new figure.
+
+    response : as ``simulate`` gives it
+    periods  : number of torque periods shown, the last ones; None: all
+    torque   : whether to draw the drive torque, on an axis of its own at the right
+
+    Raises ``InputError`` for a dataset that is no response, or periods not above 0.
+    """
+    with _single(response, style.PAGE, 2.6) as figure:
+        draw_history(figure.gca(), response, periods, torque=torque)
+    return figure
+
+
+def phase(system: BrakedDriveline, response: xr.Dataset, start: float | None = None) -> Figure:
+    """Phase portrait, velocity [rad/s] against angle [rad]: a new figure.
+
+    Shows the switching line theta' = -drive_speed, where the brake may stick, the speeds
+    beyond which it is released, and the sticks (points, as the angle rests; lines with a
+    turning shaft).
+
+    start : beginning of the time span [s]; default the last fifth of the response
+
+    Raises ``InputError`` for a dataset that is no response or a start outside it.
+    """
+    with _single(response) as figure:
+        draw_phase(figure.gca(), system, response, start)
+    return figure
+
+
+def section(points: xr.Dataset, start: float | None = None) -> Figure:
+    """Poincaré points, velocity [rad/s] against angle [rad]: a new figure.
+
+    points : a response (its section at n / f_e) or what ``wb.poincare`` gives
+    start  : of a response: time of the first point [s]; default its last fifth
+
+    Where no torque acts, the picture states the period at which the points are taken: they
+    then show where the motion passes, not whether it repeats.
+
+    Raises ``InputError`` for a dataset that is neither.
+    """
+    with _single(points) as figure:
+        draw_section(figure.gca(), points, start)
+    return figure
+
+
+def spectrum(lines: xr.Dataset, largest: float | None = None, *, hertz: bool = False) -> Figure:
+    """Amplitude against frequency, logarithmic: a new figure.
+
+    lines   : what ``wb.spectrum`` gives
+    largest : highest frequency shown [Hz]; default 4 times the larger of f_e and f_n
+    hertz   : frequencies in Hz instead of f/f_n (also where there is no natural frequency)
+
+    f_e is marked where a torque acts, f_n where there is stiffness.
+
+    Raises ``InputError`` for a dataset that is no spectrum.
+    """
+    with _single(lines) as figure:
+        draw_spectrum(figure.gca(), lines, largest, hertz=hertz)
+    return figure
+
+
+def overview(
+    system: BrakedDriveline, response: xr.Dataset, verdict: str = "", *, start: float | None = None
+) -> Figure:
+    """History, phase portrait, Poincare section and spectrum of a response: a new figure.
+
+    system, response : the system, and its response by ``simulate``
+    verdict          : a sentence for the title, for example on stability
+    start            : beginning of the steady motion [s] for portrait, section and spectrum;
+                       default the last fifth of the response, or all of a free vibration,
+                       which no torque and no turning shaft sustains. The history then
+                       shows all of it too.
+
+    Raises ``InputError`` for a dataset that is no response or a start outside it.
+    """
+    check_instance("system", system, BrakedDriveline)
+    free = _is_free(system, response)
+    periods = None if free else PERIODS
+    usual = span(response)[0] if free else steady_start(response)
+    low = usual if start is None else start
+    with style.use():
+        figure = style.new_figure(style.PAGE, 0.75 * style.PAGE)
+        grid = figure.subplots(2, 2)
+        draw_history(grid[0, 0], response, periods)
+        draw_phase(grid[0, 1], system, response, low)
+        draw_section(grid[1, 0], response, low)
+        try:
+            # The initial transient would appear as a broad floor between the lines.
+            draw_spectrum(grid[1, 1], spectrum_of(response, start=low))
+        except InputError:
+            why = "no spectrum: fewer than two samples in\nthis time span, or not equally spaced"
+            style.say(grid[1, 1], why)
+        for word, axes in zip("abcd", grid.flat, strict=True):
+            style.letter(axes, word)
+        lines = _title(system, response, verdict, low, periods)
+        figure.suptitle("\n".join(lines), x=0.01, ha="left", linespacing=1.4)
+        return figure
+
+
+@contextmanager
+def _single(dataset: xr.Dataset, *size: float) -> Iterator[Figure]:
+    """A new figure with one pair of axes and a caption about a dataset."""
+    with style.use():
+        figure = style.new_figure(*size)
+        figure.add_subplot()
+        yield figure
+        write_caption(figure, caption.of_response(dataset))
+
+
+def draw_history(
+    axes: Axes, response: xr.Dataset, periods: float | None = PERIODS, *, torque: bool = True
+) -> None:
+    """Draw a history on existing axes."""
+    data = History.last(response, periods)
+    axes.set_xlabel("time $t$  [s]")
+    axes.set_ylabel(style.STATE["velocity"], color=style.MOTION)
+    if not data.time.size:
+        style.say(axes, "no samples in this time span")
+        return
+    linear = data.linear_up_to
+    low, high = extent(data.velocity)
+    if linear is None:
+        largest = max(-low, high)
+        axes.set_ylim(*style.margins(-largest, largest, 0.0))
+    else:
+        limits = 3.0 * min(low, -linear), 3.0 * max(high, linear)
+        style.logarithmic_beyond(axes, linear, limits, ticks=4)
+        axes.set_ylabel(style.STATE["velocity"] + f"\n(logarithmic beyond {linear:g})")
+    handles = []
+    for side, sticks in data.sticks.by_side().items():
+        colour, label = style.STICKS[side]
+        look: Any = {"facecolor": colour, "edgecolor": "none", "alpha": 0.4, "zorder": 1}
+        spans = list(zip(sticks.start, sticks.end - sticks.start, strict=True))
+        whole = axes.get_xaxis_transform()
+        handles.append(axes.broken_barh(spans, (0.0, 1.0), transform=whole, label=label, **look))
+    axes.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=1.5)
+    style.plot_line(axes, data.time, data.velocity, color=style.MOTION, zorder=3)
+    axes.set_xlim(*style.margins(data.begin, data.end, 0.0, share=0.0))
+    if torque and linear is None:
+        _draw_torque(axes, data)
+    style.few_ticks(axes, x=8)
+    style.legend_above(axes, handles)
+
+
+def _draw_torque(axes: Axes, data: History) -> None:
+    """Draw the drive torque as a thin line behind, its zero at the height of the velocity's."""
+    largest = float(np.max(np.abs(data.drive_torque)))
+    if largest == 0.0:
+        return
+    right = axes.twinx()
+    right.set_zorder(axes.get_zorder() - 1)
+    axes.patch.set_visible(False)  # it would hide the torque behind it
+    right.plot(data.time, data.drive_torque, color=style.TORQUE, linewidth=0.6)
+    # Not as high as the velocity, which stays visible.
+    right.set_ylim(-1.5 * largest, 1.5 * largest)
+    right.set_ylabel("drive torque $T$  [N m]", color=style.TORQUE)
+    right.tick_params(axis="y", colors=style.TORQUE, direction="out")
+    style.few_ticks(right)
+
+
+def draw_phase(
+    axes: Axes, system: BrakedDriveline, response: xr.Dataset, start: float | None = None
+) -> None:
+    """Draw a phase portrait on existing axes."""
+    data = Phase.of(system, response, start)
+    angle, velocity = data.history.angle, data.history.velocity
+    axes.set_xlabel(style.STATE["angle"])
+    axes.set_ylabel(style.STATE["velocity"])
+    if not angle.size:
+        style.say(axes, "no samples in this time span")
+        return
+    width = float(np.clip(0.9 * (1000.0 / angle.size) ** 0.35, 0.25, 0.9))
+    style.plot_line(axes, angle, velocity, color=style.MOTION, linewidth=width, zorder=2)
+    axes.set_xlim(*style.margins(*extent(angle), data.least[0]))
+    motion = style.margins(*extent(velocity), data.least[1])
+    reach = data.reaching(*motion)
+    low, high = motion if reach == motion else style.margins(*reach, 0.0)
+    axes.set_ylim(low, high)
+    handles = _draw_sticks(axes, data)
+    visible = [level for level in data.levels if low <= level.value <= high]
+    lines = _draw_levels(axes.axhline, visible, linewidth=0.6, zorder=1.5)
+    handles += {line.get_label(): line for line in lines}.values()
+    style.few_ticks(axes)
+    style.legend_above(axes, handles)
+
+
+def _draw_sticks(axes: Axes, data: Phase) -> list[Any]:
+    """Draw the sticks, thick, between the angles where they begin and end."""
+    from matplotlib.collections import LineCollection
+
+    handles: list[Any] = []
+    for side, sticks in data.history.sticks.by_side().items():
+        look: Any = {"color": style.STICKS[side][0], "zorder": 3}
+        angle, velocity = data.ends(sticks)
+        lines = list(np.stack((angle.T, velocity.T), axis=-1))
+        axes.add_collection(LineCollection(lines, linewidths=_STICK, **look), autolim=False)
+        # A stick is a point unless the shaft turns; a line of no length would not be drawn.
+        look["label"] = style.STICKS[side][1]
+        handles += style.plot_points(axes, angle.ravel(), velocity.ravel(), _STICK, **look)
+    return handles
+
+
+def _draw_levels(line: Any, levels: Sequence[Level], unit: float = 1.0, **look: Any) -> list[Any]:
+    """Draw each level by ``axhline`` or ``axvline``, in a unit."""
+    return [
+        line(
+            level.value / unit,
+            color=level.colour,
+            linestyle=(0, level.dashes),
+            label=level.label,
+            **look,
+        )
+        for level in levels
+    ]
+
+
+def draw_section(axes: Axes, points: xr.Dataset, start: float | None = None) -> None:
+    """Draw a Poincaré section on existing axes."""
+    data = Section.of(points, start)
+    axes.set_xlabel(style.SECTION["angle"])
+    axes.set_ylabel(style.SECTION["velocity"])
+    if not data.angle.size:
+        style.say(axes, "no section in this time span")
+        return
+    axes.set_xlim(*style.margins(*extent(data.angle), data.least[0], share=0.1))
+    axes.set_ylim(*style.margins(*extent(data.velocity), data.least[1], share=0.1))
+    # More points are smaller [pt], so that they stay apart.
+    size = float(np.clip(4.0 * (30.0 / data.angle.size) ** 0.4, 0.5, 4.0))
+    style.plot_points(axes, data.angle, data.velocity, size, color=style.MOTION)
+    style.few_ticks(axes)
+    first, last, count = data.period[0], data.period[-1], data.period.size
+    words = f"{count} points, $n$ = {first} to {last}" if count > 1 else f"1 point, $n$ = {first}"
+    if data.stated_period is not None:
+        period = f"${style.number(data.stated_period)}$ s"
+        words = f"no torque acts; points once in the period stated for it, {period}\n{words}"
+    style.write(axes, words, (1.0, 1.02), ha="right", va="bottom", fontsize=style.SMALL)
+
+
+def draw_spectrum(
+    axes: Axes, lines: xr.Dataset, largest: float | None = None, *, hertz: bool = False
+) -> None:
+    """Draw a spectrum on existing axes."""
+    data = Spectrum.of(lines, largest)
+    unit = 1.0 if hertz or data.natural == 0.0 else data.natural
+    axes.set_xlabel("frequency $f$  [Hz]" if unit == 1.0 else "frequency $f/f_n$  [1]")
+    axes.set_ylabel(f"amplitude of {style.short(data.quantity)}  [{data.unit}]")
+    if data.top == 0.0:
+        style.say(axes, "no motion in this time span")
+        return
+    floor = data.top * 10.0**-_DECADES
+    low = max(floor, float(np.min(data.amplitude[data.amplitude > 0.0])))
+    axes.set_yscale("log")
+    axes.set_xlim(0.0, data.highest / unit)
+    axes.set_ylim(0.5 * min(low, 0.1 * data.top), 3.0 * data.top)
+    amplitude, look = np.maximum(data.amplitude, 1e-3 * floor), {"linewidth": 0.7, "zorder": 3}
+    style.plot_line(axes, data.frequency / unit, amplitude, color=style.MOTION, **look)
+    style.few_ticks(axes)
+    marked = [level for level in data.levels if level.value > 0.0]
+    handles = _draw_levels(axes.axvline, marked, unit, linewidth=0.9, zorder=2)
+    style.legend_above(axes, handles)
+
+
+def _is_free(system: BrakedDriveline, response: xr.Dataset) -> bool:
+    """Tell a free vibration, shown from its start: nothing sustains it."""
+    if is_driven(response):
+        return False
+    if system.driveline.drive_speed == 0.0:
+        return True
+    velocity = response["velocity"].to_numpy()
+    late = velocity[response["time"].to_numpy() >= steady_start(response)]
+    return not late.size or bool(np.ptp(late) <= _FADED * np.ptp(velocity))
+
+
+def _title(
+    system: BrakedDriveline, response: xr.Dataset, verdict: str, low: float, periods: float | None
+) -> list[str]:
+    """Lines of the title: machine and groups; method and time spans; an early end; verdict."""
+    begin, end = span(response)
+    seen, _ = last_periods(response, periods)
+    when = [style.moment(time, end - begin) for time in (begin, end, seen, low)]
+    options = json.loads(response.attrs.get("options", "{}"))
+    how = caption.method_words(str(response.attrs.get("method", "")))
+    if "rtol" in options:
+        how += f" (rtol {options['rtol']:g})"
+    if "step" in options:
+        how += f" (step {options['step']:g} s)"
+    initial = ", ".join(f"{value:g}" for value in options.get("initial", []))
+    how += f", {when[0]} to {when[1]} s from ({initial});"
+    if seen == low == begin:
+        how += " a to d: all of it"
+    else:
+        how += f" a: from {when[2]} s; b, c, d: from {when[3]} s"
+    groups = caption.equations(system.groups.as_dict())
+    lines = [how]
+    if response.attrs.get("status", "completed") != "completed":
+        lines.append(str(response.attrs.get("message", response.attrs["status"])))
+    # Not the groups: formulas are shorter than their source.
+    wrapped = [row for line in (*lines, verdict) for row in textwrap.wrap(line, _COLUMNS)]
+    return [f"{caption.machine(system.as_dict())}:  {groups}", *wrapped]
