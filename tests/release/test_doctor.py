@@ -68,24 +68,25 @@ def test_where_nothing_is_wrong(told, run):
         assert f"\n  {one['name']:14}{one['installed']}\n" in text
 
 
+@pytest.fixture(scope="module")
+def called(tmp_path_factory):
+    """A cache with the kernels of one call, and their names by Numba's own statistics."""
+    program = (
+        "from wedgebrake.solvers.event_driven import root_exclusion\n"
+        "root_exclusion.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)\n"
+        "compiled = [n for n in dir(root_exclusion)"
+        " if getattr(getattr(root_exclusion, n), 'signatures', None)]\n"
+        "print(*(f'solvers.event_driven.root_exclusion.{name}' for name in compiled))\n"
+    )
+    folder = tmp_path_factory.mktemp("cache")
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder)}
+    command = [sys.executable, "-c", program]
+    names = subprocess.check_output(command, env=environment, text=True).split()
+    return folder, sorted(names)
+
+
 class TestKernels:
     NAME = "solvers.event_driven.root_exclusion.safe_step"
-
-    @pytest.fixture(scope="class")
-    def called(self, tmp_path_factory):
-        """A cache with the kernels of one call, and their names by Numba's own statistics."""
-        program = (
-            "from wedgebrake.solvers.event_driven import root_exclusion\n"
-            "root_exclusion.safe_step(1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 10.0)\n"
-            "compiled = [n for n in dir(root_exclusion)"
-            " if getattr(getattr(root_exclusion, n), 'signatures', None)]\n"
-            "print(*(f'solvers.event_driven.root_exclusion.{name}' for name in compiled))\n"
-        )
-        folder = tmp_path_factory.mktemp("cache")
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder)}
-        command = [sys.executable, "-c", program]
-        names = subprocess.check_output(command, env=environment, text=True).split()
-        return folder, sorted(names)
 
     @pytest.fixture(autouse=True)
     def here(self, called, monkeypatch):

@@ -81,33 +81,34 @@ class TestRefusals:
         assert "driveline.damping = -0.1" in refused(path)
 
 
-class TestServing:
-    @pytest.fixture(scope="class")
-    def explorer(self):
-        """The command in a process of its own, and the port that it serves."""
-        options = [
-            "--no-browser",
-            "--port",
-            "0",
-            "--allow",
-            "lab.example.org",
-            "--allow",
-            "proxy:81",
-        ]
-        with started(
-            [sys.executable, "-m", "wedgebrake", "app", EXAMPLES / "band.toml", *options],
-            stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        ) as process:  # fmt: skip
-            try:
+@pytest.fixture(scope="module")
+def explorer():
+    """The command in a process of its own, and the port that it serves."""
+    options = [
+        "--no-browser",
+        "--port",
+        "0",
+        "--allow",
+        "lab.example.org",
+        "--allow",
+        "proxy:81",
+    ]
+    with started(
+        [sys.executable, "-m", "wedgebrake", "app", EXAMPLES / "band.toml", *options],
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        try:
+            said = process.stderr.readline()
+            while process.poll() is None and "http://" not in said:
                 said = process.stderr.readline()
-                while process.poll() is None and "http://" not in said:
-                    said = process.stderr.readline()
-                [(host, port)] = re.findall(r"http://(\S+):(\d+)/", said)
-                assert host == "127.0.0.1"
-                yield process, int(port)
-            finally:
-                process.kill()
+            [(host, port)] = re.findall(r"http://(\S+):(\d+)/", said)
+            assert host == "127.0.0.1"
+            yield process, int(port)
+        finally:
+            process.kill()
 
+
+class TestServing:
     @staticmethod
     def get(port, path="/", **headers):
         """A request: its status and text."""

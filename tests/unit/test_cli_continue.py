@@ -18,7 +18,7 @@ import xarray as xr
 import wedgebrake as wb
 from children import started
 from printed import names, strict_json, unwrapped
-from wedgebrake.cli.continue_report import answer, stable_stretches
+from wedgebrake.cli.continue_report import stable_stretches
 from wedgebrake.orbits.diagram import follow
 from wedgebrake.orbits.problem import make_ranges
 
@@ -152,16 +152,13 @@ class TestText:
         """Between the ends of a stretch all points are stable, and none is just beyond."""
         first = wb.orbit(SYSTEM.replace(eta=-15.0))
         (over,) = make_ranges(SYSTEM, {"eta": (-15.0, -22.0)}, 1)
-        followed = follow(first, over, opposite=False)
-        assert {one.branch.points[-1].order for one in followed} == {1, 2}
-        for one in followed:
+        for one in follow(first, over, opposite=False):
             inside = np.zeros(len(one.branch.points), dtype=bool)
             for first, last in stable_stretches(one):
                 inside[first : last + 1] = True
             for point, stable in zip(one.branch.points, inside, strict=True):
-                on_circle = abs(abs(point.multipliers[0]) - 1.0) < 1e-6
-                assert on_circle or stable == (abs(point.multipliers[0]) < 1.0)
-        assert answer("eta", followed).endswith("(Neimark-Sacker).")
+                size = abs(point.multipliers[0])
+                assert abs(size - 1.0) < 1e-6 or stable == (size < 1.0)
 
 
 class TestFiles:
