@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pty
-import re
-import select
 import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +17,8 @@ import xarray as xr
 
 import wedgebrake as wb
 from children import started
-from printed import names, unwrapped
-from wedgebrake.cli.continue_report import answer, stable_stretches
+from printed import names, strict_json, unwrapped
+from wedgebrake.cli.continue_report import stable_stretches
 from wedgebrake.orbits.diagram import follow
 from wedgebrake.orbits.problem import make_ranges
 
@@ -128,87 +126,51 @@ class TestJson:
 class TestText:
     """The text is that of the data, and its first line answers the question."""
 
-    def test_of_a_period_doubling(self, run, report):
-        told = report(PAPER, *ETA)
-        status, text, message = run("continue", PAPER, *ETA)
-        assert status == 0
-        lines = text.splitlines()
-        assert lines[0] == told["answer"]
-        [one] = told["bifurcations"]
-        assert f"stable down to eta = {one['value']:.6g}; there its period doubles." in lines[0]
-        assert told["start"]["verdict"] in text
-        assert f"{one['value']:.9g}" in text
-        for branch in told["branches"]:
-            assert f"\n  {branch['number'] + 1}  {branch['motion']}: begins at eta = " in text
-            for stretch in branch["stable"]:
-                assert f"stable for eta = {stretch['from']:.6g} ... {stretch['to']:.6g}" in text
-        assert "di Bernardo" not in text  # the source of bifurcations of friction alone
-        assert "orbits of 2 branches" in message.splitlines()[-1]
-
     @pytest.mark.parametrize(
-        ("study", "options", "answer"),
+        ("study", "options", "words"),
         [
-            (PAPER, PLAIN, r"From eta = -10 on, .* is stable to eta = -12\."),
-            (
-                PAPER,
-                ["--over", "eta=-17:-15", "--order", "1", "--switch", "0"],
-                r"At eta = -17 .* is unstable; .* is stable from eta = -16\.\d+ to -15\.",
-            ),
-            (
-                PAPER,
-                ["--over", "eta=-18:-17", "--order", "1", "--switch", "0"],
-                r"From eta = -18 on, .* is unstable to eta = -17\.",
-            ),
-            (
-                CONVENTIONAL,
-                ["--over", "slope=-30:-45"],
-                r"From slope = -30 on, .* down to slope = -38\.\d+; .* \(Neimark-Sacker\)\.",
-            ),
+            (PAPER, ETA, ["its period doubles", "2T-periodic"]),
+            (PAPER, ["--over", "eta=-17:-15", "--order", "1", "--switch", "0"], ["unstable"]),
+            (PAPER, ["--over", "eta=-18:-17", "--order", "1", "--switch", "0"], ["unstable"]),
+            (PAPER, ["--over", "F0=0.062:0.057", "--order", "1"], ["0.0601833457", "Bernardo"]),
+            (CONVENTIONAL, ["--over", "slope=-30:-45"], ["Neimark-Sacker"]),
         ],
     )
-    def test_first_line(self, study, options, answer, run):
-        assert re.match(answer, run("continue", study, *options)[1])
-
-    def test_bifurcations_of_friction_have_their_source(self, run):
-        _, text, _ = run("continue", PAPER, "--over", "F0=0.062:0.057", "--order", "1")
-        assert re.search(r"\n  1 +0\.0601833457 +switching-sliding +synchronous +persistence", text)
-        assert "di Bernardo" in text
+    def test_holds_the_numbers(self, study, options, words, run):
+        status, text, _ = run("continue", study, *options)
+        told = strict_json(run("continue", study, *options, "--json")[1])
+        assert status == 0
+        assert text.splitlines()[0] == told["answer"]
+        for word in (*words, told["start"]["verdict"]):
+            assert word in text
+        for one in told["bifurcations"]:
+            assert f"{one['value']:.9g}" in text
+        for stretch in (one for branch in told["branches"] for one in branch["stable"]):
+            assert f"{stretch['from']:.6g} ... {stretch['to']:.6g}" in text
 
     def test_answer_is_that_of_the_points(self):
         """Between the ends of a stretch all points are stable, and none is just beyond."""
         first = wb.orbit(SYSTEM.replace(eta=-15.0))
         (over,) = make_ranges(SYSTEM, {"eta": (-15.0, -22.0)}, 1)
-        followed = follow(first, over, opposite=False)
-        assert {one.branch.points[-1].order for one in followed} == {1, 2}
-        for one in followed:
+        for one in follow(first, over, opposite=False):
             inside = np.zeros(len(one.branch.points), dtype=bool)
             for first, last in stable_stretches(one):
                 inside[first : last + 1] = True
             for point, stable in zip(one.branch.points, inside, strict=True):
-                on_circle = abs(abs(point.multipliers[0]) - 1.0) < 1e-6
-                assert on_circle or stable == (abs(point.multipliers[0]) < 1.0)
-        assert answer("eta", followed).endswith("(Neimark-Sacker).")
+                size = abs(point.multipliers[0])
+                assert abs(size - 1.0) < 1e-6 or stable == (size < 1.0)
 
 
 class TestFiles:
     def test_hold_the_same_numbers(self, run):
-        files = ["--out", "r.nc", "--plot", "r.svg", "--beneath", "20"]
-        status, text, _ = run("continue", PAPER, *ETA, *files)
+        status, text, _ = run("continue", PAPER, *PLAIN, "--out", "r.nc")
         assert status == 0
-        places = f"Picture: {Path('r.svg').resolve()}\nData: {Path('r.nc').resolve()}\n"
-        assert text.endswith(places)
-        wanted = wb.branches(SYSTEM, eta=(-15.0, -18.0))
+        assert str(Path("r.nc").resolve()) in text
+        wanted = wb.branches(SYSTEM, eta=(-10.0, -12.0))
         with xr.open_dataset("r.nc", engine="h5netcdf") as stored:
-            assert set(stored.variables) == set(wanted.variables)
-            for name in wanted.variables:
-                assert stored[name].dims == wanted[name].dims
-                numbers = wanted[name].dtype.kind == "f"
-                mine, other = stored[name].to_numpy(), wanted[name].to_numpy()
-                assert np.array_equal(mine, other, equal_nan=numbers), name
-            for name in ("kind", "parameter", "method", "system"):
-                assert stored.attrs[name] == wanted.attrs[name]
-        assert Path("r.svg").read_text().startswith("<?xml")
-        assert names() == ["r.nc", "r.svg"]
+            assert stored.attrs["kind"] == wanted.attrs["kind"]
+            assert stored.equals(wanted)
+        assert names() == ["r.nc"]
 
     @pytest.mark.parametrize(
         ("options", "points"),
@@ -216,7 +178,6 @@ class TestFiles:
             (PLAIN, 200),
             ([*PLAIN, "--beneath", "0"], None),
             ([*PLAIN, "--beneath", "12"], 12),
-            ([*ETA, "--and", "F0=0.035:0.037", "--switch", "0"], None),
             ([*ETA, "--and", "F0=0.035:0.037", "--switch", "0", "--beneath", "3"], 9),
         ],
     )
@@ -224,11 +185,9 @@ class TestFiles:
         status, text, message = run("continue", PAPER, *options, "--plot", "r.png")
         assert status == 0
         assert Path("r.png").read_bytes().startswith(b"\x89PNG")
-        assert text.endswith(f"Picture: {Path('r.png').resolve()}\n")
-        if points is None:
-            assert "points/s" not in message
-        else:
-            assert f"{points} of {points} points" in message
+        assert str(Path("r.png").resolve()) in text
+        beneath = "points/s" if points is None else f"{points} of {points} points"
+        assert (beneath in message) == (points is not None)
 
     @pytest.mark.usefixtures("full_disk")
     @pytest.mark.parametrize("option", ["--out", "--plot"])
@@ -237,8 +196,8 @@ class TestFiles:
         Path(name).write_text("earlier")
         status, text, message = run("continue", PAPER, *PLAIN, option, name)
         assert status == 1
-        assert text.startswith("From eta = -10 on")
-        assert "no space left" in message
+        assert "eta = -10" in text
+        assert f"{option} {name}" in message
         assert names() == [name]
         assert Path(name).read_text() == "earlier"
 
@@ -247,8 +206,8 @@ class TestFiles:
             "continue", PAPER, *PLAIN, "--and", "F0=0.033:0.04", "--plot", "r.png"
         )
         assert status == 2
-        assert text.startswith("From eta = -10 on")
-        assert "error: --plot" in message
+        assert "eta = -10" in text
+        assert "--plot" in message
         assert names() == []
 
 
@@ -307,28 +266,23 @@ def test_wrong_input(case, run, tmp_path):
 
 def test_ctrl_c_ends_it_and_nothing_is_written(tmp_path):
     """On a terminal, where progress is seen; steps so small that it would take hours."""
+    options = ["--over", "eta=12:-60", "--step", "1e-6", "--points", "1000000", "--out", "r.nc"]
     ours, theirs = pty.openpty()
-    options = ["--over", "eta=12:-60", "--step", "1e-6", "--points", "1000000"]
     process = started(
-        [PROGRAM, "continue", PAPER, *options, "--out", "r.nc", "--plot", "r.png"],
+        [PROGRAM, "continue", PAPER, *options],
         cwd=tmp_path, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=theirs,
     )  # fmt: skip
     os.close(theirs)
-    seen, deadline = b"", time.monotonic() + 120.0
-    while b"orbits, branch 1 at eta = 1" not in seen:
-        assert time.monotonic() < deadline, seen
-        assert process.poll() is None, seen
-        if select.select([ours], [], [], 0.1)[0]:
-            seen += os.read(ours, 65536)
+    seen = b""
+    while b"branch 1 at eta = 1" not in seen:
+        seen += os.read(ours, 65536)  # an OSError where the process has ended
     process.send_signal(signal.SIGINT)
     output, _ = process.communicate(timeout=60)
-    while select.select([ours], [], [], 0.0)[0]:
-        try:
+    with contextlib.suppress(OSError):  # so Linux says that the other end is closed
+        while True:
             seen += os.read(ours, 65536)
-        except OSError:  # all was read
-            break
     os.close(ours)
     assert (process.returncode, output) == (1, b"")
     assert b"Traceback" not in seen
-    assert seen.replace(b"\r", b"").endswith(b"interrupted\nNothing is kept.\n")
+    assert b"interrupted" in seen
     assert list(tmp_path.iterdir()) == []

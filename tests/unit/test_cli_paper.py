@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -15,8 +14,6 @@ import pytest
 import wedgebrake as wb
 from children import started
 from printed import names, strict_json, unwrapped
-from wedgebrake.cli.paper_command import ordered
-from wedgebrake.errors import InputError
 from wedgebrake.paper.claims import Part, Statement, Verdict
 from wedgebrake.paper.figures import FIGURES
 
@@ -50,11 +47,7 @@ def few(monkeypatch):
     monkeypatch.setattr("wedgebrake.paper.statements.STATEMENTS", statements)
 
 
-def test_help_and_listing_name_every_target(run):
-    status, text, message = run("--help")
-    assert (status, message) == (0, "")
-    for word in ("TARGET", "--out", "--method", "--threads", "--format", "--json"):
-        assert word in text
+def test_listing_names_every_target(run):
     status, text, message = run()
     assert (status, message) == (0, "")
     for name in (*FIGURES, "claims", "all"):
@@ -79,16 +72,12 @@ def test_listing_loads_nothing_that_draws(tmp_path):
 
 class TestFigures:
     def test_go_to_a_folder_of_their_own(self, run):
-        status, text, message = run(*QUICK, QUICK[0])
+        status, text, _ = run(*QUICK, QUICK[0])
         assert status == 0
         assert names() == ["paper"]
         assert names("paper") == ["fig2.png", "fig3.png"]
-        assert text == "".join(
-            f"Figure: {Path('paper', name).resolve()}\n" for name in names("paper")
-        )
-        assert "Traceback" not in message
         for name in names("paper"):
-            assert Path("paper", name).read_bytes().startswith(STARTS["png"])
+            assert text.count(str(Path("paper", name).resolve())) == 1
 
     @pytest.mark.parametrize("kind", STARTS)
     def test_of_each_format(self, kind, run):
@@ -113,12 +102,10 @@ class TestFigures:
     def test_as_json(self, run):
         status, text, _ = run("fig2", "--json", "--out", "f")
         assert status == 0
-        assert text.count("\n") == 1
         answer = strict_json(text)
         assert answer["files"] == [str(Path("f/fig2.png").resolve())]
         assert (answer["report"], answer["findings"], answer["counts"]) == (None, None, None)
-        assert answer["wedgebrake"] == wb.__version__
-        assert answer["method"] == "smooth"
+        assert (answer["wedgebrake"], answer["method"]) == (wb.__version__, "smooth")
 
     def test_replace_earlier_ones_and_leave_others(self, run):
         Path("f").mkdir()
@@ -131,30 +118,23 @@ class TestFigures:
 
 @pytest.mark.usefixtures("few")
 class TestClaims:
-    def test_are_listed_with_their_verdicts(self, run):
-        status, text, _ = run("claims")
-        assert status == 0
-        assert re.search(r"^S1 +Fig\. 2 +reproduced +2 of 2 +It holds\.", text, re.MULTILINE)
-        assert re.search(r"^K1 +contradicted +1 of 2 +It does not\.", text, re.MULTILINE)
-        assert names() == []
-
-    def test_as_json(self, run):
-        status, text, _ = run("claims", "--json")
-        assert status == 0
-        answer = strict_json(text)
-        assert [one["id"] for one in answer["findings"]] == ["S1", "K1"]
-        assert answer["findings"][1]["parts"][1] == {"says": "two", "holds": False, "found": "3"}
-        assert answer["counts"][Verdict.CONTRADICTED.value] == 1
-        assert answer["files"] == []
-
-    def test_with_a_folder_are_kept(self, run):
+    def test_have_their_verdicts(self, run):
         status, text, _ = run("claims", "--out", "f")
         assert status == 0
-        assert f"Data: {Path('f/claims.json').resolve()}" in text
+        assert re.search(r"^S1 .* reproduced +2 of 2 ", text, re.MULTILINE)
+        assert re.search(r"^K1 +contradicted +1 of 2 ", text, re.MULTILINE)
+        assert str(Path("f/claims.json").resolve()) in text
         kept = strict_json(Path("f/claims.json").read_text())
         assert len(kept["findings"]) == 2
         assert kept["corrected"].startswith("c = 0.1 ")
         assert kept["as_printed"].startswith("c = 1 ")
+
+    def test_as_json(self, run):
+        answer = strict_json(run("claims", "--json")[1])
+        assert [one["id"] for one in answer["findings"]] == ["S1", "K1"]
+        assert answer["findings"][1]["parts"][1] == {"says": "two", "holds": False, "found": "3"}
+        assert answer["counts"][Verdict.CONTRADICTED.value] == 1
+        assert answer["files"] == names() == []
 
 
 @pytest.mark.usefixtures("few", "short")
@@ -189,16 +169,14 @@ class TestAll:
         monkeypatch.setattr(gather, "compare", lambda _: Found())
 
     def test_writes_everything(self, run):
-        status, text, message = run("all", "--out", "r")
+        status, text, _ = run("all", "--out", "r")
         assert status == 0
         assert names("r") == ["claims.json", "fig2.png", "fig3.png", "report.html"]
-        assert f"Report: {Path('r/report.html').resolve()}" in text
-        assert "Traceback" not in message
+        assert str(Path("r/report.html").resolve()) in text
         page = Path("r/report.html").read_text()
-        words = Words(page).text
-        for word in ("It holds.", "It does not.", "Nobody knows.", "They agree.", "15.1 s",
+        for word in ("It holds.", "It does not.", "Nobody knows.", "They agree.",
                      "wedgebrake paper all --method smooth --out r", wb.__version__):  # fmt: skip
-            assert word in words, word
+            assert word in page, word
         assert page.count("data:image/png;base64,") == 4
 
     def test_as_json(self, run):
@@ -226,7 +204,7 @@ class TestAll:
         monkeypatch.setattr(pictures, "draw", fail)
         status, text, message = run("all", "--out", "r")
         assert (status, text) == (1, "")
-        assert "internal error: ZeroDivisionError" in message
+        assert "ZeroDivisionError" in message
         assert names("r") == ["fig2.png"]
 
     @pytest.mark.usefixtures("full_disk")
@@ -235,19 +213,9 @@ class TestAll:
         Path("r/fig2.png").write_text("earlier")
         status, text, message = run("all", "--out", "r")
         assert (status, text) == (1, "")
-        assert "fig2.png': cannot be written (no space left on device)." in message
+        assert "fig2.png" in message
         assert names("r") == ["fig2.png"]
         assert Path("r/fig2.png").read_text() == "earlier"
-
-
-class Words(HTMLParser):
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.text = ""
-        self.feed(page)
-
-    def handle_data(self, data):
-        self.text += data
 
 
 class TestInterrupt:
@@ -257,10 +225,8 @@ class TestInterrupt:
             [PROGRAM, "paper", "fig2", "fig9", "fig12", "--method", "ode14x", "--out", "f"],
             cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
-        deadline = time.monotonic() + 120.0
         while not (tmp_path / "f" / "fig2.png").exists():
             assert process.poll() is None, process.communicate()
-            assert time.monotonic() < deadline
             time.sleep(0.01)
         process.send_signal(signal.SIGINT)
         text, message = process.communicate(timeout=60)
@@ -275,6 +241,7 @@ WRONG = {
     "method": (["fig2", "--method", "exakt"], "--method exakt"),
     "format": (["fig2", "--format", "jpg"], "--format jpg"),
     "no threads": (["fig2", "--threads", "0"], "--threads 0"),
+    "many threads": (["fig2", "--threads", "1025"], "--threads 1025"),
     "threads in words": (["fig2", "--threads", "two"], "--threads"),
     "no parent": (["fig2", "--out", "no/f"], "--out no/f"),
     "a file's name": (["fig2", "--out", "fig2.png"], "--out fig2.png"),
@@ -293,12 +260,6 @@ class TestWrongInput:
         assert "Traceback" not in message
         assert names() == ["taken"]
         assert Path("taken").read_text() == "mine"
-
-    def test_of_an_order(self):
-        for wrong in ({"method": "x"}, {"kind": "x"}, {"threads": 1025}, {"targets": ["x"]}):
-            given = {"targets": [], "out": None, "method": "smooth", "threads": 1, "kind": "png"}
-            with pytest.raises(InputError):
-                ordered(**(given | wrong))
 
     def test_a_folder_made_for_nothing_is_gone(self, run, monkeypatch):
         def fail(*_):

@@ -12,39 +12,35 @@ from pathlib import Path
 
 import pytest
 
+from children import started
+
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 SHORT = ["--set", "periods=20"]
 # Clears a terminal, colours it, goes back to the start of a line, rings; and the same in C1.
 RUDE = "a\x1b[2J\x1b[31m\rb\x07\x9b31m"
 
 
-def program(*arguments: object, closing: str = "", **options) -> subprocess.CompletedProcess[str]:
+def program(*arguments: object, closing: str, **options) -> subprocess.CompletedProcess[str]:
     """The command line in a process; ``closing`` is what a shell appends."""
     command = [sys.executable, "-P", "-m", "wedgebrake", *map(str, arguments)]
-    if closing:
-        command = ["sh", "-c", f'"$@" {closing}', "sh", *command]
-    return subprocess.run(command, capture_output=True, text=True, **options)
+    return subprocess.run(
+        ["sh", "-c", f'"$@" {closing}', "sh", *command], capture_output=True, text=True, **options
+    )
 
 
 class TestClosedStreams:
-    @pytest.mark.parametrize(
-        "command",
-        [["simulate", PAPER, *SHORT, "--json"], ["stability", PAPER], ["example", "paper"],
-         ["--version"], ["--help"]],
-    )  # fmt: skip
+    @pytest.mark.parametrize("command", [["stability", PAPER], ["--version"], ["--help"]])
     def test_output_that_cannot_be_written_is_an_error(self, command, tmp_path):
         done = program(*command, closing=">&- <&-", cwd=tmp_path)
         assert done.returncode == 1
         assert done.stderr.splitlines()[-1].startswith("error: ")
 
-    def test_no_file_takes_the_place_of_a_stream(self, tmp_path):
-        order = ["simulate", PAPER, *SHORT, "--out", "r.nc"]
-        wanted = program(*order, cwd=tmp_path)
-        assert wanted.returncode == 0
-        content = (tmp_path / "r.nc").read_bytes()
-        done = program(*order, closing=">&- 2>&- <&-", cwd=tmp_path)
+    def test_no_file_takes_the_place_of_a_stream(self, run, tmp_path):
+        order = ["simulate", PAPER, *SHORT, "--out"]
+        assert run(*order, "wanted.nc")[0] == 0
+        done = program(*order, "r.nc", closing=">&- 2>&- <&-", cwd=tmp_path)
         assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
-        assert (tmp_path / "r.nc").read_bytes() == content
+        assert Path("r.nc").read_bytes() == Path("wanted.nc").read_bytes()
 
     def test_messages_that_nobody_hears(self, tmp_path):
         done = program("--version", closing="2>&- <&-", cwd=tmp_path)
@@ -74,19 +70,16 @@ class TestNames:
         return text
 
     @pytest.mark.parametrize(
-        "arguments",
+        ("encoding", "arguments"),
         [
-            ("simulate", f"{RUDE}.toml", *SHORT, "--out", f"{RUDE}.nc"),
-            ("sweep", f"{RUDE}.toml", "--over", "eta=1,2", "--periods", "12", "--transient", "10",
-             "--out", f"{RUDE}.nc"),
-            ("simulate", f"{RUDE}.no"),
-            ("sweep", f"{RUDE}.toml", "--over", RUDE),
-            (RUDE,),
+            ("utf-8", ("sweep", f"{RUDE}.toml", "--over", "eta=1,2", "--periods", "12",
+                       "--transient", "10", "--out", f"{RUDE}.nc")),
+            ("ascii", ("stability", f"{RUDE}.no")),
+            ("utf-8", (RUDE,)),
         ],
     )  # fmt: skip
-    def test_is_written_as_escapes(self, arguments, tmp_path):
+    def test_is_written_as_escapes(self, encoding, arguments, tmp_path):
         (tmp_path / f"{RUDE}.toml").write_text(PAPER.read_text())
-        encoding = "ascii" if arguments[0] == "simulate" else "utf-8"
         text = self.on_a_terminal(tmp_path, *arguments, PYTHONIOENCODING=encoding)
         lines = text.replace(b"\r\n", b"\n")
         # The bar of a sweep has control characters of its own, and none of the names in it.
@@ -95,40 +88,32 @@ class TestNames:
         for bad in (b"\x1b[2J", b"\x1b[31m", b"\rb", b"\x07", "\x9b".encode(), b"\x9b31m"):
             assert bad not in lines, lines
 
-    def test_of_a_file_is_as_it_was(self, tmp_path):
+    def test_of_a_file_is_as_it_was(self, run, tmp_path):
         """Also a name that is no text."""
         name = os.fsdecode(f"{RUDE}.nc".encode() + b"\xff.nc")
         (tmp_path / f"{RUDE}.toml").write_text(PAPER.read_text())
-        done = program("simulate", f"{RUDE}.toml", *SHORT, "--out", name, cwd=tmp_path)
-        assert done.returncode == 0
+        assert run("simulate", f"{RUDE}.toml", *SHORT, "--out", name)[0] == 0
         assert (tmp_path / name).is_file()
 
 
-class TestNoFolder:
-    """The working directory was deleted."""
-
-    @pytest.fixture
-    def gone(self, tmp_path) -> str:
-        """What a shell does before a command."""
-        (tmp_path / "gone").mkdir()
-        return f"cd {tmp_path / 'gone'} && rmdir {tmp_path / 'gone'} && exec "
-
-    @pytest.mark.parametrize(
-        "arguments",
-        [
-            ["sweep", PAPER, "--over", "eta=1,2", "--store", "r.zarr", "--resume"],
-            ["simulate", PAPER, "--out", "r.nc"],
-        ],
-    )
-    def test_is_said(self, arguments, gone):
-        command = [sys.executable, "-P", "-m", "wedgebrake", *map(str, arguments)]
-        done = subprocess.run(
-            ["sh", "-c", f'{gone}"$@"', "sh", *command],
-            capture_output=True, text=True,
-        )  # fmt: skip
-        assert (done.returncode, done.stdout) == (2, "")
-        assert done.stderr.startswith("error: ")
-        assert "Errno" not in done.stderr
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["sweep", PAPER, "--over", "eta=1,2", "--store", "r.zarr", "--resume"],
+        ["simulate", PAPER, "--out", "r.nc"],
+    ],
+)
+def test_a_working_directory_that_was_deleted_is_told(arguments, tmp_path):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    done = subprocess.run(
+        ["sh", "-c", 'rmdir "$0" && exec "$@"', gone, sys.executable, "-P", "-m", "wedgebrake",
+         *arguments],
+        cwd=gone, capture_output=True, text=True,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: ")
+    assert "Errno" not in done.stderr
 
 
 # Sends Ctrl-C to its own process as it imports its NUMBERth module from one of ours on.
@@ -150,16 +135,14 @@ sys.addaudithook(hear)
 
 
 def start(*arguments: object, **options) -> subprocess.Popen[str]:
-    """A command that hears Ctrl-C, also where the tests do not (in the background)."""
-    return subprocess.Popen(
+    return started(
         [sys.executable, "-m", "wedgebrake", *map(str, arguments)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), **options,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options,
     )  # fmt: skip
 
 
 class TestInterrupt:
-    @pytest.mark.parametrize("number", [1, 3, 21, 144, 377])
+    @pytest.mark.parametrize("number", [1, 21, 377])
     def test_at_any_import(self, number, tmp_path):
         """From the first line of the program on; before that, Python itself is starting."""
         (tmp_path / "sitecustomize.py").write_text(STRIKES)
@@ -171,7 +154,7 @@ class TestInterrupt:
         text, message = process.communicate(timeout=120)
         assert (process.returncode, text, message) == (1, "", "interrupted\n")
 
-    @pytest.mark.parametrize("delay", [0.05, 0.2, 0.8])
+    @pytest.mark.parametrize("delay", [0.05, 0.4])
     def test_at_any_time(self, delay):
         """No traceback comes from ``main``; before it is called, Python itself is starting."""
         process = start("sweep", PAPER, "--over", "eta=-60:12:1000000")

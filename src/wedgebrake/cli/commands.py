@@ -60,9 +60,9 @@ def stability(
     verdict. Nothing is simulated.
     """
     from wedgebrake.analysis.linear_stability import stability as evaluate
+    from wedgebrake.cli.output import put
     from wedgebrake.cli.overrides import load
     from wedgebrake.cli.report import stability_report, stability_text
-    from wedgebrake.cli.writing import put
 
     system = load(study, changes).system
     verdict = evaluate(system)
@@ -88,27 +88,9 @@ def simulate(
     points, class, stability and versions. A run that diverges or locks is an answer (exit
     status 0); one that stops at max_events or max_steps is not (1).
     """
-    from wedgebrake.cli.output import check_files, write_netcdf
-    from wedgebrake.cli.overrides import load
-    from wedgebrake.cli.report import response_text, simulated
-    from wedgebrake.cli.writing import file_lines, put
-    from wedgebrake.solvers.interrupts import interruptible
-    from wedgebrake.solvers.status import Status
+    from wedgebrake.cli.report import run
 
-    check_files(out, plot)
-    loaded = load(study, changes, method)
-    response, report = interruptible(lambda: simulated(loaded))
-    if out is not None:
-        write_netcdf(response, out)
-    if plot is not None:
-        from wedgebrake.figures.matplotlib.motion import overview
-        from wedgebrake.figures.matplotlib.save import save
-
-        save(overview(loaded.system, response, report["summary"]), plot)
-    lines = file_lines({"picture": plot and plot.resolve(), "data": out and out.resolve()})
-    put(as_json, report, lambda: "\n".join([response_text(loaded.system, report), *lines]))
-    if response.attrs["status"] in (Status.EVENT_LIMIT.value, Status.STEP_LIMIT.value):
-        sys.exit(1)
+    run(study, changes, method, out, plot, as_json)
 
 
 @app.command(
@@ -152,27 +134,14 @@ def sweep(
     sweep at once (exit status 1); with --store the computed points are kept, and the same command
     with --resume continues.
     """
-    from wedgebrake.cli.output import check_files, draw, write_files, write_netcdf
+    from wedgebrake.cli.output import check_files
     from wedgebrake.cli.overrides import load_for_sweep
-    from wedgebrake.cli.sweep_command import Storing, check, compute
-    from wedgebrake.cli.sweep_report import sweep_report
-    from wedgebrake.cli.sweep_text import sweep_text
-    from wedgebrake.cli.writing import put
+    from wedgebrake.cli.sweep_command import run
 
     check_files(out, plot)
-    storing = Storing(store, resume)
     given = {"transient": transient, "periods": periods, "follow": follow}
     asked = load_for_sweep(study, changes, method, over, given)
-    check(asked, storing, picture=plot is not None)
-    outcome = compute(asked, storing, threads)
-    places, failures = write_files(
-        data=(out, lambda path: write_netcdf(outcome.dataset, path)),
-        picture=(plot, lambda path: draw(path, outcome.dataset)),
-    )
-    report = sweep_report(asked, outcome, {**places, "store": store and store.resolve()})
-    put(as_json, report, lambda: sweep_text(asked.system, report))
-    if failures:
-        raise failures[0]
+    run(asked, store, resume, threads, out, plot, as_json)
 
 
 @app.command(
@@ -215,26 +184,14 @@ def continue_(
     Exit status 2 if there is no orbit at FROM. Ctrl-C ends at once (exit status 1), and nothing
     is written.
     """
-    from wedgebrake.cli.continue_command import carry_out, ordered
-    from wedgebrake.cli.continue_report import continue_report
-    from wedgebrake.cli.continue_text import continue_text
-    from wedgebrake.cli.output import check_files, draw, write_files, write_netcdf
+    from wedgebrake.cli.continue_command import Order, run
+    from wedgebrake.cli.output import check_files
     from wedgebrake.cli.overrides import NOT_CONTINUED, load
-    from wedgebrake.cli.writing import put
 
     check_files(out, plot)
     loaded = load(study, changes, method, NOT_CONTINUED)
     settings = {"switch": switch, "step": step, "points": points}
-    asked = ordered(loaded, over, second, order, settings, beneath, picture=plot is not None)
-    outcome = carry_out(asked)
-    places, failures = write_files(
-        data=(out, lambda path: write_netcdf(outcome.dataset, path)),
-        picture=(plot, lambda path: draw(path, **outcome.picture)),
-    )
-    report = continue_report(asked, outcome, places)
-    put(as_json, report, lambda: continue_text(loaded.system, report))
-    if failures:
-        raise failures[0]
+    run(Order(loaded, over, second, order, settings, beneath, plot), out, as_json)
 
 
 @app.command(
@@ -270,17 +227,11 @@ def paper(
     ones.
     """
     from wedgebrake.cli.interrupts import announce_compilation
-    from wedgebrake.cli.writing import put
 
     with announce_compilation("about half a minute"):
-        from wedgebrake.cli import paper_command as work
+        from wedgebrake.cli.paper_command import run
 
-    if not targets:
-        put(as_json, work.listing_report(), work.listing)
-        return
-    order = work.ordered(targets, out, method, threads, kind)
-    outcome = work.carry_out(order)
-    put(as_json, work.report(order, outcome), lambda: work.text(outcome))
+    run(targets or [], out, method, threads, kind, as_json)
 
 
 @app.command(

@@ -1,23 +1,25 @@
-"""The data that ``continue --json`` prints: answer, branches, bifurcations, boundaries."""
+"""The answer of ``wedgebrake continue``, its branches, bifurcations and boundaries: data, text."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.cli.continue_command import Order, Outcome
-from wedgebrake.cli.writing import header
+from wedgebrake.cli.output import describe, header, timed, with_unit
 from wedgebrake.dynamics.enums import MotionClass, motion_word
-from wedgebrake.orbits.bifurcation_types import Kind
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 from wedgebrake.orbits.branch_point import BranchPoint
 from wedgebrake.orbits.dataset import Followed
+from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.problem import Range
 from wedgebrake.orbits.stability_intervals import stability_intervals
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_MOST_LINES = 40  # of the table of bifurcations
 # The change of a stable motion at the bifurcation where it loses its stability.
 _LOSSES = {
     Kind.FOLD: "it meets an unstable motion, and both end (fold)",
@@ -26,40 +28,63 @@ _LOSSES = {
     Kind.SYMMETRY_BREAKING: "its two halves become different (symmetry breaking)",
     Kind.BRANCH_POINT: "another branch crosses it",
 }
+_SCENARIOS = {
+    Scenario.PERSISTENCE: "the motion continues, slightly changed",
+    Scenario.FOLD: "two motions meet and end",
+    Scenario.JUMP: "no nearby motion continues",
+}
+_SOURCE = (
+    "Bifurcations of friction as in M. di Bernardo, C. J. Budd, A. R. Champneys and P. Kowalczyk,"
+    " Piecewise-smooth Dynamical Systems (2008), chapters 7 and 8."
+)
+_STABLE = (
+    "  Stable: small disturbances die out. Other motions may coexist with a stable one; a sweep"
+    " over initial_angle and initial_velocity shows which is reached from which initial state."
+)
 
 
 def continue_report(
-    order: Order, outcome: Outcome, files: dict[str, Path | None]
+    system: BrakedDriveline,
+    over: Range,
+    start: Orbit,
+    followed: list[Followed],
+    boundaries: list[tuple[BranchPoint, xr.Dataset]] | None,
+    speed: dict[str, Any],
 ) -> dict[str, Any]:
-    """The data that ``continue --json`` prints.
+    """The data that ``continue --json`` prints, without kind and settings.
 
-    files : "picture", "data" -> their paths
+    start      : the orbit that it begins with
+    boundaries : (bifurcation, its boundary); None without a second parameter
+    speed      : seconds, and whether with compilation of the kernels
     """
-    system, over, followed = order.study.system, order.over, outcome.followed
     numbers = _numbers(followed)
     return {
         **header(system),
-        "kind": outcome.dataset.attrs["kind"],
-        "method": outcome.start.method,
+        "method": start.method,
         "parameter": {"name": over.name, "unit": over.unit, "meaning": over.meaning},
         "range": [over.first, over.last],
-        "settings": order.settings,
         "answer": answer(over.name, followed),
-        "start": outcome.start.as_dict(),
+        "start": start.as_dict(),
         "branches": [_branch(number, one) for number, one in enumerate(followed)],
         "bifurcations": [
             _bifurcation(numbers[id(point)], branch, point)
             for branch, one in enumerate(followed)
             for point in one.branch.bifurcations
         ],
-        "boundaries": outcome.boundaries
-        and [_boundary(numbers[id(point)], curve) for point, curve in outcome.boundaries],
-        "speed": {
-            "points": sum(len(one.branch.points) for one in followed),
-            "seconds": outcome.seconds,
-            "with_compilation": outcome.compiled,
-        },
-        "files": {what: path and str(path) for what, path in files.items()},
+        "boundaries": boundaries
+        and [
+            {
+                "bifurcation": numbers[id(point)],
+                "kind": curve.attrs["bifurcation"],
+                "begin": curve.attrs["begin"],
+                "end": curve.attrs["end"],
+                "points": int(curve.sizes["point"]),
+                "values": {name: curve[name].to_numpy() for name in curve.attrs["parameters"]},
+            }
+            for point, curve in boundaries
+        ],
+        "speed": {"points": sum(len(one.branch.points) for one in followed), **speed},
+        "files": {"picture": None, "data": None},
     }
 
 
@@ -74,7 +99,7 @@ def _branch(number: int, one: Followed) -> dict[str, Any]:
     return {
         "number": number,
         "order": points[-1].order,
-        "motion": word(points[-1].order),
+        "motion": _motion(points[-1]),
         "points": len(points),
         "origin": one.origin if one.origin >= 0 else None,
         "begin": {"value": points[0].value, "why": one.begin},
@@ -105,26 +130,16 @@ def _bifurcation(number: int, branch: int, point: BranchPoint) -> dict[str, Any]
         "scenario": found.scenario.value,
         "change": found.change,
         "order": point.order,
-        "motion": word(point.order),
+        "motion": _motion(point),
         "multipliers": [[one.real, one.imag] for one in point.multipliers],
         "sentence": found.sentence,
     }
 
 
-def _boundary(number: int, curve: xr.Dataset) -> dict[str, Any]:
-    return {
-        "bifurcation": number,
-        "kind": curve.attrs["bifurcation"],
-        "begin": curve.attrs["begin"],
-        "end": curve.attrs["end"],
-        "points": int(curve.sizes["point"]),
-        "values": {name: curve[name].to_numpy() for name in curve.attrs["parameters"]},
-    }
-
-
-def word(order: int) -> str:
+def _motion(point: BranchPoint) -> str:
     """A periodic motion in words: "synchronous", "2T-periodic"."""
-    return motion_word(MotionClass.SYNCHRONOUS if order == 1 else MotionClass.PERIODIC, order)
+    class_ = MotionClass.SYNCHRONOUS if point.order == 1 else MotionClass.PERIODIC
+    return motion_word(class_, point.order)
 
 
 def stable_stretches(one: Followed) -> list[tuple[int, int]]:
@@ -139,43 +154,43 @@ def stable_stretches(one: Followed) -> list[tuple[int, int]]:
 
 def answer(name: str, followed: list[Followed]) -> str:
     """How far the first motion is stable, and what replaces it."""
-    first = followed[0]
-    points, stretches = first.branch.points, stable_stretches(first)
-    motion, begin = word(points[0].order), f"{name} = {points[0].value:.6g}"
-    if not stretches:
-        return f"From {begin} on, the {motion} motion is unstable{_to_end(name, first)}."
-    if stretches[0][0] > 0:
+    points, stretches = followed[0].branch.points, stable_stretches(followed[0])
+    motion, begin = _motion(points[0]), f"{name} = {points[0].value:.6g}"
+    if stretches and stretches[0][0] > 0:
         ranges = " and ".join(
             f"from {name} = {points[low].value:.6g} to {points[high].value:.6g}"
             for low, high in stretches
         )
         return f"At {begin} the {motion} motion is unstable; on its branch it is stable {ranges}."
-    last = stretches[0][1]
-    if last == len(points) - 1:
-        return f"From {begin} on, the {motion} motion is stable{_to_end(name, first)}."
-    lost = points[last]
-    text = f"From {begin} on, the {motion} motion is stable {_up_to(name, first, (0, last))}."
-    return text + _successor(name, lost, followed)
+    text = f"From {begin} on, the {motion} motion is {_course(name, followed[0])}."
+    if not stretches or stretches[0][1] == len(points) - 1:
+        return text
+    number = _numbers(followed).get(id(points[stretches[0][1]]), -1)
+    for one in followed[1:]:
+        if one.origin == number:
+            course = "unstable at first: the system jumps to another motion"
+            if any(low == 0 for low, _ in stable_stretches(one)):
+                course = _course(name, one)
+            new = _motion(one.branch.points[-1])
+            return f"{text} The {new} motion that branches off is {course}."
+    return text
 
 
-def _to_end(name: str, one: Followed) -> str:
-    """The last value of a branch, and the reason if that is not the end of the range."""
-    last = one.branch.points[-1].value
-    why = without_value(one.branch.end, name, last)
+def _course(name: str, one: Followed) -> str:
+    """How far a branch is stable that is so at its beginning, or that it is so nowhere."""
+    points, stretches = one.branch.points, stable_stretches(one)
+    if stretches and stretches[0][1] < len(points) - 1:
+        end = points[stretches[0][1]]
+        way = "up" if end.value > points[0].value else "down"
+        return f"stable {way} to {name} = {end.value:.6g}; there {_loss_of_stability(end)}"
+    why = _without_value(one.branch.end, name, points[-1].value)
     ended = "" if why == "left the range" else f", where it ends: {why}"
-    return f" to {name} = {last:.6g}{ended}"
+    return f"{'' if stretches else 'un'}stable to {name} = {points[-1].value:.6g}{ended}"
 
 
-def without_value(why: str, name: str, value: float) -> str:
+def _without_value(why: str, name: str, value: float) -> str:
     """The reason why a branch ends, without the value of the parameter."""
     return why.removesuffix(f" at {name} = {value:g}")
-
-
-def _up_to(name: str, one: Followed, stretch: tuple[int, int]) -> str:
-    """The end of a stable interval, and what happens there."""
-    begin, end = (one.branch.points[place] for place in stretch)
-    way = "up" if end.value > begin.value else "down"
-    return f"{way} to {name} = {end.value:.6g}; there {_loss_of_stability(end)}"
 
 
 def _loss_of_stability(point: BranchPoint) -> str:
@@ -188,17 +203,110 @@ def _loss_of_stability(point: BranchPoint) -> str:
     return f"a bifurcation of friction ends its stability ({found.kind.value}{effect})"
 
 
-def _successor(name: str, lost: BranchPoint, followed: list[Followed]) -> str:
-    """The stability of the motion that branches off where stability is lost."""
-    number = _numbers(followed).get(id(lost), -1)
-    for one in followed[1:]:
-        if one.origin != number:
-            continue
-        points, stretches = one.branch.points, stable_stretches(one)
-        text = f" The {word(points[-1].order)} motion that branches off is "
-        if not stretches or stretches[0][0] > 0:
-            return f"{text}unstable at first: the system jumps to another motion."
-        if stretches[0][1] == len(points) - 1:
-            return f"{text}stable{_to_end(name, one)}."
-        return f"{text}stable {_up_to(name, one, stretches[0])}."
-    return ""
+def continue_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
+    """The report of ``continue_report`` in words."""
+    parameter, (first, last) = report["parameter"], report["range"]
+    name = parameter["name"]
+    followed = (
+        f"Followed: {name} from {first:.6g} to {last:.6g}{with_unit(parameter['unit'])}"
+        f" ({parameter['meaning']}); method {report['method']}"
+    )
+    verdict = f"Beginning, at {name} = {first:.6g}: {report['start']['verdict']}"
+    lines = [report["answer"], "", describe(system, [name]), followed, verdict, ""]
+    lines += [*_branches(report), "", *_bifurcations(report)]
+    if report["boundaries"] is not None:
+        lines += ["", *_boundaries(report)]
+    found = report["bifurcations"]
+    if found:
+        kinds = [kind for kind in Kind if kind.value in {one["kind"] for one in found}]
+        words = {kind.value: kind.meaning for kind in kinds}
+        scenarios = {one["scenario"] for one in found}
+        words |= {one.value: text for one, text in _SCENARIOS.items() if one.value in scenarios}
+        lines += ["", "Meaning:", *(f"  {word}: {meaning}" for word, meaning in words.items())]
+        lines += [_SOURCE] if any(kind.of_friction for kind in kinds) else []
+    speed = report["speed"]
+    return "\n".join([*lines, "", timed(f"{speed['points']} orbits", speed)])
+
+
+def _branches(report: dict[str, Any]) -> list[str]:
+    name = report["parameter"]["name"]
+    lines = ["Branches of periodic motions, stable or not:"]
+    for one in report["branches"]:
+        begin, end = one["begin"], one["end"]
+        why = begin["why"]
+        if one["origin"] is not None:
+            why += f" of branch {report['bifurcations'][one['origin']]['branch'] + 1}"
+        ended = _without_value(end["why"], name, end["value"])
+        lines.append(
+            f"  {one['number'] + 1}  {one['motion']}: begins at {name} = {begin['value']:.6g}"
+            f" ({why}), ends at {end['value']:.6g} ({ended})"
+        )
+        lines += [f"     stable for {name} = {_vibration(run)}" for run in one["stable"]]
+        if not one["stable"]:
+            lines.append("     stable nowhere")
+    if all(one["begin"]["why"] != "end of the range" for one in report["branches"]):
+        lines.append(
+            f"  No other branch begins at {name} = {report['range'][1]:.6g}: the motion that"
+            " settles there is on one of these branches, or is not periodic."
+        )
+    return [*lines, _STABLE]
+
+
+def _vibration(run: dict[str, Any]) -> str:
+    """A stable interval and the vibration in it."""
+
+    def span(ends: list[float]) -> str:
+        low, high = (f"{one:.3g}" for one in ends)
+        return low if low == high else f"{low} to {high}"
+
+    low, high = run["from"], run["to"]
+    digits = next((n for n in (6, 8) if f"{low:.{n}g}" != f"{high:.{n}g}"), 10)
+    sticking = [100.0 * one for one in run["stick_share"]]
+    return (
+        f"{low:.{digits}g} ... {high:.{digits}g}"
+        f"  (velocity amplitude {span(run['velocity_amplitude'])} rad/s,"
+        f" brake torque up to {run['peak_torque'][1]:.4g} N m"
+        + (f", sticking {span(sticking)} % of the time)" if sticking[1] > 0.0 else ")")
+    )
+
+
+def _bifurcations(report: dict[str, Any]) -> list[str]:
+    found, name = report["bifurcations"], report["parameter"]["name"]
+    if not found:
+        return ["Bifurcations: none"]
+    rows = [["branch", name, "bifurcation", "of the motion", "what changes"]]
+    rows += [
+        [
+            str(one["branch"] + 1), f"{one['value']:.9g}", one["kind"], one["motion"],
+            "; ".join(one[what] for what in ("effect", "scenario", "change") if one[what]),
+        ]
+        for one in found[:_MOST_LINES]
+    ]  # fmt: skip
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = [f"Bifurcations: {len(found)}, along the branches (T: the period of the torque)"]
+    lines += [
+        "  " + "  ".join(f"{one:{width}}" for one, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    if len(found) > _MOST_LINES:
+        lines.append(f"  and {len(found) - _MOST_LINES} more; --json lists each")
+    return lines
+
+
+def _boundaries(report: dict[str, Any]) -> list[str]:
+    boundaries = report["boundaries"]
+    if not boundaries:
+        return ["Boundaries: none; no bifurcation can be followed"]
+    names = ", ".join(boundaries[0]["values"])
+    lines = [f"Boundaries over {names}: {len(boundaries)} (--json has their points)"]
+    for one in boundaries:
+        motion = report["bifurcations"][one["bifurcation"]]["motion"]
+        begin, end = (
+            ", ".join(f"{values[place]:.6g}" for values in one["values"].values())
+            for place in (0, -1)
+        )
+        lines.append(
+            f"  {one['kind']}, {motion}: from ({names}) = ({begin}) ({one['begin']}) to ({end})"
+            f" ({one['end']})"
+        )
+    return lines

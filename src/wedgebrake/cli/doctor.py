@@ -4,17 +4,28 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import sys
 import textwrap
-from collections.abc import Iterable
-from dataclasses import asdict
+import warnings
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Any
 
 import wedgebrake
-from wedgebrake.cli.doctor_kernels import Kernels, kernels
-from wedgebrake.cli.doctor_packages import EXTRAS, Package, packages
+from wedgebrake.cli.doctor_kernels import kernels
+from wedgebrake.errors import InputError
 
+EXTRAS = {
+    "netcdf": "--out in netCDF",
+    "app": "the explorer, wedgebrake app",
+    "cluster": "client= of sweeps",
+}
+"""Extras that add something to the use of wedgebrake, and what."""
+
+# Packages that are imported under another name.
+_MODULES = {"pillow": "PIL"}
 _WIDTH = 96
 
 
@@ -25,42 +36,125 @@ def examine() -> dict[str, Any]:
     """
     needed = packages()
     extras = {name: packages(name) for name in EXTRAS}
-    compiled = kernels()
-    advice = _advice(needed, extras, compiled)
+    cache, compiled = kernels()
+    advice = _advice(needed, extras, cache)
+    # As sweeps.executor.processors, whose import loads, and at first compiles, the kernels.
+    affinity = hasattr(os, "sched_getaffinity")
     return {
         "wedgebrake": wedgebrake.__version__,
         "folder": str(Path(wedgebrake.__file__).parent),
         "python": platform.python_version(),
         "executable": sys.executable,
         "platform": platform.platform(),
-        "packages": [asdict(one) for one in needed],
+        "packages": needed,
         "extras": {
             name: {
                 "use": EXTRAS[name],
-                "complete": bool(parts) and not any(one.problem for one in parts),
-                "packages": [asdict(one) for one in parts],
+                "complete": bool(parts) and not any(one["problem"] for one in parts),
+                "packages": parts,
             }
             for name, parts in extras.items()
         },
         "processors": os.cpu_count(),
-        "threads": _threads(),
-        "cache": {
-            "folder": None if compiled.folder is None else str(compiled.folder),
-            "problem": compiled.problem,
-        },
-        "kernels": {
-            "all": len(compiled.names),
-            "compiled": list(compiled.compiled),
-            "stale": list(compiled.stale),
-        },
+        "threads": len(os.sched_getaffinity(0)) if affinity else os.cpu_count() or 1,
+        "cache": cache,
+        "kernels": compiled,
         "healthy": not advice,
         "advice": advice,
     }
 
 
+def packages(extra: str = "") -> list[dict[str, Any]]:
+    """The packages of an extra, or those always needed, each one tried.
+
+    Each has a name as pip knows it, needed: the least version, "" where any will do; installed:
+    the version, or None; problem: why it does not serve, "" where it does.
+
+    Raises ``InputError`` where Python does not know what wedgebrake needs.
+    """
+    try:
+        lines = requires("wedgebrake") or []
+    except PackageNotFoundError:
+        raise InputError(
+            "doctor: wedgebrake is imported from a folder and not installed, so its needs are not"
+            " known. Install it: pip install wedgebrake, or in a clone pip install -e ."
+        ) from None
+    found = []
+    for line in lines:
+        requirement, _, condition = line.partition(";")
+        of = re.search(r"extra\s*==\s*['\"]([\w-]+)", condition)
+        if (of[1] if of else "") == extra:
+            name, least = re.findall(r"^([\w.-]+)(?:.*?>=\s*([\w.]+))?", requirement.strip())[0]
+            installed, problem = _tried(name, least)
+            found.append(
+                {"name": name, "needed": least, "installed": installed, "problem": problem}
+            )
+    return found
+
+
+def _tried(name: str, needed: str) -> tuple[str | None, str]:
+    try:
+        installed = version(name)
+    except PackageNotFoundError:
+        return None, "is not installed"
+    if _numbers(installed) < _numbers(needed):
+        return installed, f"is too old: at least {needed} is needed"
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            import_module(_MODULES.get(name, name.replace("-", "_")))
+    except Exception as error:  # whatever a broken package does at its import
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        return installed, f"cannot be imported ({why[:200]})"
+    return installed, ""
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    """The leading numbers of a version, so that versions compare."""
+    return tuple(int(number) for number in re.findall(r"\d+", text.partition("+")[0])[:3])
+
+
+def _advice(
+    needed: list[dict[str, Any]], extras: dict[str, list[dict[str, Any]]], cache: dict[str, Any]
+) -> list[str]:
+    """A sentence for each thing that is wrong: what, and the way out."""
+    advice = []
+    for one in needed:
+        least = f">={one['needed']}" if one["needed"] else ""
+        advice += _way_out(one, "", one["name"] + least)
+    healthy = not advice
+    for name, parts in extras.items():
+        if not parts:
+            advice.append(
+                f"The extra {name} is not in the record of the installation, which is older than"
+                " the program. Install wedgebrake again, in a clone with pip install -e ."
+            )
+        if any(one["installed"] for one in parts):  # else it is not wanted
+            for one in parts:
+                advice += _way_out(one, f" of the extra {name}", f"wedgebrake[{name}]")
+    problem = cache["problem"]
+    if healthy and problem.endswith("switched off"):
+        advice.append(f"Numba: {problem}. Unset NUMBA_DISABLE_JIT: kernels run compiled only.")
+    elif healthy and problem:
+        folder = f", {cache['folder']}," if cache["folder"] else ":"
+        advice.append(
+            f"The cache of compiled kernels{folder} {problem}. Set NUMBA_CACHE_DIR to a folder that"
+            " can be written."
+        )
+    return advice
+
+
+def _way_out(one: dict[str, Any], of: str, wanted: str) -> list[str]:
+    if not one["problem"]:
+        return []
+    again = "--force-reinstall " if one["problem"].startswith("cannot") else ""
+    how = f"{sys.executable} -m pip install {again}'{wanted}'"
+    return [f"{one['name']}{of} {one['problem']}. Run: {how}"]
+
+
 def text(report: dict[str, Any]) -> str:
     """The same for a person."""
-    state, cache = report["kernels"], report["cache"]
+    compiled, cache = report["kernels"], report["cache"]
     lines = [
         f"wedgebrake {report['wedgebrake']} in {report['folder']}",
         f"Python {report['python']} ({report['executable']}) on {report['platform']}",
@@ -69,89 +163,28 @@ def text(report: dict[str, Any]) -> str:
         *_listed("Needed", report["packages"]),
     ]
     for name, extra in report["extras"].items():
-        state_of = "complete" if extra["complete"] else "not complete"
-        lines += ["", *_listed(f"Extra {name}, {state_of} ({extra['use']})", extra["packages"])]
+        state = "complete" if extra["complete"] else "not complete"
+        lines += ["", *_listed(f"Extra {name}, {state} ({extra['use']})", extra["packages"])]
     lines += ["", f"Compiled kernels: {cache['folder'] or 'no place for them'}"]
     if cache["problem"]:
         lines.append(f"  {cache['problem']}")
-    done = len(state["compiled"])
-    lines.append(f"  {done} of {state['all']} are compiled for this machine" + _rest(state))
-    lines += ["", *(_wrapped(report["advice"]) or ["All is well."])]
-    return "\n".join(lines)
-
-
-def _rest(state: dict[str, Any]) -> str:
-    if len(state["compiled"]) == state["all"]:
-        return "."
-    words = "; the others when they are first called, in seconds, and are then kept."
-    if state["stale"]:
-        words += f"\n  {len(state['stale'])} of them are there from other sources or versions."
-    return words
+    done = len(compiled["compiled"])
+    rest = "; the others when they are first called, in seconds, and are then kept."
+    all_ = done == compiled["all"]
+    lines.append(
+        f"  {done} of {compiled['all']} are compiled for this machine{'.' if all_ else rest}"
+    )
+    if compiled["stale"]:
+        stale = len(compiled["stale"])
+        lines.append(f"  {stale} of them are there from other sources or versions.")
+    wrap = textwrap.TextWrapper(
+        _WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
+    )
+    wrapped = [row for line in report["advice"] for row in wrap.wrap(f"- {line}")]
+    return "\n".join([*lines, "", *(wrapped or ["All is well."])])
 
 
 def _listed(title: str, parts: list[dict[str, Any]]) -> list[str]:
-    rows = [title]
-    for part in parts:
-        seen = part["installed"] or "-"
-        rows.append(f"  {part['name']:14}{seen:14}{part['problem']}".rstrip())
-    return rows
-
-
-def _wrapped(advice: list[str]) -> list[str]:
-    return [
-        row
-        for line in advice
-        for row in textwrap.wrap(
-            f"- {line}",
-            _WIDTH,
-            subsequent_indent="  ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
+    return [title] + [
+        f"  {one['name']:14}{one['installed'] or '-':14}{one['problem']}".rstrip() for one in parts
     ]
-
-
-def _threads() -> int:
-    """How many threads a sweep takes by default: ``sweeps.executor.processors``.
-
-    Not asked there, as that loads, and at first compiles, the kernels.
-    """
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def _advice(
-    needed: Iterable[Package], extras: dict[str, tuple[Package, ...]], compiled: Kernels
-) -> list[str]:
-    """A sentence for each thing that is wrong: what, and the way out."""
-    wrong = [one for one in needed if one.problem]
-    advice = [f"{one.name} {one.problem}." + _way_out(one, one.requirement) for one in wrong]
-    for name, parts in extras.items():
-        if not parts:
-            advice.append(
-                f"The extra {name} is not in the record of the installation, which is older than"
-                " the program. Install wedgebrake again, in a clone with pip install -e ."
-            )
-        if all(one.installed is None for one in parts):
-            continue  # not wanted
-        advice += [
-            f"{one.name} of the extra {name} {one.problem}." + _way_out(one, f"wedgebrake[{name}]")
-            for one in parts
-            if one.problem
-        ]
-    if compiled.problem and not wrong:
-        advice.append(_about_cache(compiled))
-    return advice
-
-
-def _about_cache(compiled: Kernels) -> str:
-    if compiled.problem.endswith("switched off"):
-        return f"Numba: {compiled.problem}. Unset NUMBA_DISABLE_JIT: kernels run compiled only."
-    what = "The cache of compiled kernels" + (f", {compiled.folder}," if compiled.folder else ":")
-    return f"{what} {compiled.problem}. Set NUMBA_CACHE_DIR to a folder that can be written."
-
-
-def _way_out(package: Package, wanted: str) -> str:
-    again = "--force-reinstall " if package.problem.startswith("cannot") else ""
-    return f" Run: {sys.executable} -m pip install {again}'{wanted}'"

@@ -8,7 +8,6 @@ import pickle
 import re
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,47 +18,39 @@ _PACKAGE = Path(wedgebrake.__file__).parent
 _INDEX = re.compile(r"(\w+\.\w+)-\d+\.py\d+\w*\.nbi")
 
 
-@dataclass(frozen=True)
-class Kernels:
-    """The kernels and their cache.
+def kernels() -> tuple[dict[str, Any], dict[str, Any]]:
+    """The cache of the kernels, and the kernels, as they are now; nothing is compiled.
 
-    folder   : of the cache; None if no folder can be written
-    problem  : why nothing can be kept or read there; "" if there is none
-    names    : of all kernels, "package.module.function"
-    compiled : of those that need no compilation on this machine
-    stale    : of those compiled from other sources, by another Numba or for another processor
+    Of the cache: folder, None if no folder can be written; problem: why nothing can be kept or
+    read there, "" if there is none. Of the kernels: all, their number; and the names
+    "package.module.function" of those compiled: that need no compilation on this machine, and
+    stale: compiled from other sources, by another Numba or for another processor.
     """
-
-    folder: Path | None
-    problem: str
-    names: tuple[str, ...]
-    compiled: tuple[str, ...]
-    stale: tuple[str, ...]
-
-
-def kernels() -> Kernels:
-    """The kernels and their cache, as they are now; nothing is compiled."""
-    found = _kernels()
-    names = tuple(sorted(f"{package}.{one}" for package, ones in found.items() for one in ones))
+    found = kernels_of_packages()
+    fresh, stale = set[str](), set[str]()
+    folder = None
     try:
         from numba.core import config
 
         if vars(config)["DISABLE_JIT"]:  # set as Numba loads, unknown to type checkers
-            return Kernels(None, "compilation is switched off", names, (), ())
-        folders = {package: _folder(package) for package in found}
+            problem = "compilation is switched off"
+        else:
+            folders = {package: _folder(package) for package in found}
+            for package, place in folders.items():
+                for total, cached in zip((fresh, stale), _cached(place), strict=True):
+                    total.update(f"{package}.{name}" for name in cached)
+            problem = _unwritable(folders["dynamics"])
+            folder = os.path.commonpath(folders.values())
     except Exception as error:  # Numba broken, or no folder for its cache
-        return Kernels(None, _why(error), names, (), ())
-    fresh, stale = set[str](), set[str]()
-    for package, folder in folders.items():
-        for total, cached in zip((fresh, stale), _cached(folder), strict=True):
-            total.update(f"{package}.{name}" for name in cached)
-    return Kernels(
-        Path(os.path.commonpath(folders.values())),
-        _unwritable(folders["dynamics"]),
-        names,
-        tuple(name for name in names if name in fresh),
-        tuple(name for name in names if name in stale - fresh),
-    )
+        problem = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        if "no locator available" in problem:
+            problem = "no folder for it can be written"
+    names = {f"{package}.{one}" for package, ones in found.items() for one in ones}
+    return {"folder": folder, "problem": problem}, {
+        "all": len(names),
+        "compiled": sorted(names & fresh),
+        "stale": sorted(names & stale - fresh),
+    }
 
 
 def _folder(package: str) -> Path:
@@ -74,14 +65,8 @@ def _folder(package: str) -> Path:
     return Path(cache.locator.get_cache_path())
 
 
-def _why(error: Exception) -> str:
-    if "no locator available" in str(error):
-        return "no folder for it can be written"
-    return " ".join(f"{type(error).__name__}: {error}".split())[:200]
-
-
-def _kernels() -> dict[str, set[str]]:
-    """Kernels of each package, from the sources: the functions that ``compiled`` is applied to."""
+def kernels_of_packages() -> dict[str, set[str]]:
+    """Kernels by package, from the sources: the functions that ``compiled`` is applied to."""
     found: dict[str, set[str]] = {}
     for path in sorted(_PACKAGE.rglob("*.py")):
         names = set() if path.stem == "jit" else set(_names_in(path))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import wedgebrake
-from wedgebrake.cli.output import check_target, write_new
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.cli.output import check_target, of_option
+from wedgebrake.errors import InputError, OutputError, nearest
+from wedgebrake.model.files import write
 
 _PACKAGE = Path(wedgebrake.__file__).parent
 # In an installed package; in a clone.
@@ -14,10 +16,14 @@ _FOLDERS = (_PACKAGE / "examples", _PACKAGE.parents[1] / "examples")
 
 
 def listing() -> str:
-    """The names of the examples, with their first words."""
+    """The names of the examples, with the first clause of the comment that begins each."""
     paths = _paths()
-    rows = [f"  {name:{max(map(len, paths)) + 2}}{_about(path)}" for name, path in paths.items()]
-    return "\n".join(["Examples, written by wedgebrake example NAME --out NAME.toml:", *rows])
+    lines = ["Examples, written by wedgebrake example NAME --out NAME.toml:"]
+    for name, path in paths.items():
+        comment = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("#").strip()
+        about = comment.partition(",")[0].partition(":")[0].rstrip(".")
+        lines.append(f"  {name:{max(map(len, paths)) + 2}}{about}")
+    return "\n".join(lines)
 
 
 def example(name: str) -> str:
@@ -39,16 +45,15 @@ def written(name: str, path: Path) -> Path:
     """
     text = example(name)
     check_target("--out", path, (".toml",))
-    write_new(text.encode(), path)
+    if os.path.lexists(path):
+        raise InputError(f"--out {path}: already exists. Choose another name.")
+    try:
+        write(path, text.encode())
+    except OutputError as error:
+        raise of_option(error, "--out", path) from None
     return path.resolve()
 
 
 def _paths() -> dict[str, Path]:
     folder = next(folder for folder in _FOLDERS if (folder / "paper.toml").is_file())
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
-
-
-def _about(path: Path) -> str:
-    """The first clause of the comment that begins an example."""
-    comment = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("#").strip()
-    return comment.partition(",")[0].partition(":")[0].rstrip(".")

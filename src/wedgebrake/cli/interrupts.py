@@ -44,28 +44,26 @@ def _interrupt(_: int, frame: FrameType | None) -> NoReturn:
     raise Interrupted
 
 
-class Announcement:
-    """Record of whether the compilation has been announced."""
-
-    said = False
-
-
 @contextmanager
-def announce_compilation(time: str = "about ten seconds") -> Iterator[Announcement]:
-    """Say once, on standard error, that kernels are being compiled, if they are."""
+def announce_compilation(time: str = "about ten seconds") -> Iterator[list[str]]:
+    """Say once, on standard error, that kernels are being compiled, if they are.
+
+    Yields a list that gets the message.
+    """
     from numba.core import event
 
-    announcement = Announcement()
+    said: list[str] = []
 
     class Listener(event.Listener):
         def on_start(self, _: Any) -> None:
-            if not announcement.said and sys.stderr is not None:
-                sys.stderr.write(f"Compiling the kernels: once per installation, {time} ...\n")
-                sys.stderr.flush()
-            announcement.said = True
+            if not said:
+                said.append(f"Compiling the kernels: once per installation, {time} ...\n")
+                if sys.stderr is not None:
+                    sys.stderr.write(said[0])
+                    sys.stderr.flush()
 
         def on_end(self, _: Any) -> None:
             """Nothing to say."""
 
     with event.install_listener("numba:compile", Listener()):
-        yield announcement
+        yield said

@@ -1,21 +1,91 @@
-"""Files that a command writes: checked before the work, each written completely or not at all."""
+"""What commands print, one dict as JSON or as text, and the files that they write."""
 
 from __future__ import annotations
 
-import os
+import json
+import math
+import platform
 import secrets
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Mapping
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
-from wedgebrake.errors import InputError, OutputError, WedgebrakeError
-from wedgebrake.model import netcdf
-from wedgebrake.model.files import write
+import numpy as np
+import typer
 
-if TYPE_CHECKING:
-    import xarray as xr
+from wedgebrake._version import __version__
+from wedgebrake.errors import InputError, WedgebrakeError
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.netcdf import write_netcdf
+from wedgebrake.model.system import BrakedDriveline
+
+_LIBRARIES = ("numpy", "scipy", "numba", "xarray", "pydantic")
+_Error = TypeVar("_Error", bound=WedgebrakeError)
+
+
+def put(as_json: bool, report: dict[str, Any], text: Callable[[], str]) -> None:
+    """Print a report as one JSON object, or as text."""
+    typer.echo(to_json(report) if as_json else text())
+
+
+def to_json(report: dict[str, Any]) -> str:
+    """One JSON object; infinities are the strings "inf" and "-inf", and nan is null."""
+    return json.dumps(_plain(report), allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else str(value)
+    return value
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of the libraries that compute."""
+    return {"python": platform.python_version()} | {name: version(name) for name in _LIBRARIES}
+
+
+def header(system: BrakedDriveline) -> dict[str, Any]:
+    """The first entries of a report."""
+    return {
+        "wedgebrake": __version__,
+        "versions": versions(),
+        "system": system.as_dict(),
+        "groups": system.groups.as_dict(),
+    }
+
+
+def describe(system: BrakedDriveline, swept: Collection[str] = ()) -> str:
+    """The system in one line: its brake, friction, and groups that ``swept`` leaves alone."""
+    given = system.groups.as_dict()
+    groups = [
+        f"{name} = {given[name]:.6g}"
+        for name, setter in SETTERS.items()
+        if given[name] is not None and not {name, setter.target, *setter.reads} & set(swept)
+    ]
+    friction = type(system.friction).__name__.removesuffix("Friction")
+    brake = type(system.brake).__name__.removesuffix("Brake")
+    return f"{brake} brake, {friction} friction" + (": " + ", ".join(groups) if groups else "")
+
+
+def with_unit(unit: str) -> str:
+    """A unit after a number: empty for plain numbers."""
+    return "" if unit in ("1", "-") else f" {unit}"
+
+
+def timed(what: str, speed: Mapping[str, Any]) -> str:
+    """How long it took to compute ``what``, by the entry "speed" of a report."""
+    rate = speed.get("points_per_second")
+    notes = [f"{rate:.3g} points/s"] if rate else []
+    notes += ["with compilation of the kernels"] if speed["with_compilation"] else []
+    return f"{what} in {speed['seconds']:.3g} s" + (f" ({', '.join(notes)})" if notes else "")
 
 
 def check_target(option: str, path: Path, suffixes: tuple[str, ...]) -> None:
@@ -28,101 +98,96 @@ def check_target(option: str, path: Path, suffixes: tuple[str, ...]) -> None:
             f"{option} {path}: must end in {', '.join(suffixes)}; the suffix sets the format. For"
             f" example {option} run{suffixes[0]}."
         )
-    beside = path.with_name(f".{path.name}.{secrets.token_hex(6)}.part")
+    check_folder(option, path, path.parent)
+    if path.is_dir():
+        raise InputError(f"{option} {path}: is a directory. Give the name of a file.")
+
+
+def check_folder(option: str, path: Path, folder: Path) -> None:
+    """Refuse a path if no new file can be made in a folder, as beside it.
+
+    Raises ``InputError`` that names the option, the path and the way out.
+    """
+    beside = folder / f".{path.name}.{secrets.token_hex(6)}.part"
     try:
-        is_folder = path.is_dir()
         try:
             beside.touch(exist_ok=False)
         finally:
             beside.unlink(missing_ok=True)
     except FileNotFoundError:
-        there = path.parent.is_dir()
+        there = folder.is_dir()
         what = "takes no files. Choose" if there else "does not exist. Create it, or choose"
         raise InputError(
-            f"{option} {path}: cannot be written: the folder {path.parent} {what} another one."
+            f"{option} {path}: cannot be written: the folder {folder} {what} another one."
         ) from None
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
         raise InputError(
             f"{option} {path}: cannot be written ({why}). Choose another name or folder."
         ) from None
-    if is_folder:
-        raise InputError(f"{option} {path}: is a directory. Give the name of a file.")
 
 
 def check_files(data: Path | None, picture: Path | None) -> None:
     """Refuse files of ``--out`` and ``--plot`` that could not be written; see ``check_target``."""
     if data is not None:
         check_target("--out", data, (".nc",))
-        _check_netcdf(data)
+        missing = [name for name in ("h5netcdf", "h5py") if find_spec(name) is None]
+        if missing:
+            raise InputError(
+                f"--out {data}: netCDF needs {' and '.join(missing)}. Install the extra: pip"
+                " install 'wedgebrake[netcdf]'."
+            )
     if picture is not None:
         check_target("--plot", picture, (".png", ".svg", ".pdf"))
 
 
-def _check_netcdf(path: Path) -> None:
-    """Refuse a netCDF file if the netcdf extra is not installed."""
-    missing = [name for name in ("h5netcdf", "h5py") if find_spec(name) is None]
-    if missing:
-        raise InputError(
-            f"--out {path}: netCDF needs {' and '.join(missing)}. Install the extra: pip install"
-            " 'wedgebrake[netcdf]'."
-        )
+def finish(
+    as_json: bool,
+    report: dict[str, Any],
+    text: Callable[[], str],
+    *,
+    data: tuple[Path | None, Any],
+    picture: tuple[Path | None, Callable[[], Any]],
+    store: Path | None = None,
+) -> None:
+    """Write the files that were asked for, and print the report even if one of them fails.
 
+    report  : gets the places of the files, if it has an entry for them
+    data    : the path, and the dataset
+    picture : the path, and what makes the figure
 
-def write_files(
-    **files: tuple[Path | None, Callable[[Path], None]],
-) -> tuple[dict[str, Path | None], list[WedgebrakeError]]:
-    """Write the picture and the data that were asked for.
-
-    files : "data", "picture" -> the path, and the function that writes it
-
-    Returns where each of them is, and the errors of those that could not be written: the report
-    is printed all the same.
+    Raises the first error of a file.
     """
-    places: dict[str, Path | None] = {"picture": None, "data": None}
-    failures = []
-    for what, (path, write_to) in files.items():
+
+    def draw(path: Path) -> None:
+        from wedgebrake.figures.matplotlib.save import save
+
+        save(picture[1](), path)
+
+    places: dict[str, Path | None] = {"picture": None, "data": None, "store": store}
+    errors: list[WedgebrakeError] = []
+    for what, option, path, write in (
+        ("data", "--out", data[0], lambda path: write_netcdf(data[1], path)),
+        ("picture", "--plot", picture[0], draw),
+    ):
         try:
             if path is not None:
-                write_to(path)
-                places[what] = path.resolve()
+                write(path)
+                places[what] = path
         except WedgebrakeError as error:
-            failures.append(error)
-    return places, failures
+            errors.append(of_option(error, option, path))
+    written = {what: str(path.resolve()) for what, path in places.items() if path is not None}
+    if "files" in report:
+        report["files"] |= written
+    lines = [f"{what.capitalize()}: {path}" for what, path in written.items()]
+    put(as_json, report, lambda: "\n".join([text(), *lines]))
+    if errors:
+        raise errors[0]
 
 
-def draw(path: Path, dataset: xr.Dataset, **options: Any) -> None:
-    """Draw a dataset into a file; options as for ``wb.plot``."""
-    from wedgebrake.figures.matplotlib.draw import plot
-    from wedgebrake.figures.matplotlib.save import save
-
-    save(plot(dataset, **options), path)
-
-
-def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
-    """Write a dataset as netCDF-4, completely or not at all.
-
-    Raises ``OutputError`` if the file cannot be written.
-    """
-    with _as_option(path):
-        netcdf.write_netcdf(dataset, path)
-
-
-def write_new(content: bytes, path: Path) -> None:
-    """Write a new file; after an error no incomplete file remains.
-
-    Raises ``InputError`` if it exists, ``OutputError`` if it cannot be written.
-    """
-    if os.path.lexists(path):
-        raise InputError(f"--out {path}: already exists. Choose another name.")
-    with _as_option(path):
-        write(path, content)
-
-
-@contextmanager
-def _as_option(path: Path) -> Iterator[None]:
-    """Name the option ``--out`` instead of the path in errors raised inside the context."""
-    try:
-        yield
-    except OutputError as error:
-        raise OutputError(str(error).replace(f"path = {str(path)!r}", f"--out {path}")) from None
+def of_option(error: _Error, option: str, path: Path | None) -> _Error:
+    """An error that names the option instead of the argument ``path``."""
+    text = str(error)
+    for name in () if path is None else (path, path.absolute()):
+        text = text.replace(f"path = {str(name)!r}", f"{option} {path}")
+    return type(error)(text)

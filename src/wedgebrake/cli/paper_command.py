@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import queue
-import secrets
 import shlex
 import shutil
 import textwrap
 import threading
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -19,7 +17,8 @@ from typing import Any
 
 from wedgebrake._version import __version__
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
-from wedgebrake.cli.writing import to_json, versions
+from wedgebrake.cli.output import check_folder, put, to_json, versions
+from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.files import write
 from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED
@@ -27,8 +26,6 @@ from wedgebrake.paper.claims import Finding
 from wedgebrake.paper.figures import FIGURES
 from wedgebrake.paper.laboratory import FRICTION, METHOD_WORDS, Laboratory
 from wedgebrake.paper.report.content import Made, counts, score
-from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.sweeps.progress import Bar, Progress
 
 ALL, CLAIMS = "all", "claims"
 OTHERS = {
@@ -45,169 +42,139 @@ _WIDTH, _LINE, _LEAST, _INDENT = 100, 120, 60, 4
 
 @dataclass(frozen=True)
 class Order:
-    """Request of the command line.
+    """Request of the command line, checked.
 
-    figures : names of the figures to draw
-    claims  : test the statements; ``report``: and write the report
-    folder  : where files go; None where there are none
+    targets : figures to draw, claims, all
+    out     : where files go; by default the folder paper if there are figures
     method, threads : of the laboratory
     kind    : of the figures' files
+
+    Raises ``InputError`` for a target, method, format or number of threads that is not allowed.
     """
 
-    figures: tuple[str, ...]
-    claims: bool
-    report: bool
-    folder: Path | None
+    targets: tuple[str, ...]
+    out: Path | None
     method: str
     threads: int | None
     kind: str
 
-    @property
-    def command(self) -> str:
-        """Command line that gives the same report."""
-        words = ["wedgebrake", "paper", ALL, "--method", self.method, "--out", str(self.folder)]
-        return shlex.join(words)
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Files and results of a command.
-
-    files    : written, in order
-    findings : what came of the statements; None where they were not tested
-    seconds  : how long it took
-    """
-
-    files: list[Path]
-    findings: tuple[Finding, ...] | None
-    seconds: float
+    def __post_init__(self) -> None:
+        for option, word, allowed in (
+            *(("", target, [*FIGURES, *OTHERS]) for target in self.targets),
+            ("--method ", self.method, list(FRICTION)),
+            ("--format ", self.kind, list(KINDS)),
+        ):
+            if word not in allowed:
+                raise InputError(f"{option}{word}: not known. {nearest(word, allowed)}")
+        if self.threads is not None and not 1 <= self.threads <= _MOST_THREADS:
+            raise InputError(
+                f"--threads {self.threads}: must be a whole number, 1 to {_MOST_THREADS}. Leave it"
+                " out for one per processor."
+            )
 
     @property
-    def report(self) -> Path | None:
-        """The page, where there is one."""
-        return next((path for path in self.files if path.name == REPORT), None)
+    def figures(self) -> list[str]:
+        """Names of the figures to draw."""
+        return [name for name in FIGURES if ALL in self.targets or name in self.targets]
+
+    @property
+    def folder(self) -> Path | None:
+        """Where files go; None where there are none."""
+        return self.out or (FOLDER if self.figures else None)
 
 
-def ordered(
-    targets: Iterable[str], out: Path | None, method: str, threads: int | None, kind: str
-) -> Order:
-    """The order, checked.
-
-    Raises ``InputError`` for a target, method, format or number of threads that is not allowed.
-    """
-    targets = tuple(dict.fromkeys(target.lower() for target in targets))
-    for option, word, allowed in (
-        *(("", target, [*FIGURES, *OTHERS]) for target in targets),
-        ("--method ", method, list(FRICTION)),
-        ("--format ", kind, list(KINDS)),
-    ):
-        if word not in allowed:
-            raise InputError(f"{option}{word}: not known. {nearest(word, allowed)}")
-    if threads is not None and not 1 <= threads <= _MOST_THREADS:
-        raise InputError(
-            f"--threads {threads}: must be a whole number, 1 to {_MOST_THREADS}. Leave it out for"
-            " one per processor."
-        )
-    everything = ALL in targets
-    figures = tuple(name for name in FIGURES if everything or name in targets)
-    return Order(
-        figures=figures,
-        claims=everything or CLAIMS in targets,
-        report=everything,
-        folder=out or (FOLDER if figures else None),
-        method=method,
-        threads=threads,
-        kind=kind,
-    )
-
-
-def carry_out(order: Order) -> Outcome:
-    """Draw, test and write what is asked; progress goes to standard error.
+def run(
+    targets: list[str],
+    out: Path | None,
+    method: str,
+    threads: int | None,
+    kind: str,
+    as_json: bool,
+) -> None:
+    """Draw, test and write what is asked and print the results; without a target list all.
 
     Files appear in the folder as they are complete, each whole or not at all.
 
     Raises ``InputError`` for a folder that cannot be, ``OutputError`` where a file cannot be
     written, and ``Interrupted`` with a note on what is kept.
     """
+    if not targets:
+        put(as_json, _listing_report(), _listing)
+        return
+    order = Order(tuple(target.lower() for target in targets), out, method, threads, kind)
     begin = time.perf_counter()
     watch = _Watch(order.folder)
-    laboratory = Laboratory(order.method, threads=order.threads, watch=watch.run)
+    laboratory = Laboratory(method, threads=threads, watch=watch.run)
 
     def work() -> tuple[Finding, ...] | None:
         with announce_compilation("about half a minute"):
             return _work(order, laboratory, watch)
 
-    with _folder(order.folder), laboratory, watch:
+    with _folder(order.folder), laboratory:
         try:
-            findings = interruptible(work, watch.show)
+            findings = watch.wait(work)
         except Interrupted as interrupt:
             interrupt.add_note(_what_is_kept(watch.written))
             raise
-    return Outcome(watch.written, findings, time.perf_counter() - begin)
+    report = _report(order, watch.written, findings, time.perf_counter() - begin)
+    put(as_json, report, lambda: _text(report, findings))
 
 
 def _work(order: Order, laboratory: Laboratory, watch: _Watch) -> tuple[Finding, ...] | None:
-    """The request and the results of the statements, if they are tested."""
-    do = _everything if order.report else _pieces
-    findings = do(order, laboratory, watch)
+    """Draw and test; returns the results of the statements, if they are tested."""
+    findings = None
+    if ALL in order.targets:
+        from wedgebrake.paper.report.gather import PARTS, gather
+        from wedgebrake.paper.report.page import page
+
+        watch.total = PARTS
+        drawing = {name: version(name) for name in ("matplotlib", "jinja2")}
+        words = ["wedgebrake", "paper", ALL, "--method", order.method, "--out", str(order.folder)]
+        made = Made(shlex.join(words), {"wedgebrake": __version__, **versions(), **drawing})
+        gathered = gather(laboratory, order.kind, made, watch)
+        watch.file(REPORT, page(gathered).encode())
+        findings = gathered.findings
+    else:
+        from wedgebrake.paper.report.pictures import drawn
+        from wedgebrake.paper.statements import audit
+
+        watch.total = len(order.figures) + (CLAIMS in order.targets)
+        for name in order.figures:
+            drawn(name, laboratory, order.kind, watch)
+        if CLAIMS in order.targets:
+            findings = audit(laboratory)
+            watch.part()
     if findings is not None:
         watch.file(DATA, to_json(_claims(order, findings)).encode())
     return findings
 
 
-def _everything(order: Order, laboratory: Laboratory, watch: _Watch) -> tuple[Finding, ...]:
-    from wedgebrake.paper.report.gather import PARTS, gather
-    from wedgebrake.paper.report.page import page
-
-    watch.total = PARTS
-    report = gather(laboratory, order.kind, _made(order), watch)
-    watch.file(REPORT, page(report).encode())
-    return report.findings
-
-
-def _pieces(order: Order, laboratory: Laboratory, watch: _Watch) -> tuple[Finding, ...] | None:
-    from wedgebrake.paper.report.pictures import drawn
-    from wedgebrake.paper.statements import audit
-
-    watch.total = len(order.figures) + order.claims
-    for name in order.figures:
-        drawn(name, laboratory, order.kind, watch)
-    findings = audit(laboratory) if order.claims else None
-    if order.claims:
-        watch.part()
-    return findings
-
-
-def _made(order: Order) -> Made:
-    drawing = {name: version(name) for name in ("matplotlib", "jinja2")}
-    return Made(order.command, {"wedgebrake": __version__, **versions(), **drawing})
-
-
-class _Watch:
-    """Hears of what is done in other threads; writes and shows it in the main one.
-
-    So that nothing is written or shown any more once that one has heard Ctrl-C.
-    """
+class _Watch(Watch):
+    """Hears of what is done in other threads; writes and shows it in the main one."""
 
     def __init__(self, folder: Path | None) -> None:
+        super().__init__()
         self.total = 1
         self.written: list[Path] = []
         self._folder = folder
         self._lock = threading.Lock()
         self._parts = self._runs = 0
         self._files: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
-        self._bar = Bar()
-        self._shown: _Moment | None = None
 
     def run(self) -> None:
         """One more run is done."""
-        with self._lock:
-            self._runs += 1
+        self._add(runs=1)
 
     def part(self) -> None:
         """One more part is done."""
+        self._add(parts=1)
+
+    def _add(self, *, parts: int = 0, runs: int = 0) -> None:
         with self._lock:
-            self._parts += 1
+            self._parts += parts
+            self._runs += runs
+            words = f"{self._parts} of {self.total} parts, {self._runs} runs"
+            self.hear(Stage(self._parts, self.total, words=words))
 
     def file(self, name: str, content: bytes) -> None:
         """A file is complete; it is dropped where there is no folder."""
@@ -220,29 +187,10 @@ class _Watch:
             name, content = self._files.get()
             write(self._folder / name, content)
             self.written.append(self._folder / name)
-        moment = _Moment(self._parts, self.total, 0, 0.0, runs=self._runs)
-        if moment != self._shown:
-            self._shown = moment
-            self._bar(moment)
-
-    def __enter__(self) -> _Watch:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
+        super().show()
 
 
-@dataclass(frozen=True)
-class _Moment(Progress):
-    """How far it has come: parts, and runs so far."""
-
-    runs: int = 0
-
-    def __str__(self) -> str:
-        return f"{self.done} of {self.total} parts, {self.runs} runs"
-
-
-@contextmanager
+@contextlib.contextmanager
 def _folder(path: Path | None) -> Iterator[None]:
     """Inside, the folder is there; afterwards, it is gone if it was made for nothing.
 
@@ -256,23 +204,12 @@ def _folder(path: Path | None) -> Iterator[None]:
             f"--out {path}: names a file, must be a folder; the files have names of their own."
             f" For example --out {FOLDER}; --format sets the kind of the figures."
         )
-    beside = path / f".{secrets.token_hex(6)}.part"
     new = not path.exists()
+    if new:
+        check_folder("--out", path, path.parent)
+        path.mkdir()
     try:
-        path.mkdir(exist_ok=True)
-        beside.touch(exist_ok=False)
-        beside.unlink()
-    except FileNotFoundError:
-        raise InputError(
-            f"--out {path}: cannot be made: the folder {path.parent} does not exist. Create it, or"
-            " choose another one."
-        ) from None
-    except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise InputError(
-            f"--out {path}: cannot be written to ({why}). Choose another folder."
-        ) from None
-    try:
+        check_folder("--out", path, path)
         yield
     finally:
         if new:
@@ -287,28 +224,28 @@ def _what_is_kept(written: Sequence[Path]) -> str:
     return f"{written[0].parent} keeps {files}, complete."
 
 
-def listing() -> str:
+def _listing() -> str:
     """List of figures and reports, as text."""
     width = max(map(len, (*FIGURES, *OTHERS))) + 2
+    columns = max(min(shutil.get_terminal_size((_WIDTH, 1)).columns, _WIDTH), _LEAST)
+
+    def listed(name: str, words: str) -> str:
+        return textwrap.fill(
+            f"{name:{width}}{words}",
+            columns,
+            initial_indent="  ",
+            subsequent_indent=" " * (width + 2),
+            break_on_hyphens=False,
+        )
+
     lines = ["Figures of Chen and Xi (2014) that can be computed:"]
-    lines += [_listed(name, figure.caption, width) for name, figure in FIGURES.items()]
-    lines += ["", "And:"]
-    lines += [_listed(name, words, width) for name, words in OTHERS.items()]
+    lines += [listed(name, figure.caption) for name, figure in FIGURES.items()]
+    lines += ["", "And:", *(listed(name, words) for name, words in OTHERS.items())]
     lines += ["", "For example: wedgebrake paper fig8, or: wedgebrake paper all --out paper"]
     return "\n".join(lines)
 
 
-def _listed(name: str, words: str, width: int) -> str:
-    return textwrap.fill(
-        f"{name:{width}}{words}",
-        max(min(shutil.get_terminal_size((_WIDTH, 1)).columns, _WIDTH), _LEAST),
-        initial_indent="  ",
-        subsequent_indent=" " * (width + 2),
-        break_on_hyphens=False,
-    )
-
-
-def listing_report() -> dict[str, Any]:
+def _listing_report() -> dict[str, Any]:
     """The same for ``--json``."""
     figures = {
         name: {"number": str(one.number), "caption": one.caption} for name, one in FIGURES.items()
@@ -316,21 +253,20 @@ def listing_report() -> dict[str, Any]:
     return {"wedgebrake": __version__, "figures": figures, "others": OTHERS}
 
 
-def text(outcome: Outcome) -> str:
+def _text(report: dict[str, Any], findings: Sequence[Finding] | None) -> str:
     """Results, as text."""
     lines = []
-    if outcome.findings is not None:
-        lines += [*map(_line, outcome.findings), "", _summary(outcome.findings)]
-    pictures = [path for path in outcome.files if path.name not in (REPORT, DATA)]
-    if outcome.report is not None:
-        folder = outcome.report.parent.resolve()
-        lines.append(f"{len(pictures)} figures and {DATA}: {folder}")
-        lines.append(f"Report: {outcome.report.resolve()}")
-    else:
-        others = [path for path in outcome.files if path.name == DATA]
-        lines += [f"Figure: {path.resolve()}" for path in pictures]
-        lines += [f"Data: {path.resolve()}" for path in others]
-    return "\n".join(lines)
+    if findings is not None:
+        found = ", ".join(f"{number} {verdict}" for verdict, number in report["counts"].items())
+        lines += [*map(_line, findings), "", f"{len(findings)} statements: {found}."]
+        lines.append("Each number found: --json, or paper all.")
+    files = {Path(path).name: path for path in report["files"]}
+    data, page = files.pop(DATA, None), files.pop(REPORT, None)
+    if page is not None:
+        lines.append(f"{len(files)} figures and {DATA}: {Path(page).parent}")
+        return "\n".join([*lines, f"Report: {page}"])
+    lines += [f"Figure: {path}" for path in files.values()]
+    return "\n".join([*lines, f"Data: {data}"] if data else lines)
 
 
 def _line(finding: Finding) -> str:
@@ -348,23 +284,21 @@ def _line(finding: Finding) -> str:
     )
 
 
-def _summary(findings: Sequence[Finding]) -> str:
-    found = ", ".join(f"{number} {one.value}" for one, number in counts(findings).items())
-    return f"{len(findings)} statements: {found}.\nEach number found: --json, or paper all."
-
-
-def report(order: Order, outcome: Outcome) -> dict[str, Any]:
+def _report(
+    order: Order, written: list[Path], findings: Sequence[Finding] | None, seconds: float
+) -> dict[str, Any]:
     """Output of ``paper --json``."""
-    tested = {} if outcome.findings is None else _claims(order, outcome.findings)
+    tested = {} if findings is None else _claims(order, findings)
+    files = [str(path.resolve()) for path in written]
     return {
         "wedgebrake": __version__,
         "versions": versions(),
         "method": order.method,
-        "files": [str(path.resolve()) for path in outcome.files],
-        "report": outcome.report and str(outcome.report.resolve()),
+        "files": files,
+        "report": next((path for path in files if Path(path).name == REPORT), None),
         "counts": tested.get("counts"),
         "findings": tested.get("findings"),
-        "seconds": outcome.seconds,
+        "seconds": seconds,
     }
 
 

@@ -1,8 +1,9 @@
-"""A long computation, watched: progress on standard error, and an ear for Ctrl-C."""
+"""A long computation, watched: progress on standard error, and Ctrl-C at once."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeVar
 
 from wedgebrake.solvers.interrupts import interruptible
@@ -11,11 +12,16 @@ from wedgebrake.sweeps.progress import Bar, Progress
 _Result = TypeVar("_Result")
 
 
-def watched(work: Callable[[Callable[[Progress], None]], _Result]) -> _Result:
-    """The result of ``work``, which is done in a thread and gets whom to tell its progress."""
-    watch = Watch()
-    with watch:
-        return interruptible(lambda: work(watch.hear), watch.show)
+@dataclass(frozen=True)
+class Stage(Progress):
+    """Progress in words of its own."""
+
+    resumed: int = 0
+    rate: float = 0.0
+    words: str = ""
+
+    def __str__(self) -> str:
+        return self.words
 
 
 class Watch:
@@ -40,10 +46,7 @@ class Watch:
             self._shown = last
             self._bar(last)
 
-    def __enter__(self) -> Watch:
-        return self
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        if kind is None:
-            self.show()  # what came last, if nobody has looked since
-        self._bar.close()
+    def wait(self, work: Callable[[], _Result]) -> _Result:
+        """The result of ``work``, done in a thread, while progress is shown."""
+        with self._bar:
+            return interruptible(work, self.show)

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.linear_stability import DirectionStability, Stability, stability
-from wedgebrake.analysis.sticking import AT_REST, span
+from wedgebrake.analysis.sticking import AT_REST, span, steady_start, sticks
 from wedgebrake.analysis.torque import brake_torque
-from wedgebrake.cli.writing import describe, versions
+from wedgebrake.cli.output import check_files, describe, finish, header
+from wedgebrake.cli.overrides import load
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
-from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 # Largest number of torque periods after which a repetition is searched for.
 _LONGEST = 24
@@ -35,45 +38,39 @@ def stability_report(system: BrakedDriveline, verdict: Stability) -> dict[str, A
 
 def stability_text(system: BrakedDriveline, verdict: Stability) -> str:
     """The text that ``stability`` prints."""
+    directions = {"forwards": verdict.forward, "backwards": verdict.backward}
     lines = [describe(system), "", f"Linear stability: {verdict.verdict}"]
-    for name, one in (("forwards", verdict.forward), ("backwards", verdict.backward)):
+    for name, one in directions.items():
         if one.speed is not None:
-            lines += ["", *_direction_lines(name, one)]
-    return "\n".join([*lines, *_angle_lines(system, verdict)])
-
-
-def _angle_lines(system: BrakedDriveline, verdict: Stability) -> list[str]:
-    """The angles of a wedge at which the verdict changes."""
+            lines += ["", *_direction(name, one)]
     sliding, resting = verdict.kinetic_locking_angle, verdict.static_locking_angle
-    if sliding is None or resting is None or not isinstance(system.brake, WedgeBrake):
-        return []
-    at_rest = f", at rest up to {resting:.6g} rad" if resting > sliding else ""
-    lines = [
-        "",
-        f"Wedge angle, here {system.brake.angle:.6g} rad, with all else as it is:",
-        f"  self-locking up to {sliding:.6g} rad{at_rest}",
-    ]
-    hopf = [
-        f"{name} {one.hopf_angle:.6g} rad"
-        for name, one in (("forwards", verdict.forward), ("backwards", verdict.backward))
-        if one.hopf_angle is not None
-    ]
-    if hopf:
-        lines.append(f"  Hopf: {', '.join(hopf)} (sliding decays above)")
-    return lines
+    if sliding is not None and resting is not None and isinstance(system.brake, WedgeBrake):
+        at_rest = f", at rest up to {resting:.6g} rad" if resting > sliding else ""
+        lines += [
+            "",
+            f"Wedge angle, here {system.brake.angle:.6g} rad, with all else as it is:",
+            f"  self-locking up to {sliding:.6g} rad{at_rest}",
+        ]
+        hopf = {name: one.hopf_angle for name, one in directions.items()}
+        angles = [f"{name} {one:.6g} rad" for name, one in hopf.items() if one is not None]
+        if angles:
+            lines.append(f"  Hopf: {', '.join(angles)} (sliding decays above)")
+    return "\n".join(lines)
 
 
-def _direction_lines(name: str, one: DirectionStability) -> list[str]:
+def _direction(name: str, one: DirectionStability) -> list[str]:
     at = f" at {one.speed:.6g} rad/s" if one.speed else ""
     if one.locked or one.eigenvalues is None:
         return [f"Sliding {name}{at}: does not exist (self-locking)."]
-    roots = ", ".join(f"{value.real:.6g}{value.imag:+.6g}i" for value in one.eigenvalues)
-    lines = [f"Sliding {name}{at}:"]
-    lines.append(f"  damping      {one.damping:.6g} N m s/rad: small vibration {one.state}")
+    lines = [
+        f"Sliding {name}{at}:",
+        f"  damping      {one.damping:.6g} N m s/rad: small vibration {one.state}",
+    ]
     if one.released:
         lines.append(
             "  actuator     released at this speed; slopes given below are those of a pressed brake"
         )
+    roots = ", ".join(f"{value.real:.6g}{value.imag:+.6g}i" for value in one.eigenvalues)
     lines.append(f"  eigenvalues  {roots} 1/s")
     for label, stem in (
         ("Hopf", "hopf"),
@@ -81,90 +78,100 @@ def _direction_lines(name: str, one: DirectionStability) -> list[str]:
         ("node-focus, unstable side", "node_focus_unstable"),
     ):
         slope, eta = getattr(one, f"{stem}_slope"), getattr(one, f"{stem}_eta")
-        if slope is None:
-            continue
-        in_eta = "" if eta is None else f"eta = {eta:.6g}, "
-        lines.append(f"  {label}: {in_eta}slope = {slope:.6g} N s/rad")
+        if slope is not None:
+            in_eta = "" if eta is None else f"eta = {eta:.6g}, "
+            lines.append(f"  {label}: {in_eta}slope = {slope:.6g} N s/rad")
     return lines
 
 
-def simulated(study: Study) -> tuple[xr.Dataset, dict[str, Any]]:
-    """Simulate a study; returns the response and the report on it."""
+def run(
+    study: Path,
+    changes: list[str] | None,
+    method: str | None,
+    out: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    """Simulate, and report; exit with status 1 after a run that a limit has stopped."""
     from wedgebrake.cli.interrupts import announce_compilation
+    from wedgebrake.solvers.interrupts import interruptible
     from wedgebrake.solvers.simulate import simulate
 
-    with announce_compilation():
-        response = simulate(study.system, **study.run.arguments())
-        return response, response_report(study.system, response)
+    check_files(out, plot)
+    loaded = load(study, changes, method)
+    system = loaded.system
+
+    def work() -> tuple[xr.Dataset, dict[str, Any]]:
+        with announce_compilation():
+            response = simulate(system, **loaded.run.arguments())
+            return response, response_report(system, response)
+
+    def picture() -> Figure:
+        from wedgebrake.figures.matplotlib.motion import overview
+
+        return overview(system, response, report["summary"])
+
+    response, report = interruptible(work)
+    finish(
+        as_json,
+        report,
+        lambda: response_text(system, report),
+        data=(out, response),
+        picture=(plot, picture),
+    )
+    if report["status"] in ("event_limit", "step_limit"):
+        sys.exit(1)
 
 
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
     """The data that ``simulate --json`` prints."""
-    from wedgebrake.analysis.sticking import steady_start, sticks
     from wedgebrake.dynamics.enums import EventKind
 
-    steady_from = steady_start(response)
+    attrs, steady_from = response.attrs, steady_start(response)
     steady = sticks(response, steady_from)
     kinds, counts = np.unique(response["event_kind"].values, return_counts=True)
-    events = {EventKind(kind).name.lower(): int(n) for kind, n in zip(kinds, counts, strict=True)}
-    attrs = response.attrs
-    linear = stability(system)
+    try:
+        torque = asdict(brake_torque(response, steady_from))
+    except InputError:  # too few samples
+        torque = None
+    driven = system.excitation.amplitude > 0.0
+    repeats = repetition(response) if driven else None
+    kind = steady.attrs["class"]
+    exits = response["stick_exit"].values
+    # A torque ends most rests; one that lasted for the last fifth of a run is taken as permanent.
+    rests = (
+        system.driveline.drive_speed == 0.0
+        and (kind == AT_REST or not driven)
+        and exits.size > 0
+        and exits[-1] == 0
+    )
     report: dict[str, Any] = {
-        "wedgebrake": attrs["wedgebrake_version"],
-        "versions": versions(),
-        "system": json.loads(attrs["system"]),
-        "groups": json.loads(attrs["groups"]),
+        **header(system),
         "method": attrs["method"],
         "options": json.loads(attrs["options"]),
         "status": attrs["status"],
         "message": attrs["message"],
-        "final": {
-            "time": attrs["final_time"],
-            "angle": attrs["final_angle"],
-            "velocity": attrs["final_velocity"],
-        },
-        "stability": linear.as_dict(),
+        "final": {name: attrs[f"final_{name}"] for name in ("time", "angle", "velocity")},
+        "stability": stability(system).as_dict(),
         "steady_from": steady_from,
-        "stick_slip_class": steady.attrs["class"],
+        "stick_slip_class": kind,
         "stick_share": steady.attrs["share"],
-        "events": events,
+        "brake_torque": torque,
+        "events": {
+            EventKind(one).name.lower(): int(count)
+            for one, count in zip(kinds, counts, strict=True)
+        },
         "sticks": {
-            name: response[f"stick_{name}"].values.tolist()
-            for name in ("start", "end", "entry", "exit")
+            name: response[f"stick_{name}"].values for name in ("start", "end", "entry", "exit")
         },
         "poincare": {
-            "period": response["period"].values.tolist(),
-            "time": response["poincare_time"].values.tolist(),
-            "angle": response["poincare_angle"].values.tolist(),
-            "velocity": response["poincare_velocity"].values.tolist(),
+            "period": response["period"].values,
+            **{name: response[f"poincare_{name}"].values for name in ("time", "angle", "velocity")},
         },
+        "rest_from": float(response["stick_start"].values[-1]) if rests else None,
+        "repeats_after": repeats and {"periods": repeats[0], "distance": repeats[1]},
     }
-    driven = report["system"]["excitation"]["amplitude"] > 0.0
-    report["brake_torque"] = _torque(response, steady_from)
-    repeats = repetition(response) if driven else None
-    report["rest_from"] = _rest_from(report, response)
-    report["repeats_after"] = repeats and {"periods": repeats[0], "distance": repeats[1]}
-    report["summary"] = summary(report, response)
-    return report
-
-
-def _torque(response: xr.Dataset, start: float) -> dict[str, float] | None:
-    """Mean, mean size and peak of the brake torque [N m]; None if there are too few samples."""
-    try:
-        return asdict(brake_torque(response, start))
-    except InputError:
-        return None
-
-
-def _rest_from(report: dict[str, Any], response: xr.Dataset) -> float | None:
-    """Beginning of the rest that lasts for good [s]; None if the driveline goes on to move."""
-    machine = report["system"]
-    exits = response["stick_exit"].values
-    # A torque ends most rests; one that lasted for the last fifth of a run is taken as permanent.
-    lasts = report["stick_slip_class"] == AT_REST or machine["excitation"]["amplitude"] == 0.0
-    if machine["driveline"]["drive_speed"] != 0.0 or not (lasts and exits.size and exits[-1] == 0):
-        return None
-    return float(response["stick_start"].values[-1])
+    return {**report, "summary": summary(report, response)}
 
 
 def _longest(response: xr.Dataset) -> int:
@@ -195,51 +202,38 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
     """The motion in one or two sentences."""
     if report["status"] != "completed":
         return str(report["message"])
-    late = response["velocity"].values[response["time"].values >= report["steady_from"]]
-    late = np.append(late, report["final"]["velocity"])  # samples may be too few to have one
-    kind = str(report["stick_slip_class"])
-    begun = report["rest_from"]
+    begun, kind = report["rest_from"], report["stick_slip_class"]
     since = "" if begun is None or begun == span(response)[0] else f"at rest from {begun:.4g} s"
     if kind == AT_REST:
         return f"The brake holds the driveline{since and ','} {since or 'at rest'}."
-    words = f"{kind[0].upper()}{kind[1:]} vibration, velocity between {late.min():.4g} and"
-    words += f" {late.max():.4g} rad/s,"
+    late = response["velocity"].values[response["time"].values >= report["steady_from"]]
+    late = np.append(late, report["final"]["velocity"])  # samples may be too few to have one
     # A brake that sticks to a turning shaft is not at rest.
-    turning = report["system"]["driveline"]["drive_speed"] != 0.0
-    words += f" {'stuck' if turning else 'at rest'} {100 * report['stick_share']:.3g} % of the time"
+    resting = "stuck" if report["system"]["driveline"]["drive_speed"] != 0.0 else "at rest"
+    words = (
+        f"{kind[0].upper()}{kind[1:]} vibration, velocity between {late.min():.4g} and"
+        f" {late.max():.4g} rad/s, {resting} {100 * report['stick_share']:.3g} % of the time"
+    )
     looked = _longest(response)
     if looked < _LONGEST:
         words += f" (of the last {report['final']['time'] - report['steady_from']:.3g} s)"
-    words += "."
     if report["system"]["excitation"]["amplitude"] == 0.0:
-        words += f" It ends {since}." if since else ""
-        return words + " No torque acts: no repetition is searched for."
-    repeats = report["repeats_after"]
-    if repeats is None and looked < _LONGEST:
-        return words + " The run is too short to find after how many periods it repeats."
-    if repeats is None:
-        return words + f" It does not repeat within {_LONGEST} torque periods."
-    n, distance = repeats["periods"], repeats["distance"]
-    words += " It repeats every torque period" if n == 1 else f" It repeats every {n} periods"
-    return words + (f" (to {distance:.0e})." if distance > 1e-6 else ".")
-
-
-def _layer_line(system: BrakedDriveline, friction: SmoothFriction) -> str:
-    """The meaning of rest with a smooth law, which has none (docs/theory.md, section 6)."""
-    from wedgebrake.solvers.log_reader import SHORTEST_STICK
-
-    speed = friction.transition
-    return (
-        f"  with smooth friction the brake never rests exactly; stick and rest mean |sliding speed|"
-        f" below {speed:.4g} m/s ({speed / system.brake.radius:.4g} rad/s) for longer than"
-        f" {100 * SHORTEST_STICK:g} % of a torque period"
-    )
+        ends = f" It ends {since}." if since else ""
+        return f"{words}.{ends} No torque acts: no repetition is searched for."
+    if report["repeats_after"] is None:
+        too_short = "The run is too short to find after how many periods it repeats."
+        nothing = f"It does not repeat within {_LONGEST} torque periods."
+        return f"{words}. {too_short if looked < _LONGEST else nothing}"
+    n, distance = report["repeats_after"].values()
+    every = "every torque period" if n == 1 else f"every {n} periods"
+    return f"{words}. It repeats {every}" + (f" (to {distance:.0e})." if distance > 1e-6 else ".")
 
 
 def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     """The text that ``simulate`` prints."""
-    final = report["final"]
-    events = ", ".join(f"{count} {name}" for name, count in report["events"].items()) or "none"
+    from wedgebrake.solvers.log_reader import SHORTEST_STICK
+
+    final, friction, torque = report["final"], system.friction, report["brake_torque"]
     lines = [
         describe(system),
         "",
@@ -248,14 +242,21 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     ]
     if report["status"] == "completed":  # else the summary has said it
         lines.append(f"  {report['message']}")
-    if isinstance(system.friction, SmoothFriction) and report["stick_share"] > 0.0:
-        lines.append(_layer_line(system, system.friction))
-    torque = report["brake_torque"]
+    if isinstance(friction, SmoothFriction) and report["stick_share"] > 0.0:
+        speed = friction.transition  # docs/theory.md, section 6
+        lines.append(
+            "  with smooth friction the brake never rests exactly; stick and rest mean |sliding"
+            f" speed| below {speed:.4g} m/s ({speed / system.brake.radius:.4g} rad/s) for longer"
+            f" than {100 * SHORTEST_STICK:g} % of a torque period"
+        )
     if torque and math.isfinite(torque["peak"]):
-        words = ("mean", "mean size", "peak")
-        sizes = (f"{word} {torque[word.replace(' ', '_')]:.4g} N m" for word in words)
+        sizes = (
+            f"{name.replace('_', ' ')} {torque[name]:.4g} N m"
+            for name in ("mean", "mean_size", "peak")
+        )
         lines.append(f"  brake torque: {', '.join(sizes)}")
-    lines.append(f"  events: {events}")
+    events = ", ".join(f"{count} {name}" for name, count in report["events"].items())
+    lines.append(f"  events: {events or 'none'}")
     lines.append(
         f"  state at t = {final['time']:.6g} s: angle {final['angle']:.9g} rad,"
         f" velocity {final['velocity']:.9g} rad/s"

@@ -4,68 +4,87 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
+from wedgebrake.cli.output import finish, of_option
 from wedgebrake.cli.progress import Watch
+from wedgebrake.cli.sweep_report import sweep_report, sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.study import Study
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.validation import shown
-from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.sweeps.basins import basins
+from wedgebrake.sweeps.bifurcation import bifurcation
 from wedgebrake.sweeps.progress import Progress
+from wedgebrake.sweeps.regime_map import regime_map
+from wedgebrake.sweeps.sweep import StoreWarning, sweep
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 # Settings of [run] that a sweep takes; the others say how long a single run is.
 _OF_RUN = ("initial", "method", "rtol", "step", "max_events", "max_steps")
 
 
-@dataclass(frozen=True)
-class Storing:
-    """Where a sweep is kept while it runs, and whether to go on with what is there."""
+def run(
+    study: Study,
+    store: Path | None,
+    resume: bool,
+    threads: int | None,
+    out: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    """Compute the sweep of a study, write and print its results.
 
-    path: Path | None = None
-    resume: bool = False
-
-
-@dataclass
-class Outcome:
-    """A finished sweep.
-
-    computed, resumed : points computed now, and found in the store
-    seconds           : how long that took; ``compiled``: with compilation of the kernels
-    warnings          : what was said about a damaged store
+    Raises ``InputError``, ``Interrupted`` with a note on what is kept, and what
+    ``wedgebrake.sweep`` raises.
     """
+    _check(study, store, resume, picture=plot is not None)
+    kept = {"store": store, "resume": resume, "threads": threads}
+    watch = Watch()
+    told: list[str] = []
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", StoreWarning)
+            warnings.showwarning = _telling(told, warnings.showwarning)
+            with announce_compilation("about half a minute") as announced:
+                dataset = watch.wait(lambda: _sweep(study, **kept, progress=watch.hear))
+    except Interrupted as interrupt:
+        interrupt.add_note(_what_is_kept(store, watch.last))
+        raise
+    except MemoryError as error:
+        error.add_note("Sweep fewer values, or lower --periods, or give --store RUN.zarr.")
+        raise
+    except (InputError, OutputError) as error:
+        words = str(of_option(error, "--store", store))
+        raise type(error)(
+            words.replace("resume=True (--resume on the command line)", "--resume")
+        ) from None
+    speed = {**_speed(watch.last, dataset), "with_compilation": bool(announced)}
+    report = sweep_report(study, dataset, speed, told)
 
-    dataset: xr.Dataset
-    computed: int
-    resumed: int
-    seconds: float
-    compiled: bool
-    warnings: list[str] = field(default_factory=list)
+    def picture() -> Figure:
+        from wedgebrake.figures.matplotlib.draw import plot as draw
+
+        return draw(dataset)
+
+    finish(
+        as_json,
+        report,
+        lambda: sweep_text(study.system, report),
+        data=(out, dataset),
+        picture=(plot, picture),
+        store=store,
+    )
 
 
-def kind_of(study: Study) -> str:
-    """Which sweep a study asks for, by the number and the names of its axes."""
-    names = [name for name, _ in study.sweep.axes]
-    if len(names) == 1:
-        return "bifurcation"
-    if len(names) != 2 or study.sweep.follow is not None:
-        return "sweep"
-    return "basins" if set(names) == set(INITIAL) else "regime_map"
-
-
-def check(study: Study, storing: Storing, *, picture: bool) -> None:
-    """Refuse what cannot become a sweep, before any work is done.
-
-    Raises ``InputError``.
-    """
+def _check(study: Study, store: Path | None, resume: bool, *, picture: bool) -> None:
+    """Refuse what cannot become a sweep, before any work is done."""
     names = [name for name, _ in study.sweep.axes]
     if not names:
         raise InputError(
@@ -78,7 +97,7 @@ def check(study: Study, storing: Storing, *, picture: bool) -> None:
             f"follow = {shown(follow)}: must be a parameter that is swept."
             f" {nearest(str(follow), names)}"
         )
-    if storing.resume and storing.path is None:
+    if resume and store is None:
         raise InputError("--resume: needs --store, the store to go on with.")
     start = study.run.start_time
     if start != 0.0:
@@ -98,101 +117,52 @@ def check(study: Study, storing: Storing, *, picture: bool) -> None:
         )
 
 
-def compute(study: Study, storing: Storing, threads: int | None) -> Outcome:
-    """The sweep of a study; progress goes to standard error, and Ctrl-C is heard at once.
+def _sweep(study: Study, **settings: Any) -> xr.Dataset:
+    """The sweep that a study asks for, by the number and the names of its axes."""
+    parameters = study.sweep.parameters()
+    settings |= {name: getattr(study.run, name) for name in _OF_RUN}
+    settings |= study.sweep.arguments()
+    compute: Callable[..., xr.Dataset] = sweep
+    if len(parameters) == 1:
+        compute = bifurcation
+        settings["follow"] = study.sweep.follow is not None
+    elif len(parameters) == 2 and study.sweep.follow is None:
+        compute = basins if set(parameters) == set(INITIAL) else regime_map
+    return compute(study.system, **parameters, **settings)
 
-    Raises ``Interrupted`` with a note on what is kept, and what ``wedgebrake.sweep`` raises.
-    """
-    watch = Watch()
-    told: list[str] = []
 
-    def work() -> tuple[xr.Dataset, bool]:
-        with announce_compilation("about half a minute") as compilation:
-            dataset = _run(study, storing, threads, watch.hear)
-            return dataset, compilation.said
+def _telling(told: list[str], otherwise: Callable[..., None]) -> Callable[..., None]:
+    """A ``warnings.showwarning`` that tells of damage of a store in a line, and notes it."""
 
-    try:
-        with watch, _telling(told):
-            dataset, compiled = interruptible(work, watch.show)
-    except Interrupted as interrupt:
-        interrupt.add_note(_what_is_kept(storing, watch.last))
-        raise
-    except MemoryError as error:
-        error.add_note("Sweep fewer values, or lower --periods, or give --store RUN.zarr.")
-        raise
-    except (InputError, OutputError) as error:
-        raise type(error)(_in_options(str(error), storing)) from None
-    last = watch.last
+    def tell(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+        if not issubclass(category, StoreWarning):
+            otherwise(message, category, *where, **more)
+            return
+        told.append(str(message))
+        if sys.stderr is not None:
+            sys.stderr.write(f"warning: {message}\n")
+
+    return tell
+
+
+def _speed(last: Progress | None, dataset: xr.Dataset) -> dict[str, Any]:
+    """Points computed now, and found in the store; how long that took."""
     if last is None or last.rate == 0.0:  # all was in the store
-        return Outcome(dataset, 0, dataset["status"].size, 0.0, compiled, told)
+        size = dataset["status"].size
+        return {"computed": 0, "resumed": size, "seconds": 0.0, "points_per_second": None}
     computed = last.total - last.resumed
-    return Outcome(dataset, computed, last.resumed, computed / last.rate, compiled, told)
+    return {
+        "computed": computed,
+        "resumed": last.resumed,
+        "seconds": computed / last.rate,
+        "points_per_second": last.rate,
+    }
 
 
-def _run(
-    study: Study, storing: Storing, threads: int | None, hear: Callable[[Progress], None]
-) -> xr.Dataset:
-    from wedgebrake.sweeps.basins import basins
-    from wedgebrake.sweeps.bifurcation import bifurcation
-    from wedgebrake.sweeps.regime_map import regime_map
-    from wedgebrake.sweeps.sweep import sweep
-
-    arguments: dict[str, Any] = {name: getattr(study.run, name) for name in _OF_RUN}
-    arguments |= study.sweep.arguments()
-    kind = kind_of(study)
-    if kind == "bifurcation":
-        arguments["follow"] = "follow" in arguments
-    sweeps: dict[str, Callable[..., xr.Dataset]] = {
-        "bifurcation": bifurcation, "basins": basins, "regime_map": regime_map, "sweep": sweep,
-    }  # fmt: skip
-    return sweeps[kind](
-        study.system,
-        **study.sweep.parameters(),
-        **arguments,
-        store=storing.path,
-        resume=storing.resume,
-        threads=threads,
-        progress=hear,
-    )
-
-
-@contextmanager
-def _telling(told: list[str]) -> Iterator[None]:
-    """Inside, damage of a store is told in a line each, and noted."""
-    from wedgebrake.sweeps.sweep import StoreWarning
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", StoreWarning)
-        otherwise = warnings.showwarning
-
-        def tell(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
-            if not issubclass(category, StoreWarning):
-                otherwise(message, category, *where, **more)
-                return
-            told.append(str(message))
-            if sys.stderr is not None:
-                sys.stderr.write(f"warning: {message}\n")
-
-        warnings.showwarning = tell
-        yield
-
-
-def _what_is_kept(storing: Storing, last: Progress | None) -> str:
-    if storing.path is None:
+def _what_is_kept(store: Path | None, last: Progress | None) -> str:
+    if store is None:
         return "Nothing is kept. With --store RUN.zarr the points that are done would be."
-    if not storing.path.exists():
+    if not store.exists():
         return "Nothing was computed yet."
-    so_far = f" {last.done} of {last.total} points" if last is not None else " what was done"
-    return f"{storing.path} keeps{so_far}. The same command with --resume goes on."
-
-
-def _in_options(text: str, storing: Storing) -> str:
-    """A message about the arguments of a store, about the options of the command line."""
-    if storing.path is not None:
-        # The path is absolute unless the working directory no longer exists.
-        names = [str(storing.path)]
-        with suppress(FileNotFoundError):
-            names.append(str(storing.path.absolute()))
-        for name in names:
-            text = text.replace(f"path = {name!r}", f"--store {storing.path}")
-    return text.replace("resume=True (--resume on the command line)", "--resume")
+    so_far = "what was done" if last is None else f"{last.done} of {last.total} points"
+    return f"{store} keeps {so_far}. The same command with --resume goes on."

@@ -1,31 +1,28 @@
-"""The data that ``sweep --json`` prints: counts, intervals of a parameter, attractors."""
+"""Counts, intervals and attractors of a sweep: the data of ``sweep --json``, and the text."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Iterator
-from itertools import pairwise
-from pathlib import Path
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import sliding_damping
-from wedgebrake.cli.sweep_command import Outcome
-from wedgebrake.cli.writing import versions
+from wedgebrake.cli.output import describe, header, timed, with_unit
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
+from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.study import Study
+from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.results import PointStatus
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Codes = NDArray[np.int64]
-# Classes that a class of stick-slip adds nothing to.
-_ENDED = (MotionClass.AT_REST, MotionClass.DIVERGED, MotionClass.SELF_LOCKED)
 _ENDS = {
     PointStatus.NOT_COMPUTED: "not computed",
     PointStatus.COMPLETED: "completed",
@@ -35,30 +32,32 @@ _ENDS = {
     PointStatus.STEP_LIMIT: "stopped at max_steps",
     PointStatus.INVALID: "cannot be built",
 }
+# Ends that have a class of motion; and classes that a class of stick-slip adds nothing to.
+_CLASSIFIED = (PointStatus.COMPLETED, PointStatus.DIVERGED, PointStatus.NO_FORWARD_SOLUTION)
+_ENDED = (MotionClass.AT_REST, MotionClass.DIVERGED, MotionClass.SELF_LOCKED)
 # Bisections of a step of an axis to find the limit of linear stability.
 _HALVINGS = 50
+_MOST_LINES = 12  # of the intervals, and of the attractors
+_MOST_CLASSES = 8  # in one line
 
 
-def sweep_report(study: Study, outcome: Outcome, files: dict[str, Path | None]) -> dict[str, Any]:
-    """The data that ``sweep --json`` prints.
-
-    files : "picture", "data", "store" -> their paths
-    """
-    dataset = outcome.dataset
-    attrs = dataset.attrs
+def sweep_report(
+    study: Study, dataset: xr.Dataset, speed: dict[str, Any], warnings: list[str]
+) -> dict[str, Any]:
+    """The data that ``sweep --json`` prints."""
     # A parameter's dimension may have another name, where a result has its own.
     dims = [str(dim) for dim in dataset["status"].dims if dim != "branch"]
     axes = dict(zip(study.sweep.parameters(), dims, strict=True))
     alone = next(iter(axes.items())) if len(axes) == 1 else None
-    codes = _codes(dataset)
+    words, places = _words(dataset)
+    damping = dataset["sliding_damping"].to_numpy()
+    known = damping[~np.isnan(damping)]
+    stable = np.isfinite(known) & (known > 0.0)
     return {
-        "wedgebrake": attrs["wedgebrake_version"],
-        "versions": versions(),
-        "kind": attrs["kind"],
-        "method": attrs["method"],
-        "system": json.loads(attrs["system"]),
-        "groups": json.loads(attrs["groups"]),
-        "protocol": json.loads(attrs["protocol"]),
+        **header(study.system),
+        "kind": dataset.attrs["kind"],
+        "method": dataset.attrs["method"],
+        "protocol": json.loads(dataset.attrs["protocol"]),
         "axes": {
             name: {
                 "dimension": dim,
@@ -68,92 +67,66 @@ def sweep_report(study: Study, outcome: Outcome, files: dict[str, Path | None]) 
             }
             for name, dim in axes.items()
         },
-        "points": int(codes.size),
-        "status": _counts(codes, lambda point: point["status"]),
-        "motion": _counts(codes, lambda point: point["motion"]),
-        "stick_slip": _counts(codes, lambda point: point["stick_slip"]),
+        "points": int(places.size),
+        **{what: _counts(words, places, what) for what in ("status", "motion", "stick_slip")},
         "linear_stability": {
-            "stable_share": _stable_share(dataset),
-            "locked_share": float(np.isposinf(dataset["sliding_damping"].to_numpy()).mean()),
+            "stable_share": float(np.mean(stable)) if stable.size else math.nan,
+            "locked_share": float(np.isposinf(damping).mean()),
             "limits": list(_limits(study.system, dataset, *alone)) if alone else None,
         },
-        "intervals": _intervals(dataset, alone[1], codes) if alone else None,
+        "intervals": list(_intervals(dataset, alone[1], words, places)) if alone else None,
         "attractors": _attractors(dataset) if "attractor" in dataset else None,
-        "speed": {
-            "computed": outcome.computed,
-            "resumed": outcome.resumed,
-            "seconds": outcome.seconds,
-            "points_per_second": outcome.computed / outcome.seconds if outcome.computed else None,
-            "with_compilation": outcome.compiled,
-        },
-        "files": {what: None if path is None else str(path) for what, path in files.items()},
-        "warnings": outcome.warnings,
+        "speed": speed,
+        "files": {"picture": None, "data": None, "store": None},
+        "warnings": warnings,
     }
 
 
-# How a point ended and what it does, in one whole number: points with equal numbers are alike.
+def _words(dataset: xr.Dataset) -> tuple[list[dict[str, str]], NDArray[np.intp]]:
+    """The words for points that are alike, and the place of each point's in that list."""
+    names = ("status", "motion", "stick_class", "order")
+    columns = np.stack([dataset[name].to_numpy().astype(np.int64).ravel() for name in names])
+    kinds, places = np.unique(columns, axis=1, return_inverse=True)
+    found = [_meaning(*kind) for kind in kinds.T.tolist()]
+    # Points whose words are the same are alike, whatever else differs.
+    unique = [word for place, word in enumerate(found) if word not in found[:place]]
+    return unique, np.array([unique.index(word) for word in found])[places.ravel()]
 
 
-def _codes(dataset: xr.Dataset) -> Codes:
-    status, motion, stick, order = (
-        dataset[name].to_numpy().astype(np.int64)
-        for name in ("status", "motion", "stick_class", "order")
-    )
-    return np.asarray(((status * 16 + motion + 1) * 16 + stick + 1) * 2**32 + order)
-
-
-def _meaning(code: int) -> dict[str, str]:
+def _meaning(status: int, motion: int, stick: int, order: int) -> dict[str, str]:
     """The words for a point: status, motion and stick-slip."""
-    rest, order = divmod(code, 2**32)
-    rest, stick = divmod(rest, 16)
-    status, motion = divmod(rest, 16)
-    end, class_ = PointStatus(status), MotionClass(motion - 1)
-    odd = end not in (
-        PointStatus.COMPLETED,
-        PointStatus.DIVERGED,
-        PointStatus.NO_FORWARD_SOLUTION,
-    )
-    word = _ENDS[end] if odd else motion_word(class_, order)
-    plain = odd or class_ in _ENDED or stick - 1 == StickClass.NONE
-    sticks = word if plain else StickClass(stick - 1).word
+    end, class_ = PointStatus(status), MotionClass(motion)
+    classified = end in _CLASSIFIED
+    word = motion_word(class_, order) if classified else _ENDS[end]
+    plain = not classified or class_ in _ENDED or stick == StickClass.NONE
+    sticks = word if plain else StickClass(stick).word
     return {"status": _ENDS[end], "motion": word, "stick_slip": sticks}
 
 
-def _counts(codes: Codes, word: Any) -> dict[str, int]:
+def _counts(words: list[dict[str, str]], places: NDArray[np.intp], what: str) -> dict[str, int]:
     """Number of points of each class, the most frequent first."""
     counts: dict[str, int] = {}
-    for code, count in zip(*np.unique(codes, return_counts=True), strict=True):
-        one = word(_meaning(int(code)))
-        counts[one] = counts.get(one, 0) + int(count)
+    for word, count in zip(words, np.bincount(places).tolist(), strict=True):
+        counts[word[what]] = counts.get(word[what], 0) + count
     return dict(sorted(counts.items(), key=lambda item: -item[1]))
 
 
-def _intervals(dataset: xr.Dataset, dim: str, codes: Codes) -> list[dict[str, Any]]:
+def _intervals(
+    dataset: xr.Dataset, dim: str, words: list[dict[str, str]], places: NDArray[np.intp]
+) -> Iterator[dict[str, Any]]:
     """Intervals of neighbouring values with the same motion, in ascending order."""
     values = dataset[dim].to_numpy()
     order = np.argsort(values, kind="stable")
     branches = dataset["branch"].to_numpy().tolist() if "branch" in dataset.dims else [None]
-    found = []
-    # Points whose words are the same are one run, whatever else differs.
-    known, places = np.unique(codes, return_inverse=True)
-    words = [_meaning(int(code)) for code in known]
-    alike = np.array([words.index(one) for one in words])[places]
-    for branch, row in zip(branches, alike.reshape(len(branches), -1), strict=True):
-        for begin, end in _runs(row[order]):
-            run: dict[str, Any] = {} if branch is None else {"branch": branch}
-            run |= {
+    for branch, row in zip(branches, places.reshape(len(branches), -1)[:, order], strict=True):
+        for begin, end in pairwise([0, *(np.flatnonzero(np.diff(row)) + 1).tolist(), row.size]):
+            yield {
+                **({} if branch is None else {"branch": branch}),
                 "from": float(values[order[begin]]),
                 "to": float(values[order[end - 1]]),
                 "points": end - begin,
-                **words[row[order[begin]]],
+                **words[row[begin]],
             }
-            found.append(run)
-    return found
-
-
-def _runs(codes: Codes) -> Iterator[tuple[int, int]]:
-    cuts = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), codes.size]
-    yield from pairwise(cuts)
 
 
 def _attractors(dataset: xr.Dataset) -> list[dict[str, Any]]:
@@ -162,14 +135,6 @@ def _attractors(dataset: xr.Dataset) -> list[dict[str, Any]]:
         {"number": number, "motion": motion_word(int(motion), int(order)), "share": float(share)}
         for number, (motion, order, share) in enumerate(zip(*columns, strict=True))
     ]
-
-
-def _stable_share(dataset: xr.Dataset) -> float:
-    """Share of the points at which steady sliding exists and decays; nan without points."""
-    damping = dataset["sliding_damping"].to_numpy()
-    known = ~np.isnan(damping)
-    stable = np.isfinite(damping[known]) & (damping[known] > 0.0)
-    return float(np.mean(stable)) if known.any() else math.nan
 
 
 def _limits(
@@ -187,3 +152,172 @@ def _limits(
             side = sliding_damping(system.replace(**{name: middle})) > 0.0
             low, high = (middle, high) if side == stable[i] else (low, middle)
         yield {"value": 0.5 * (low + high), "stable": "above" if stable[i + 1] else "below"}
+
+
+def sweep_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
+    """The report of ``sweep_report`` in words."""
+    axes, total, speed = report["axes"], report["points"], report["speed"]
+    lines = [describe(system, axes), *_swept(axes), f"Evaluated {_settings(report)}"]
+    torque = system.excitation
+    if torque.amplitude == 0.0 and not {"amplitude", "F0"} & set(axes):
+        period = "1/frequency" if {"frequency", "f"} & set(axes) else f"{torque.period:.4g} s"
+        lines.append(
+            f"  (no torque acts: its period, {period}, only sets the times at which the motion is"
+            " sampled; synchronous and nT-periodic refer to that period)"
+        )
+    lines += ["", f"Points: {total}, {_listed(report['status'], total)}"]
+    lines.append(f"Motion: {_listed(report['motion'], total)}")
+    lines.append(f"Stick-slip: {_listed(report['stick_slip'], total)}")
+    if "undecided" in report["motion"] and report["protocol"]["transient"] != "auto":
+        lines.append("  (--transient auto gives each point the time to settle)")
+    lines += _linear(report)
+    if report["intervals"]:
+        lines += ["", *_along(report)]
+    if report["attractors"] is not None:
+        found = report["attractors"]
+        lines += ["", f"Attractors: {len(found)}, by the share of the points that settle to each"]
+        lines += [
+            f"  {one['number']:3}  {_share(one['share']):>7}  {one['motion']}"
+            for one in found[: _MOST_LINES - 1]
+        ]
+        if len(found) >= _MOST_LINES:
+            lines.append(f"  and {len(found) - _MOST_LINES + 1} more; --json lists each")
+    resumed = f"{speed['resumed']} were in the store"
+    if not speed["computed"]:
+        return "\n".join([*lines, "", f"All {speed['resumed']} points were in the store."])
+    took = timed(f"{speed['computed']} points", speed)
+    return "\n".join([*lines, "", f"{took}; {resumed}" if speed["resumed"] else took])
+
+
+def _swept(axes: dict[str, Any]) -> Iterator[str]:
+    for name, axis in axes.items():
+        values, meaning = axis["values"], axis["meaning"]
+        many = f"{len(values)} values" if len(values) > 1 else "one value"
+        if name in SETTERS:  # a group may set another part than its name suggests: F0 the torque
+            meaning += f"; sets {SETTERS[name].target}"
+        span = f"{values.min():.6g} to {values.max():.6g}{with_unit(axis['unit'])}"
+        yield f"Swept: {name} from {span}, {many} ({meaning})"
+
+
+def _settings(report: dict[str, Any]) -> str:
+    protocol, swept = report["protocol"], INITIAL.keys() & report["axes"]
+    if protocol["transient"] == "auto":
+        text = (
+            f"over {protocol['recorded']} torque periods once each point has settled, at the latest"
+            f" after {protocol['limit']} periods"
+        )
+    else:
+        text = f"over torque periods {protocol['transient']}–{protocol['periods']}"
+    angle, velocity = protocol["initial"]
+    if protocol["follow"] is not None:
+        text += f"; each point starts where its neighbour in {protocol['follow']} ended"
+    elif not swept and velocity == 0.0:
+        text += f", starting from rest at angle {angle:.6g}" + (" rad" if angle else "")
+    elif len(swept) < 2:
+        given = {"angle": f"{angle:.6g} rad", "velocity": f"{velocity:.6g} rad/s"}
+        fixed = [f"{name} {one}" for name, one in given.items() if f"initial_{name}" not in swept]
+        text += f", starting from {' and '.join(fixed)}"
+    return f"{text}; method {report['method']}"
+
+
+def _listed(counts: dict[str, int], total: int) -> str:
+    """Classes with their counts and shares, the most frequent first."""
+    shown = list(counts.items())[:_MOST_CLASSES]
+    if len(shown) == 1:
+        return f"all {shown[0][0]}"
+    text = ", ".join(f"{count} {word} ({_share(count / total)})" for word, count in shown)
+    rest = total - sum(count for _, count in shown)
+    return text + (f", {rest} in {len(counts) - len(shown)} other classes" if rest else "")
+
+
+def _share(share: float) -> str:
+    percent = 100.0 * share
+    return f"{percent:.2g} %" if percent < 99.5 else f"{percent:.4g} %"
+
+
+def _linear(report: dict[str, Any]) -> list[str]:
+    share, locked, limits = report["linear_stability"].values()
+    if math.isnan(share):
+        return []
+    if locked == 1.0:
+        return ["Linear stability: the brake locks itself at every point, no steady sliding exists"]
+    if not locked and share in (0.0, 1.0):
+        what = f"is {'' if share else 'un'}stable at every point"
+    elif limits:
+        (name,) = report["axes"]
+        places = (f"{name} = {one['value']:.6g} (stable {one['stable']} it)" for one in limits)
+        what = f"has its limit{'s' if len(limits) > 1 else ''} at {', '.join(places)}"
+    else:
+        what = f"is stable at {_share(share)} of the points"
+    also = f"; the brake locks itself at {_share(locked)} of the points" if locked else ""
+    return [f"Linear stability: sliding {what}{also}"]
+
+
+def _along(report: dict[str, Any]) -> list[str]:
+    """The motion along the parameter, in about a dozen lines."""
+    ((name, axis),) = report["axes"].items()
+    branches: dict[str | None, list[_Row]] = {}
+    for one in report["intervals"]:
+        branches.setdefault(one.get("branch"), []).append(
+            (one["from"], one["to"], one["points"], [_motion(one)])
+        )
+    rows = list(branches.values())
+    if len(rows) > 1 and rows[0] == rows[1]:
+        branches = {"up and down alike": rows[0]}
+    ordered = np.unique(axis["values"])
+    digits = 6  # as many as tell neighbouring values apart
+    if ordered.size > 1:
+        ratio = np.max(np.abs(ordered)) / np.min(np.diff(ordered))
+        digits = min(15, max(3, math.ceil(math.log10(ratio)) + 1))
+    lines, cut = [], False
+    for branch, every in branches.items():
+        shown = _condensed(every, _MOST_LINES // len(branches))
+        cut = cut or len(shown) < len(every)
+        ends = [list(dict.fromkeys(f"{one:.{digits}g}" for one in row[:2])) for row in shown]
+        places = [" ... ".join(one) for one in ends]
+        width = max(map(len, places))
+        lines.append(f"Along {name}" + (f", {branch}:" if branch else ":"))
+        lines += [
+            f"  {place:{width}}   {_mixed(row[3])}"
+            for place, row in zip(places, shown, strict=True)
+        ]
+    return [*lines, "  (short intervals are merged; --json lists each)"] if cut else lines
+
+
+_Row = tuple[float, float, int, list[str]]
+
+
+def _motion(run: dict[str, Any]) -> str:
+    motion, sticks = run["motion"], run["stick_slip"]
+    return str(motion) if motion == sticks else f"{motion}, {sticks}"
+
+
+def _condensed(rows: list[_Row], most: int) -> list[_Row]:
+    """At most so many rows: neighbours among the shortest are merged."""
+    kept = rows
+    for longest in sorted({row[2] for row in rows}):
+        if len(kept) <= most:
+            break
+        kept = _merged(rows, longest)
+    return kept
+
+
+def _merged(rows: list[_Row], longest: int) -> list[_Row]:
+    found: list[_Row] = []
+    for short, group in groupby(rows, lambda row: row[2] <= longest):
+        together = list(group)
+        if short:
+            by_length = sorted(together, key=lambda row: -row[2])
+            words = list(dict.fromkeys(word for row in by_length for word in row[3]))
+            points = sum(row[2] for row in together)
+            together = [(together[0][0], together[-1][1], points, words)]
+        found += together
+    return found
+
+
+def _mixed(words: list[str]) -> str:
+    if len(words) == 1:
+        return words[0]
+    motions = list(dict.fromkeys(word.split(",")[0] for word in words))
+    more = f" and {len(motions) - 3} others" if len(motions) > 4 else ""
+    return f"mixed: {', '.join(motions[: 3 if more else 4])}{more}"

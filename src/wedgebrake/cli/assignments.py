@@ -1,0 +1,207 @@
+"""Texts of the form NAME=...: ``--set`` NAME=VALUE, ``--over`` NAME=FROM:TO:COUNT or FROM:TO."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Collection, Iterable
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
+from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind
+from wedgebrake.model.validation import as_typed, shown
+
+if TYPE_CHECKING:
+    from wedgebrake.orbits.problem import Range
+
+# The tables of a study, and a parameter of each that can be set.
+_EXAMPLES = {
+    "driveline": "damping=0.2",
+    "brake": "radius=0.25",
+    "friction": "kinetic=0.25",
+    "actuation": "slope=-20",
+    "excitation": "amplitude=300",
+    "groups": "eta=-30",
+    "run": "periods=50",
+}
+_FORMS = (
+    "NAME=FROM:TO:COUNT (equal steps), NAME=FROM:TO:COUNT:log (equal ratios) or"
+    " NAME=VALUE,VALUE,... (a list)"
+)
+_EXAMPLE = "for example --over eta=-60:12:400"
+_RANGE = "NAME=FROM:TO, for example eta=12:-60"
+
+
+def _parted(option: str, text: str, forms: str) -> tuple[str, str]:
+    """Name and values, both there."""
+    name, _, values = (part.strip() for part in text.partition("="))
+    if not name or not values:
+        raise InputError(f"{option} {as_typed(text)}: must be {forms}.")
+    return name, values
+
+
+def _refuse_table(option: str, text: str, name: str, tables: Collection[str]) -> None:
+    """Refuse a name with its table, which is not needed."""
+    table, _, rest = name.partition(".")
+    if table in tables and rest.isidentifier():
+        raise InputError(
+            f"{option} {as_typed(text)}: write the name without its table: {option} {rest}=..."
+        )
+
+
+def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
+    """The changes of several ``--set`` options, values written as in a study file.
+
+    Raises ``InputError`` for a text that is not NAME=VALUE, or a name given twice.
+    """
+    changes: dict[str, Any] = {}
+    for text in texts:
+        name, value = _parted("--set", text, "NAME=VALUE, for example --set eta=-30")
+        _check_changed(text, name)
+        if name in changes:
+            raise InputError(f"--set {as_typed(name)}: given twice. Give it once.")
+        changes[name] = _value(text, value)
+    return changes
+
+
+def _check_changed(text: str, name: str) -> None:
+    """Refuse whole tables, and names with their table."""
+    table, _, rest = name.partition(".")
+    if "kind" in (name, rest):
+        kinds = (
+            f"[{one}] {', '.join(map(repr, sorted(CHOSEN[one])))}"
+            for one in CHOSEN
+            if one == table or table not in CHOSEN
+        )
+        raise InputError(
+            f"--set {as_typed(text)}: another kind has other parameters, so that it cannot be set"
+            f" alone. Edit a copy of the study file, kind and parameters: {'; '.join(kinds)}."
+        )
+    if table == "sweep":
+        raise InputError(
+            f"--set {as_typed(text)}: what is swept, and its settings, are options of the command"
+            " sweep: --over, --periods, --transient, --follow; of the others, for example"
+            " --set limit=5000."
+        )
+    if name in _EXAMPLES:
+        raise InputError(
+            f"--set {as_typed(text)}: {table} is a table. Change its parameters one by one, for"
+            f" example --set {_EXAMPLES[table]}, or edit the study file."
+        )
+    _refuse_table("--set", text, name, _EXAMPLES)
+
+
+def _value(text: str, value: str) -> Any:
+    try:
+        read = tomllib.loads(f"value = {value}")
+    except (ValueError, RecursionError):
+        # Not TOML: a bare word (method=smooth), or a number such as .5.
+        if value.replace("-", "").replace("_", "").isalnum() and not value[0].isdigit():
+            return value
+        try:
+            return float(value)
+        except ValueError:
+            raise InputError(
+                f"--set {as_typed(text)}: {shown(value)} is not a value. Write a number, true,"
+                " false, a word, or [a, b]."
+            ) from None
+    if set(read) != {"value"}:
+        raise InputError(f"--set {as_typed(text)}: must be one NAME=VALUE.")
+    return read["value"]
+
+
+def parse_axes(texts: Iterable[str], system: BrakedDriveline) -> tuple[tuple[str, Any], ...]:
+    """The axes of several ``--over`` options, as ``Sweep`` takes them, in their order.
+
+    Raises ``InputError`` for a text of another form, a name that cannot be swept on the
+    system, or one given twice.
+    """
+    axes: dict[str, Any] = {}
+    for text in texts:
+        name, values = _parted("--over", text, f"{_FORMS}; {_EXAMPLE}")
+        refused = f"{as_typed(name)} cannot be swept"
+        _check_varied("--over", text, name, system, sweepable(system), refused)
+        if name in axes:
+            raise InputError(f"--over {as_typed(name)}: given twice. Give it once.")
+        where = f"--over {as_typed(text)}: "
+        axes[name] = swept_values(_read(where, name, values), where)
+    return tuple(axes.items())
+
+
+def parse_range(option: str, text: str, system: BrakedDriveline) -> Range:
+    """The range that an option tells to follow orbits over.
+
+    Raises ``InputError`` for a text of another form, a name that orbits of the system cannot be
+    followed over, equal ends, or one that is no possible value.
+    """
+    from wedgebrake.orbits.problem import make_ranges
+
+    name, values = _parted(option, text, _RANGE)
+    refused = f"orbits cannot be followed over {as_typed(name)}"
+    _check_varied(option, text, name, system, sweepable(system).keys() - INITIAL, refused)
+    where = f"{option} {as_typed(text)}: "
+    ends = values.split(":")
+    if len(ends) != 2:
+        more = " The points between are chosen as the branch bends, see --step."
+        raise InputError(f"{where}must be {_RANGE}.{more if len(ends) > 2 else ''}")
+    first, last = (_number(where, end, _RANGE) for end in ends)
+    try:
+        (found,) = make_ranges(system, {name: (first, last)}, 1)
+    except InputError as error:
+        raise InputError(f"{where}{error}") from None
+    return found
+
+
+def _check_varied(
+    option: str,
+    text: str,
+    name: str,
+    system: BrakedDriveline,
+    allowed: Collection[str],
+    refused: str,
+) -> None:
+    """Refuse a name that is not allowed, in words that say so, with the nearest that is."""
+    _refuse_table(option, text, name, (*PARTS, "groups"))
+    if name not in allowed:
+        where = f"{option} {as_typed(text)}: "
+        refuse_of_another_kind(name, system, where)
+        raise InputError(f"{where}{refused} on this brake and driveline. {nearest(name, allowed)}")
+
+
+def _read(where: str, name: str, values: str) -> dict[str, Any] | list[float]:
+    """The values as a study file would have them."""
+    if ":" not in values:
+        listed = [_number(where, one) for one in values.split(",")]
+        if len(listed) == 1:
+            raise InputError(
+                f"{where}is one value, must be {_FORMS}. For one value use --set {name}={values}."
+            )
+        return listed
+    parts = [part.strip() for part in values.split(":")]
+    if not 3 <= len(parts) <= 4:
+        raise InputError(f"{where}must be {_FORMS}; {_EXAMPLE}.")
+    first, last, count, *scale = parts
+    if scale and scale[0] not in ("log", "linear"):
+        raise InputError(f"{where}{shown(scale[0])} at the end: must be log, linear or nothing.")
+    try:
+        points = int(count)
+    except ValueError:
+        raise InputError(
+            f"{where}{shown(count)} is not a whole number. It must say how many values; {_EXAMPLE}."
+        ) from None
+    ends = {"from": _number(where, first), "to": _number(where, last)}
+    return {**ends, "points": points, "scale": scale[0] if scale else "linear"}
+
+
+def _number(where: str, text: str, forms: str = _FORMS) -> float:
+    what = "a number"
+    try:
+        value = float(text)
+        if math.isfinite(value):
+            return value
+        what = "a finite number"
+    except ValueError:
+        pass
+    raise InputError(f"{where}{shown(text.strip())} is not {what}. Must be {forms}.")
