@@ -10,7 +10,7 @@ from html.parser import HTMLParser
 from itertools import pairwise
 
 import pytest
-from matplotlib.colors import to_rgb
+from pictures import luminance
 
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.paper.claims import Finding, Part, Statement, Verdict
@@ -209,12 +209,6 @@ class TestPage:
         assert not any("onload" in attributes for _, attributes in read.tags)
         assert read.text.count(HOSTILE) >= 20
         assert any(HOSTILE in image["alt"] for image in read.all("img"))
-
-
-def luminance(colour: str) -> float:
-    parts = to_rgb(colour)
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 def test_contrast_of_every_verdict(html):

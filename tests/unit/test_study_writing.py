@@ -166,7 +166,7 @@ def studies(draw: st.DrawFn) -> wb.Study:
 
 class TestRoundTrip:
     @given(studies())
-    @settings(max_examples=30, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_of_any_study(self, study):
         text = study.to_toml()
         read = wb.read_study(text)
