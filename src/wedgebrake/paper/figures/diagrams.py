@@ -47,8 +47,7 @@ def draw(number: int, laboratory: Laboratory) -> Figure:
         rows.insert(0, (grid[0], laboratory, False))
     base, name = plans[0].base, plans[0].name
     brakes = ", ".join(
-        f"{letter}{layout.brake(plan.base).lower()}"
-        for letter, plan in zip(letters, plans, strict=True)
+        f"{letter}{plan.base.brake} brake" for letter, plan in zip(letters, plans, strict=True)
     )
     lasted = all(column.completed for line in grid for one in line for column in one.columns)
     figure, axes = layout.sheet(
@@ -82,7 +81,7 @@ def draw(number: int, laboratory: Laboratory) -> Figure:
                 style.logarithmic_beyond(panel, _LINEAR, ends)
             _draw_points(panel, shown, plan.limits)
             if line is not axes[-1]:
-                layout.bare(panel)
+                panel.tick_params(axis="x", labelbottom=False)
     for top, bottom, plan, letter in zip(axes[0], axes[-1], plans, letters, strict=True):
         title = f"{letter}{style.SECTION['velocity']}, {plan.base.brake} brake"
         layout.head(top, title, raised=17.0)

@@ -76,7 +76,7 @@ def comparison(laboratory: Laboratory) -> Figure:
     smooth = laboratory if laboratory.method != "exact" else laboratory.like(method="smooth")
     figure, ((left, right),) = layout.sheet(
         [
-            f"Figure 5. {layout.brake(FIGURE_5)}: {layout.groups(FIGURE_5)}.",
+            f"Figure 5. {FIGURE_5.brake.capitalize()} brake: {layout.groups(FIGURE_5)}.",
             layout.assumptions(laboratory.assumptions),
             (
                 f"{layout.both([smooth, exact])} {paper.DURATION:g} s from rest; the last"

@@ -109,11 +109,6 @@ def zero_lines(axes: Axes, *, vertical: bool = False) -> None:
         draw(0.0, color=style.GREY, linewidth=0.4, zorder=1)
 
 
-def bare(axes: Axes) -> None:
-    """Remove the tick labels below: another row has them."""
-    axes.tick_params(axis="x", labelbottom=False)
-
-
 def head(axes: Axes, words: str, *, raised: float = 3.0) -> None:
     """Write above the axes, ``raised`` points, from their left end on."""
     beside(axes, words, (0.0, 1.0), (0.0, raised), ha="left", va="bottom")
@@ -136,11 +131,6 @@ def beside(
     """Write words, moved by some points from a place in the axes."""
     given = {"xycoords": "axes fraction", "fontsize": style.SMALL, "multialignment": "center"}
     axes.annotate(words, place, xytext=shift, textcoords="offset points", **{**given, **look})
-
-
-def brake(case: Case) -> str:
-    """Name of a case's brake."""
-    return f"{case.brake.capitalize()} brake"
 
 
 def groups(case: Case, names: tuple[str, ...] = GROUPS) -> str:

@@ -200,7 +200,7 @@ def _frame(top: Axes, bottom: Axes) -> None:
     layout.zero_lines(top)
     top.set_ylim(-_GROWTH, _GROWTH)
     bottom.set_ylim(-0.08, 1.12)
-    layout.bare(top)
+    top.tick_params(axis="x", labelbottom=False)
     bottom.set_xlabel(r"slope of the actuation force $\eta$  [1]", labelpad=1.5)
     layout.ticks(top, 0, 5)
     layout.ticks(bottom, 0, 3)

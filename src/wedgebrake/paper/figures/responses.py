@@ -75,10 +75,11 @@ def draw(number: int, laboratory: Laboratory) -> Figure:
     runs = [
         list(map(_Run, one.responses(rows.cases), one.steadies(rows.cases))) for one in laboratories
     ]
+    about = f"{first.brake.capitalize()} brake: {layout.fixed(number, first, rows.varied)}"
     points = f" Poincaré map: {layout.SECTION}." if section else ""
     figure, panels = layout.sheet(
         [
-            f"Figure {number}. {layout.brake(first)}: {layout.fixed(number, first, rows.varied)}.",
+            f"Figure {number}. {about}.",
             layout.assumptions(laboratory.assumptions),
             (
                 f"{layout.both(laboratories)} {DURATION:g} s from rest. Portrait: last"
@@ -105,7 +106,7 @@ def draw(number: int, laboratory: Laboratory) -> Figure:
         for axes, (draw_panel, _, _) in zip(line, columns, strict=True):
             draw_panel(axes, of_case)
             if draw_panel in (_velocity, _spectrum) and line is not panels[-1]:
-                layout.bare(axes)
+                axes.tick_params(axis="x", labelbottom=False)
     for top, bottom, (_, above, below) in zip(panels[0], panels[-1], columns, strict=True):
         layout.head(top, above, raised=10.0)
         bottom.set_xlabel(below, labelpad=1.5)

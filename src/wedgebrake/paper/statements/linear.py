@@ -35,13 +35,12 @@ def _one(laboratory: Laboratory, case: Case, side: str, **changed: float) -> Dir
     return found
 
 
-def _hopf(laboratory: Laboratory, case: Case, side: str, **changed: float) -> float:
-    """Critical eta of a direction; nan if there is none."""
-    return _value(_one(laboratory, case, side, **changed).hopf_eta)
-
-
 def _value(number: float | None) -> float:
     return math.nan if number is None else number
+
+
+def _hopf(laboratory: Laboratory, case: Case, side: str, **changed: float) -> float:
+    return _value(_one(laboratory, case, side, **changed).hopf_eta)
 
 
 def _list(values: list[float], spec: str = ".3f") -> str:
