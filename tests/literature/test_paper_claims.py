@@ -6,7 +6,7 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED, Assumptions
-from wedgebrake.paper.claims import Part, Statement, Verdict, all_hold, examine, parts_of
+from wedgebrake.paper.claims import Part, Statement, Verdict, all_hold, examine
 from wedgebrake.paper.identification import identify
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.smoothing import compare
@@ -27,15 +27,9 @@ def smooth():
         yield laboratory
 
 
-def check(name, laboratory, assumptions):
-    statement = BY_NAME[name]
-    return all_hold(
-        parts_of(statement, laboratory.like(assumptions=assumptions), statement.corrected)
-    )
-
-
-@pytest.mark.parametrize("name", ["S1", "S2", "S3", "S4", "S5", "S6"])
+@pytest.mark.parametrize("name", ["S1", "S2", "S3", "S5", "S6"])
 def test_linear_statements_hold_as_printed(name, exact):
+    """S4, which takes seconds, is in the whole audit."""
     assert examine(BY_NAME[name], exact).verdict is Verdict.REPRODUCED
 
 
@@ -47,27 +41,25 @@ def test_what_needs_a_correction_says_which(name, exact):
     assert all_hold(found.printed) is False
 
 
+DIAGRAMS = ("B1", "B2", "B3", "B4")
+
+
 @pytest.mark.parametrize(
-    "changed",
+    ("changed", "names"),
     [
-        Assumptions(damping=1.0),
-        Assumptions(damping=0.3),
-        Assumptions(release=False),
-        Assumptions(slope_on="interface"),
-        AS_PRINTED,
+        (Assumptions(damping=1.0), DIAGRAMS),
+        (Assumptions(damping=0.3), DIAGRAMS),
+        (Assumptions(release=False), DIAGRAMS),
+        (Assumptions(slope_on="interface"), DIAGRAMS),
+        (AS_PRINTED, DIAGRAMS),
+        (Assumptions(static=0.33), ("S7", "M2", "B1", "B3")),
     ],
 )
-def test_other_physics_flips_the_verdicts_on_the_diagrams(changed, exact):
+def test_other_physics_flips_the_verdicts(changed, names, exact):
     coarse = exact.like(coarse=True)
-    for name in ("B1", "B2", "B3", "B4"):
-        assert check(name, coarse, CORRECTED) is True
-        assert check(name, coarse, changed) is False
-
-
-def test_a_static_peak_flips_the_verdicts_on_the_wedge(exact):
-    for name in ("S7", "M2", "B1", "B3"):
-        assert check(name, exact, CORRECTED) is True
-        assert check(name, exact, Assumptions(static=0.33)) is False
+    for name in names:
+        assert BY_NAME[name].holds(coarse) is True
+        assert BY_NAME[name].holds(coarse.like(assumptions=changed)) is False
 
 
 def test_rest_for_good_beyond_the_width_of_the_holding_interval():
@@ -86,7 +78,7 @@ def test_the_smoothed_diagrams_reproduce(smooth):
     """By the paper's own law, in few columns; the whole audit is in the slow tests."""
     coarse = smooth.like(coarse=True)
     for name in ("B2", "B4"):
-        assert check(name, coarse, CORRECTED) is True
+        assert BY_NAME[name].holds(coarse) is True
 
 
 def made_up(answer):
@@ -105,7 +97,6 @@ def made_up(answer):
         (lambda *_: False, Verdict.CONTRADICTED, ""),
         (lambda *_: None, Verdict.UNDECIDABLE, ""),
         (lambda a, _: a.damping < 0.5, Verdict.CORRECTED, "c = 0.1 N m s/rad"),
-        (lambda a, _: a.release, Verdict.CORRECTED, "released at a negative force"),
         (lambda _, v: v["value"] == 2, Verdict.CORRECTED, "value = 2, not 1"),
         (
             lambda a, v: v["value"] == 2 and a.static < 0.32,
@@ -141,13 +132,11 @@ def test_a_false_part_outweighs_one_that_cannot_be_told():
 
 
 def test_identification_prefers_the_corrected_assumptions(exact):
-    candidates = [CORRECTED, Assumptions(damping=0.3), Assumptions(static=0.33)]
-    found = identify(exact, candidates)
+    found = identify(exact, [Assumptions(damping=0.3), CORRECTED])
     assert found.rows[0].assumptions == CORRECTED
     assert found.rows[0].held > found.rows[1].held
-    assert len(found.table()) == 3
+    assert len(found.table()) == 2
     assert found.open_questions
-    assert len(found.paragraphs) == 2
 
 
 @pytest.mark.slow

@@ -12,10 +12,12 @@ closes it. With d = (M_s - M_k)/k:
 """
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import wedgebrake as wb
 from equations import gain
@@ -74,23 +76,25 @@ def oscillator(brake: str, drive_speed: float) -> tuple[wb.BrakedDriveline, Cycl
     return system, Cycle(side, -moving / STIFFNESS, half, drive_speed)
 
 
+@cache
+def reached(brake: str, drive_speed: float, start: str) -> tuple[Cycle, xr.Dataset]:
+    """The cycle, and a run that reaches it."""
+    system, cycle = oscillator(brake, drive_speed)
+    initial = (0.0, -drive_speed)
+    if start == "from outside":
+        initial = (cycle.centre + 3.0 * cycle.amplitude, 0.0)
+    duration = 2.0 * abs(cycle.centre / drive_speed) + 20.0 * (cycle.slip + cycle.stick)
+    return cycle, wb.simulate(system, duration, initial=initial)
+
+
 @pytest.mark.parametrize("drive_speed", [0.02, 0.5, -0.02, -0.5])
 @pytest.mark.parametrize("brake", BRAKES)
 @pytest.mark.parametrize("start", ["from rest", "from outside"])
 class TestLimitCycle:
     """The cycle is reached at the first release, from rest and from any larger motion."""
 
-    @pytest.fixture
-    def cycle_and_response(self, brake, drive_speed, start):
-        system, cycle = oscillator(brake, drive_speed)
-        initial = (0.0, -drive_speed)
-        if start == "from outside":
-            initial = (cycle.centre + 3.0 * cycle.amplitude, 0.0)
-        duration = 2.0 * abs(cycle.centre / drive_speed) + 20.0 * (cycle.slip + cycle.stick)
-        return cycle, wb.simulate(system, duration, initial=initial)
-
-    def test_durations(self, cycle_and_response):
-        cycle, r = cycle_and_response
+    def test_durations(self, brake, drive_speed, start):
+        cycle, r = reached(brake, drive_speed, start)
         begins, ends = r.stick_start.values[1:], r.stick_end.values
         complete = r.stick_exit.values != 0
         assert np.count_nonzero(complete) >= 15
@@ -101,8 +105,8 @@ class TestLimitCycle:
         assert set(r.stick_entry.values[1:]) == {cycle.side}
         assert set(r.stick_exit.values[complete]) == {cycle.side}
 
-    def test_ends_of_the_slips(self, cycle_and_response):
-        cycle, r = cycle_and_response
+    def test_ends_of_the_slips(self, brake, drive_speed, start):
+        cycle, r = reached(brake, drive_speed, start)
         first = int(np.argmax(r.event_kind.values == 3))
         released = r.event_angle.values[first::2]
         caught = r.event_angle.values[first + 1 :: 2]
@@ -110,8 +114,8 @@ class TestLimitCycle:
         assert released == pytest.approx(cycle.centre - cycle.side * cycle.half, abs=room)
         assert caught == pytest.approx(cycle.centre + cycle.side * cycle.half, abs=room)
 
-    def test_waveform_and_amplitude(self, cycle_and_response):
-        cycle, r = cycle_and_response
+    def test_waveform_and_amplitude(self, brake, drive_speed, start):
+        cycle, r = reached(brake, drive_speed, start)
         release = float(r.stick_end[0])
         later = r.time.values >= release
         error = r.angle.values[later] - cycle.angle(r.time.values[later] - release)

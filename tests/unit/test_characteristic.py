@@ -131,12 +131,8 @@ def test_a_new_brake_is_one_small_class():
     ],
 )
 def test_inconsistent_characteristics_are_refused(change, words):
-    good = {
-        "breakpoints": [0.0],
-        "slopes": [0.0, 0.0],
-        "offsets": [-1.0, 1.0],
-        "holding": (-1.0, 1.0),
-    }
+    good = {"breakpoints": [0.0], "slopes": [0.0, 0.0], "offsets": [-1.0, 1.0],
+            "holding": (-1.0, 1.0)}  # fmt: skip
     wb.Characteristic(**good)
     with pytest.raises(wb.InputError, match=words):
         wb.Characteristic(**{**good, **change})

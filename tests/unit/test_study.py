@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import json
 import math
@@ -44,14 +43,6 @@ MACHINES = [("wedge", "coulomb"), ("conventional", "tabulated"), ("band", "smoot
             ("leading-shoe", "coulomb")]  # fmt: skip
 
 
-def toml(tables: dict[str, dict[str, Any]]) -> str:
-    """Plain tables as TOML; what JSON writes for their values is TOML as well."""
-    return "\n".join(
-        f"[{name}]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in table.items())
-        for name, table in tables.items()
-    )
-
-
 def system(brake: str = "wedge", friction: str = "coulomb") -> wb.BrakedDriveline:
     return wb.BrakedDriveline(
         driveline=LINE,
@@ -69,42 +60,22 @@ def study() -> wb.Study:
 
 class TestRoundTrip:
     @pytest.mark.parametrize(("brake", "friction"), MACHINES)
-    def test_of_a_system(self, brake, friction, tmp_path):
-        """As plain tables, as a file, and back: equal in every bit."""
+    def test_of_a_system(self, brake, friction):
+        """As plain tables and back: equal in every bit; test_study_writing has the files."""
         given = system(brake, friction)
         tables = given.as_dict()
-        assert tables["brake"]["kind"] == brake
-        assert tables["friction"]["kind"] == friction
-        assert parse_study(tables).system == given
-        path = tmp_path / "study.toml"
-        path.write_text(toml(tables))
-        read = wb.load_study(path)
-        assert read.system == given
+        assert (tables["brake"]["kind"], tables["friction"]["kind"]) == (brake, friction)
+        read = parse_study(tables)
+        assert (read.system, read.run) == (given, Run())
         assert read.system.as_dict() == tables
-        assert read.run == Run()
-        jsonschema.validate(tomllib.loads(path.read_text()), schema())
-
-    def test_every_kind_has_been_tried(self):
-        # Other tests make brakes of their own.
-        own = {k for k, one in wb.Brake.kinds.items() if one.__module__.startswith("wedgebrake.")}
-        assert own == set(BRAKES)
-        properties = schema()["properties"]
-        for name, kinds in (("brake", BRAKES), ("friction", FRICTIONS)):
-            known = {one["properties"]["kind"]["const"] for one in properties[name]["oneOf"]}
-            assert known - (set(wb.Brake.kinds) - own) == set(kinds)
+        jsonschema.validate(tables, schema())
 
     def test_of_a_run(self):
         run = {
-            "duration": 2.5,
-            "initial": [0.1, -0.2],
-            "start_time": 0.3,
-            "method": "exact",
-            "samples_per_period": 50,
-            "rtol": 1e-7,
-            "step": 1e-3,
-            "max_events": 1000,
+            "duration": 2.5, "initial": [0.1, -0.2], "start_time": 0.3, "method": "exact",
+            "samples_per_period": 50, "rtol": 1e-7, "step": 1e-3, "max_events": 1000,
             "max_steps": 2000,
-        }
+        }  # fmt: skip
         read = parse_study({**system().as_dict(), "run": run}).run
         assert read.arguments() == {**run, "periods": None, "initial": (0.1, -0.2)}
 
@@ -169,12 +140,6 @@ class TestGroups:
         assert read == plain.replace(**{group: wanted})
         assert read.as_dict()[table][name] != plain.as_dict()[table][name]
 
-    def test_all_together(self, study):
-        groups = study.system.groups
-        assert (groups.eta, groups.f, groups.F0, groups.alpha) == (-24.0, 0.63, 0.036, 1.18)
-        assert study.system.actuation.slope == pytest.approx(-40.0)
-        assert study.system.brake.angle == math.atan(1.18 * 0.3)
-
     def test_whole_numbers_and_none(self):
         tables = system().as_dict()
         assert parse_study({**tables, "groups": {}}).system == system()
@@ -202,23 +167,19 @@ def swept(table: Any) -> Sweep:
 
 
 class TestSweep:
-    def test_equal_steps(self):
-        sweep = swept({"eta": {"from": -60, "to": 12, "points": 400}})
-        assert np.array_equal(sweep.parameters()["eta"], np.linspace(-60, 12, 400))
-        assert sweep.arguments() == {}
-
-    def test_equal_ratios(self):
-        sweep = swept({"F0": {"from": 0.2, "to": 0.01, "points": 7, "scale": "log"}})
-        assert np.array_equal(sweep.parameters()["F0"], np.geomspace(0.2, 0.01, 7))
-
-    def test_a_list_in_its_order(self):
-        values = swept({"damping": [0.3, 0.1, 0.2]}).parameters()["damping"]
-        assert values.tolist() == [0.3, 0.1, 0.2]
-        assert values.dtype == float
-
-    def test_several_in_their_order(self):
-        table = {"initial_velocity": [1], "periods": 9, "eta": [1, 2], "radius": [0.2]}
-        assert list(swept(table).parameters()) == ["initial_velocity", "eta", "radius"]
+    @pytest.mark.parametrize(
+        ("given", "expected"),
+        [
+            ({"from": -60, "to": 12, "points": 400}, np.linspace(-60, 12, 400)),
+            ({"from": 0.2, "to": 0.01, "points": 7, "scale": "log"}, np.geomspace(0.2, 0.01, 7)),
+            ([0.3, 1, 0.2], np.array([0.3, 1.0, 0.2])),
+        ],
+    )
+    def test_values(self, given, expected):
+        sweep = swept({"initial_velocity": [1], "F0": given, "radius": [0.2]})
+        assert np.array_equal(sweep.parameters()["F0"], expected)
+        assert list(sweep.parameters()) == ["initial_velocity", "F0", "radius"]
+        assert sweep.arguments() == swept({}).parameters() == {}
 
     def test_settings_are_arguments_of_sweep(self):
         settings = {
@@ -227,10 +188,6 @@ class TestSweep:
         assert swept({**settings, "eta": [1.0, 2.0]}).arguments() == settings
         assert set(settings) <= set(inspect.signature(wb.sweep).parameters)
         assert swept({"transient": 0}).arguments() == {"transient": 0}
-
-    def test_none(self, study):
-        assert study.sweep == Sweep() == swept({})
-        assert (study.sweep.parameters(), study.sweep.arguments()) == ({}, {})
 
     @pytest.mark.parametrize(("brake", "friction"), MACHINES)
     def test_takes_the_names_that_sweep_takes(self, brake, friction):
@@ -248,23 +205,20 @@ class TestSweep:
     @pytest.mark.parametrize(
         ("table", "named"),
         [
-            (3, ["sweep = 3"]),
             ([{}], ["sweep = [{}]"]),
             ({"etta": [1]}, ["sweep.etta: ", "Did you mean 'eta'?"]),
             ({"transiant": 3}, ["sweep.transiant: ", "Did you mean 'transient'?"]),
             ({"release": [1]}, ["sweep.release: "]),
             ({"axes": [1]}, ["sweep.axes: "]),
+            ({"self": [1]}, ["sweep.self: "]),
             ({"\x1b[1m": [1]}, ["sweep.'\\x1b[1m': "]),
             ({"wrap_angle": [1]}, ["sweep.wrap_angle: ", "'band'"]),
-            ({"speeds": [1]}, ["sweep.speeds: ", "'tabulated'"]),
-            ({"eta": 3}, ["sweep.eta = 3: "]),
             ({"eta": "-60:12"}, ["sweep.eta = '-60:12': "]),
             ({"eta": []}, ["sweep.eta = []: "]),
-            ({"eta": [1, "a"]}, ["sweep.eta[1] = 'a': "]),
-            ({"eta": [True]}, ["sweep.eta[0] = True: "]),
-            ({"eta": [[1, 2]]}, ["sweep.eta[0] = [1, 2]: "]),
-            ({"eta": [1, math.nan]}, ["sweep.eta[1] = nan: "]),
-            ({"eta": [10**400]}, ["sweep.eta[0] = 1000"]),
+            *(
+                ({"eta": [1, one]}, [f"sweep.eta[1] = {str(one)[:9]}"])
+                for one in (True, [1, 2], math.nan, 10**400)
+            ),
             ({"eta": {}}, ["sweep.eta.from: missing", "eta.to: missing", "eta.points: missing"]),
             ({"eta": {"form": 1, "to": 2, "points": 3}}, ["sweep.eta.form: ", "'from'?"]),
             ({"eta": {"from": 1, "to": 1.0, "points": 3}}, ["sweep.eta.from = 1.0 and to = 1.0"]),
@@ -273,25 +227,16 @@ class TestSweep:
                 ["sweep.eta.from = 0.0 and to = 1.0: "],
             ),
             (
-                {"eta": {"from": "a", "to": math.inf, "points": 1, "scale": "lin"}},
-                ["eta.from = 'a': ", "eta.to = inf: ", "eta.points = 1: ", "eta.scale = 'lin': "],
-            ),
-            (
-                {"eta": {"from": 10**400, "to": 1, "points": 10**9}},
-                ["sweep.eta.from = 1000", "sweep.eta.points = 1000000000: "],
+                {"eta": {"from": "a", "to": math.inf, "points": 10**9, "scale": "lin"}},
+                ["eta.from = 'a': ", "eta.to = inf: ", "points = 1000000000: ", "scale = 'lin': "],
             ),
             ({"eta": [1], "slope": [2], "periods": 0}, ["eta and sweep.slope: ", "periods = 0: "]),
             ({"eta": [1], "F0": [2], "follow": "F"}, ["sweep.follow = 'F': ", "'F0'?"]),
-            ({"self": [1]}, ["sweep.self: "]),
-            ({"follow": 3}, ["sweep.follow = 3: "]),
             *(
                 ({"transient": one}, [f"sweep.transient = {one!r}: "])
                 for one in (True, "Auto", -1, 1.5, [1])
             ),
-            (
-                {"periods": 0, "limit": 2.5, "keep_points": 1, "eta": 3},
-                ["eta = 3: ", "periods = 0: ", "limit = 2.5: ", "keep_points = 1: "],
-            ),
+            ({"limit": 2.5, "keep_points": 1, "follow": 3}, ["limit = ", "points = ", "follow = "]),
         ],
     )
     def test_wrongly(self, table, named):
@@ -323,15 +268,6 @@ class TestSweep:
         assert other.changed(periods=5).run.periods == 5
         assert study.sweep == Sweep()
         assert hash(other) != hash(study)
-        for changes, named in (
-            ({"sweep": {"eta": [1]}}, "sweep = {'eta': "),
-            ({"limit": 0}, "sweep.limit = 0: "),
-            ({"transient": "soon"}, "sweep.transient = 'soon': "),
-            ({"transeint": 3}, "transeint: no such .*'transient'"),
-            ({"self": 3}, "self: "),
-        ):
-            with pytest.raises(wb.InputError, match=f"^{named}"):
-                study.changed(**changes)
 
 
 class TestChanged:
@@ -340,10 +276,6 @@ class TestChanged:
         assert other.system == study.system.replace(inertia=2.0, eta=-30, static=0.4)
         assert other.run == study.run
         assert study.system.groups.eta == -24.0
-
-    def test_numbers_of_numpy(self, study):
-        assert study.changed(eta=np.float64(-30)).system.groups.eta == -30.0
-        assert study.changed(inertia=np.float64(2)).system.driveline.inertia == 2.0
 
     def test_whole_parts(self, study):
         brake = wb.ConventionalBrake(radius=0.3)
@@ -371,6 +303,10 @@ class TestChanged:
     @pytest.mark.parametrize(
         ("changes", "named"),
         [
+            ({"sweep": {"eta": [1]}}, "sweep = {'eta': "),
+            ({"limit": 0}, "sweep.limit = 0: "),
+            ({"transeint": 3}, "transeint: no such .*'transient'"),
+            ({"self": 3}, "self: "),
             ({"inertai": 1.0}, "inertai: .*'inertia'"),
             ({"period": 3}, "period: .*'periods'"),
             ({"times": [1.0]}, "times: no such"),
@@ -400,18 +336,6 @@ class TestChanged:
         with pytest.raises(wb.InputError, match=r"angle: no parameter .* of kind 'Pad'"):
             other.changed(angle=0.3)
 
-    def test_a_study_does_not_change_itself(self, study):
-        with pytest.raises(dataclasses.FrozenInstanceError):
-            study.run = Run()
-
-
-@pytest.mark.parametrize("table", ["driveline", "run"])
-def test_a_parameter_called_self_is_none(table, study):
-    tables = {**study.system.as_dict(), "run": {}}
-    tables[table] = {**tables[table], "self": 1}
-    with pytest.raises(wb.InputError, match=rf"^{table}.self: no such parameter"):
-        parse_study(tables)
-
 
 class TestErrorsNameTheFile:
     def test_before_one_mistake_and_several(self, tmp_path):
@@ -430,28 +354,11 @@ class TestErrorsNameTheFile:
         named = [one.partition(": ")[0] for one in others]
         assert named == ["  driveline.inertia = -1.0", "  run.duration = -1"]
 
-    @pytest.mark.parametrize(
-        ("name", "message"),
-        [
-            ("no.toml", "no such file"),
-            (".", "is a directory"),
-            ("x" * 300, "cannot be read"),
-            ("a\0b", "cannot be read"),
-        ],
-    )
-    def test_that_cannot_be_read(self, name, message, tmp_path):
-        with pytest.raises(wb.InputError) as caught:
-            wb.load_study(tmp_path / name)
-        assert str(caught.value).startswith(f"{tmp_path / name}: {message}")
-
 
 class TestSchema:
     def test_is_json_and_valid(self):
         assert json.loads(json.dumps(schema())) == schema()
         jsonschema.Draft202012Validator.check_schema(schema())
-        assert list(schema()["properties"]) == [
-            "driveline", "brake", "friction", "actuation", "excitation", "groups", "run", "sweep"
-        ]  # fmt: skip
 
     def test_its_examples_are_right(self):
         """The example of each parameter is within its range."""
@@ -459,21 +366,11 @@ class TestSchema:
         for table, node in schema()["properties"].items():
             for choice in node.get("oneOf", [node]):
                 for name, field in choice["properties"].items():
-                    if "example" in field:
-                        field |= shared
-                        jsonschema.validate(field["example"], field)
-                        assert (
-                            "default" not in field
-                            or field["default"] is None
-                            or (jsonschema.validate(field["default"], field) is None)
-                        ), (table, name)
-
-    def test_of_every_number_has_unit_symbol_and_meaning(self):
-        for table, node in schema()["properties"].items():
-            for choice in node.get("oneOf", [node]):
-                for name, field in choice["properties"].items():
                     if name != "kind" and table != "groups":
                         assert {"description", "unit", "symbol", "example"} <= set(field), name
+                        jsonschema.validate(field["example"], field | shared)
+                        if field.get("default") is not None:
+                            jsonschema.validate(field["default"], field | shared)
 
 
 def test_every_symbol_leads_to_its_parameter():

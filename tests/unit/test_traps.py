@@ -47,10 +47,11 @@ class TestStartAtRest:
         assert int(r.event_kind[0]) == EventKind.SLIP
         assert float(r.event_time[0]) == pytest.approx(release, rel=1e-14)
 
+    @pytest.mark.parametrize("slope", [0.0, -10.0])  # released at every speed
     @pytest.mark.parametrize("brake", ["conventional", "wedge"])
-    def test_without_actuation_moves_off_at_once_and_once(self, brake):
+    def test_without_actuation_moves_off_at_once_and_once(self, brake, slope):
         """T(0) = 0, v = 0 and v' = 0: the event v = 0 must not fire for ever."""
-        r = wb.simulate(machine(brake, initial_force=0.0), periods=3)
+        r = wb.simulate(machine(brake, initial_force=0.0, slope=slope), periods=3)
         assert r.attrs["status"] == "completed"
         omega, natural = 2.0 * math.pi * 10.0, 100.0
         exact = 500.0 / (natural**2 - omega**2) * (
@@ -58,16 +59,6 @@ class TestStartAtRest:
         )  # fmt: skip
         assert np.max(np.abs(r.angle.values - exact)) <= 1e-14 * 500.0 / 1e4 * 100.0
         assert np.count_nonzero(r.event_time.values < 0.01) <= 1
-
-    @pytest.mark.parametrize("brake", ["conventional", "wedge"])
-    def test_without_actuation_a_release_at_once_is_legal(self, brake):
-        """F_a0 = 0 with a falling actuation force: the brake is released at every speed."""
-        free = machine(brake, initial_force=0.0)
-        released = wb.simulate(free.replace(slope=-10.0), periods=3)
-        assert released.attrs["status"] == "completed"
-        np.testing.assert_allclose(
-            released.angle.values, wb.simulate(free, periods=3).angle.values, atol=1e-13, rtol=0.0
-        )
 
     def test_pushed_beyond_the_margin(self):
         """On v = 0 with the spring stronger than the brake: slips the way it points."""
@@ -161,7 +152,7 @@ class TestGrazing:
         return float(brentq(lambda angle: self._peak(angle)[0] - height, -0.2, -0.045, xtol=1e-16))
 
     @pytest.mark.parametrize("eps", [1e-3, 1e-5, 1e-7, 1e-9, 1e-11])
-    def test_a_slight_crossing_is_seen(self, eps):
+    def test_a_slight_crossing_is_seen_and_a_slight_miss_is_none(self, eps):
         start = self._start(self.release * (1.0 + eps))
         _, time, v2 = self._peak(start)
         r = wb.simulate(self.system, 0.03, initial=(start, 1.0))
@@ -171,8 +162,6 @@ class TestGrazing:
         assert crossings.mean() == pytest.approx(time, abs=0.1 * apart + 1e-6)
         assert np.diff(crossings) == pytest.approx(apart, rel=2.0 * math.sqrt(eps) + 1e-15 / eps)
 
-    @pytest.mark.parametrize("eps", [1e-3, 1e-5, 1e-7, 1e-9, 1e-11])
-    def test_a_slight_miss_is_no_crossing(self, eps):
         start = self._start(self.release * (1.0 - eps))
         _, time, _ = self._peak(start)
         r = wb.simulate(self.system, time + 1e-3, initial=(start, 1.0))

@@ -55,9 +55,6 @@ class Characteristic:
                 f"characteristic.breakpoints = {self.breakpoints.tolist()}: must ascend and"
                 " contain 0, the velocity of rest."
             )
-        self._check_joints()
-
-    def _check_joints(self) -> None:
         for i, v in enumerate(self.breakpoints):
             left = self.offsets[i] + self.slopes[i] * v
             right = self.offsets[i + 1] + self.slopes[i + 1] * v
@@ -115,24 +112,17 @@ def characteristic(
         )  # fmt: skip
         halves.append(lines[:count])
     backward, forward = halves[0][::-1], halves[1]
-    return Characteristic(
-        breakpoints=np.array([-one.start for one in backward[:-1]] + [o.start for o in forward]),
-        slopes=np.array([-one.slope for one in backward] + [one.slope for one in forward]),
-        offsets=np.array([one.offset for one in backward + forward]),
-        holding=_holding(brake, friction, actuation),
-    )
-
-
-def _holding(
-    brake: Brake, friction: SetValuedFriction, actuation: Actuation
-) -> tuple[float, float]:
-    """The torque interval at rest."""
-    lower, upper = (
+    holding = [
         float(
             piecewise_linear.holding(
                 brake.law, brake.shape(), brake.radius, friction.breakaway, actuation.law, side
             )
         )
         for side in (-1.0, 1.0)
+    ]
+    return Characteristic(
+        breakpoints=np.array([-one.start for one in backward[:-1]] + [o.start for o in forward]),
+        slopes=np.array([-one.slope for one in backward] + [one.slope for one in forward]),
+        offsets=np.array([one.offset for one in backward + forward]),
+        holding=(holding[0], holding[1]),
     )
-    return lower, upper

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -22,13 +22,6 @@ def _kinetic(**extra: Any) -> Any:
     return parameter(
         "kinetic friction coefficient", symbol="mu_k", unit="1", example=0.3, ge=0, le=5, **extra
     )
-
-
-def _static() -> Any:
-    return parameter(
-        "static friction coefficient (default: the kinetic one)", symbol="mu_s", unit="1",
-        example=0.33, ge=0, le=5, default_factory=lambda data: data.get("kinetic", 0.0),
-    )  # fmt: skip
 
 
 class Friction(Chosen):
@@ -117,16 +110,17 @@ def _check_static(kinetic: float, static: float) -> None:
         )
 
 
-class CoulombFriction(SetValuedFriction):
-    """Coulomb friction, set-valued at rest (eq. 4)."""
-
-    kind: ClassVar[str] = "coulomb"
+class _TwoCoefficients(Friction):
+    """A law with a kinetic and a static coefficient."""
 
     kinetic: float = _kinetic()
-    static: float = _static()
+    static: float = parameter(
+        "static friction coefficient (default: the kinetic one)", symbol="mu_s", unit="1",
+        example=0.33, ge=0, le=5, default_factory=lambda data: data.get("kinetic", 0.0),
+    )  # fmt: skip
 
     @model_validator(mode="after")
-    def _ordered(self) -> CoulombFriction:
+    def _ordered(self) -> Self:
         _check_static(self.kinetic, self.static)
         return self
 
@@ -134,6 +128,12 @@ class CoulombFriction(SetValuedFriction):
     def reference(self) -> float:
         """The kinetic coefficient mu_k [1]."""
         return self.kinetic
+
+
+class CoulombFriction(_TwoCoefficients, SetValuedFriction):
+    """Coulomb friction, set-valued at rest (eq. 4)."""
+
+    kind: ClassVar[str] = "coulomb"
 
     @property
     def constant(self) -> bool:
@@ -177,7 +177,7 @@ class TabulatedFriction(SetValuedFriction):
     )  # fmt: skip
 
     @model_validator(mode="after")
-    def _consistent(self) -> TabulatedFriction:
+    def _consistent(self) -> Self:
         speeds, coefficients = self.speeds, self.coefficients
         if len(speeds) != len(coefficients):
             raise ValueError(
@@ -223,7 +223,7 @@ class TabulatedFriction(SetValuedFriction):
         return self.static
 
 
-class SmoothedFriction(SmoothFriction):
+class SmoothedFriction(_TwoCoefficients, SmoothFriction):
     """m = mu_k [1 + (mu_s/mu_k - 1) exp(-decay |v_r|)] tanh(steepness v_r)  (eqs. 14, 15).
 
     The paper prints (14) without the factor mu_k.
@@ -231,8 +231,6 @@ class SmoothedFriction(SmoothFriction):
 
     kind: ClassVar[str] = "smoothed"
 
-    kinetic: float = _kinetic()
-    static: float = _static()
     decay: float = parameter(
         "decay of the static peak with speed", symbol="varsigma", unit="s/m", example=6.0,
         default=6.0, ge=0, le=1e9,
@@ -241,16 +239,6 @@ class SmoothedFriction(SmoothFriction):
         "steepness of tanh about zero speed", symbol="xi", unit="s/m", example=100.0,
         default=100.0, gt=0, le=1e9,
     )  # fmt: skip
-
-    @model_validator(mode="after")
-    def _ordered(self) -> SmoothedFriction:
-        _check_static(self.kinetic, self.static)
-        return self
-
-    @property
-    def reference(self) -> float:
-        """The kinetic coefficient mu_k [1]."""
-        return self.kinetic
 
     @property
     def constant(self) -> bool:
@@ -339,7 +327,7 @@ class CustomFriction(SmoothFriction):
     )  # fmt: skip
 
     @model_validator(mode="after")
-    def _places(self) -> CustomFriction:
+    def _consistent(self) -> Self:
         for i, (speed, width) in enumerate(self.narrow):
             if not (0.0 < speed <= _FASTEST and _SHARPEST * speed <= width <= _FASTEST):
                 raise ValueError(
@@ -348,10 +336,6 @@ class CustomFriction(SmoothFriction):
                     f" {_FASTEST:g} m/s. It applies to both directions; use width for the steep"
                     " part at rest."
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _callable_law(self) -> CustomFriction:
         for speed in (-1.0, 0.0, 1.0):
             value = self.law(speed)
             if not isinstance(value, int | float) or not math.isfinite(value):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
@@ -117,8 +117,7 @@ def check_group(name: str, value: Any) -> float:
     return check_number(f"groups.{name}", value, allowed=allowed)
 
 
-@dataclass(frozen=True)
-class Setter:
+class Setter(NamedTuple):
     """The meaning of a group, and how it is set.
 
     meaning : in words, with its definition
@@ -133,26 +132,16 @@ class Setter:
     value: Callable[[BrakedDriveline, float], float]
 
 
-SETTERS: dict[str, Setter] = {
-    "eta": Setter(
-        meaning="slope of the actuation force, delta R mu_k / c",
-        target="slope",
-        reads=("damping", "radius", "kinetic"),
-        value=_slope,
-    ),
+_SLOPE = ("damping", "radius", "kinetic")
+_FORCE = ("initial_force", "radius", "kinetic")
+SETTERS = {
+    "eta": Setter("slope of the actuation force, delta R mu_k / c", "slope", _SLOPE, _slope),
     "f": Setter(
-        meaning="forcing frequency over natural frequency, f_e / f_n",
-        target="frequency",
-        reads=("stiffness", "inertia"),
-        value=_frequency,
+        "forcing frequency over natural frequency, f_e / f_n",
+        "frequency",
+        ("stiffness", "inertia"),
+        _frequency,
     ),
-    "F0": Setter(
-        meaning="initial actuation force, F_a0 mu_k R / T_e",
-        target="amplitude",
-        reads=("initial_force", "radius", "kinetic"),
-        value=_amplitude,
-    ),
-    "alpha": Setter(
-        meaning="tan(wedge angle) / mu_k", target="angle", reads=("kinetic",), value=_angle
-    ),
+    "F0": Setter("initial actuation force, F_a0 mu_k R / T_e", "amplitude", _FORCE, _amplitude),
+    "alpha": Setter("tan(wedge angle) / mu_k", "angle", ("kinetic",), _angle),
 }

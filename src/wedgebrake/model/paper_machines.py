@@ -12,13 +12,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake, ConventionalBrake, WedgeBrake
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import CoulombFriction, Friction, SmoothedFriction
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_choice
 
 KINETIC, RADIUS, INITIAL_FORCE = 0.30, 0.2, 300.0
 INERTIA, STIFFNESS = 1.0, 1e4
@@ -62,20 +62,15 @@ def system(
         "wedge": WedgeBrake(angle=0.34, radius=RADIUS),
         "conventional": ConventionalBrake(radius=RADIUS),
     }
-    for name, value, allowed in (("brake", brake, brakes), ("friction", friction, frictions)):
-        if value not in allowed:
-            raise InputError(f"{name} = {value!r}: not known. {nearest(str(value), allowed)}")
     base = BrakedDriveline(
         driveline=Driveline(inertia=INERTIA, damping=damping, stiffness=STIFFNESS),
-        brake=brakes[brake],
-        friction=frictions[friction],
+        brake=brakes[check_choice("brake", brake, brakes)],
+        friction=frictions[check_choice("friction", friction, frictions)],
         actuation=Actuation(initial_force=INITIAL_FORCE, release=release),
         excitation=HarmonicTorque(amplitude=500.0, frequency=10.0),
     )
-    chosen = {"eta": eta, "f": f, "F0": F0}
-    if brake == "wedge":
-        chosen["alpha"] = alpha
-    return base.replace(**chosen)
+    angle = {"alpha": alpha} if brake == "wedge" else {}
+    return base.replace(eta=eta, f=f, F0=F0, **angle)
 
 
 WEDGE, CONVENTIONAL = "wedge", "conventional"
@@ -115,17 +110,9 @@ class Assumptions:
     def system(self, case: Case, friction: str) -> BrakedDriveline:
         """Return the machine of a case, with friction "coulomb" or "smoothed"."""
         share = 1.0 if self.slope_on == "shaft" else RADIUS
-        return system(
-            eta=case.eta * share,
-            f=case.f,
-            F0=case.F0,
-            alpha=case.alpha,
-            brake=case.brake,
-            friction=friction,
-            damping=self.damping,
-            static=self.static,
-            release=self.release,
-        )
+        chosen: dict[str, Any] = {**vars(self), **vars(case.at(eta=case.eta * share))}
+        del chosen["slope_on"]
+        return system(friction=friction, **chosen)
 
     def relevant(self, case: Case) -> Assumptions:
         """Return the choices with those that make no difference to a case as corrected.
@@ -204,8 +191,7 @@ class Rows:
 
 
 _CONSTANT = Rows(
-    (Case(eta=0.0, F0=0.12), Case(eta=0.0, F0=0.09), Case(eta=0.0, f=1.89, F0=0.114)),
-    ("f", "F0"),
+    (Case(eta=0.0, F0=0.12), Case(eta=0.0, F0=0.09), Case(eta=0.0, f=1.89, F0=0.114)), ("f", "F0")
 )
 _SLOPES = Rows(tuple(Case(eta=eta) for eta in (-6.0, -24.0, -30.0, -60.0)), ("eta",))
 _FORCES = Rows(tuple(Case(F0=F0) for F0 in (0.015, 0.024, 0.031, 0.042, 0.067, 0.120)), ("F0",))

@@ -27,15 +27,17 @@ solvers form within the range of doubles: the largest is (T_e k/J^2)^2.
 """
 
 
-def parameter(description: str, *, symbol: str, unit: str, example: Any, **constraints: Any) -> Any:
+def parameter(
+    description: str, *, example: Any, symbol: str = "-", unit: str = "1", **constraints: Any
+) -> Any:
     """State a parameter of a brake, friction law or other part of the machine.
 
     Returns pydantic's ``Field``: range checks, error messages, the schema of study files and the
     labels of figures follow from it.
 
     description : its meaning, a noun phrase
-    symbol      : in formulas
-    unit        : SI unit; "1" for a plain number
+    symbol      : in formulas; "-" for none
+    unit        : SI unit; "1" for a plain number, "-" where it has none
     example     : a usual value
     constraints : of pydantic: ``gt``, ``ge``, ``lt``, ``le``, ``default``, ...
     """
@@ -70,6 +72,12 @@ class Part(BaseModel):
             key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
             for key, value in data.items()
         }
+
+
+def given(part: Part) -> dict[str, Any]:
+    """Values that a part was given, in the order of its fields; defaults are left out."""
+    names = type(part).model_fields
+    return {name: getattr(part, name) for name in names if name in part.model_fields_set}
 
 
 class Member(Part):

@@ -15,11 +15,11 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import toml
 from wedgebrake.model.display import Tabular, part_rows
 from wedgebrake.model.groups import SETTERS, check_group
-from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.part import Part, given, parameter
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, parse_sweep, sweep_schema
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
-from wedgebrake.model.validation import check_instance, named, shown
+from wedgebrake.model.validation import check_choice, check_instance, named, shown
 
 Method = Literal["exact", "smooth", "ode14x"]
 METHODS: tuple[str, ...] = get_args(Method)
@@ -35,12 +35,11 @@ class Run(Part):
     table: ClassVar[str] = "run"
 
     duration: float | None = parameter(
-        "length of the run", symbol="-", unit="s", example=25.0, default=None,
-        ge=0, le=1e12,
-    )  # fmt: skip
+        "length of the run", unit="s", example=25.0, default=None, ge=0, le=1e12
+    )
     periods: int | None = parameter(
-        "length of the run in periods of the torque (250, without duration)", symbol="-",
-        unit="1", example=250, default=None, gt=0, le=1_000_000_000,
+        "length of the run in periods of the torque (250, without duration)",
+        example=250, default=None, gt=0, le=1_000_000_000,
     )  # fmt: skip
     initial: tuple[_State, _State] = parameter(
         "angle [rad] and velocity [rad/s] at the start", symbol="theta, theta'", unit="-",
@@ -51,28 +50,24 @@ class Run(Part):
         example=0.0, default=0.0, ge=0, le=1e12,
     )  # fmt: skip
     method: Method | None = parameter(
-        "the solver (default: by the friction law)", symbol="-", unit="-", example="exact",
-        default=None,
-    )  # fmt: skip
+        "the solver (default: by the friction law)", unit="-", example="exact", default=None
+    )
     samples_per_period: int = parameter(
-        "samples in a period of the torque", symbol="-", unit="1", example=200, default=200,
-        gt=0, le=50_000_000,
-    )  # fmt: skip
+        "samples in a period of the torque", example=200, default=200, gt=0, le=50_000_000
+    )
     rtol: float = parameter(
-        "relative tolerance of the method smooth", symbol="-", unit="1", example=1e-9,
-        default=1e-9, ge=1e-13, le=1e-2,
-    )  # fmt: skip
+        "relative tolerance of the method smooth", example=1e-9, default=1e-9, ge=1e-13, le=1e-2
+    )
     step: float = parameter(
-        "fixed step of the method ode14x", symbol="-", unit="s", example=1e-4, default=1e-4,
-        ge=1e-9, le=1,
-    )  # fmt: skip
+        "fixed step of the method ode14x", unit="s", example=1e-4, default=1e-4, ge=1e-9, le=1
+    )
     max_events: int = parameter(
-        "most events of the method exact", symbol="-", unit="1", example=10_000_000,
-        default=10_000_000, gt=0, le=1_000_000_000_000,
+        "most events of the method exact", example=10_000_000, default=10_000_000,
+        gt=0, le=1_000_000_000_000,
     )  # fmt: skip
     max_steps: int = parameter(
-        "most steps of the methods smooth and ode14x", symbol="-", unit="1",
-        example=100_000_000, default=100_000_000, gt=0, le=1_000_000_000_000,
+        "most steps of the methods smooth and ode14x", example=100_000_000, default=100_000_000,
+        gt=0, le=1_000_000_000_000,
     )  # fmt: skip
 
     @model_validator(mode="after")
@@ -86,10 +81,8 @@ class Run(Part):
 
     def arguments(self) -> dict[str, Any]:
         """Keyword arguments of ``wb.simulate``."""
-        given = dict(self)
-        if self.duration is None and self.periods is None:
-            given["periods"] = 250
-        return given
+        without = self.duration is None and self.periods is None
+        return {**dict(self), "periods": 250} if without else dict(self)
 
 
 _FIXED: dict[str, type[Part]] = {**FIXED, "run": Run}
@@ -117,23 +110,22 @@ class Study(Tabular):
             if name in SETTERS:
                 check_group(name, value)
         for_sweep = {name: changes.pop(name) for name in _CHANGED if name in changes}
-        for_run = {name: value for name, value in changes.items() if name in Run.model_fields}
-        for_system = {name: value for name, value in changes.items() if name not in for_run}
-        settings = {name: getattr(self.run, name) for name in self.run.model_fields_set}
-        if "duration" in for_run and "periods" not in for_run:
-            settings.pop("periods", None)
-        if "periods" in for_run and "duration" not in for_run:
-            settings.pop("duration", None)
-        system = self.system.replace(**for_system) if for_system else self.system
-        return Study(system, Run(**{**settings, **for_run}), self._swept(**for_sweep))
+        for_run = {name: changes.pop(name) for name in Run.model_fields if name in changes}
+        settings = given(self.run)
+        for one, other in (("duration", "periods"), ("periods", "duration")):
+            if one in for_run and other not in for_run:
+                settings.pop(other, None)
+        sweep = for_sweep.pop("sweep", self.sweep)
+        check_instance("sweep", sweep, Sweep)
+        system = self.system.replace(**changes) if changes else self.system
+        return Study(system, Run(**{**settings, **for_run}), Sweep(**{**given(sweep), **for_sweep}))
 
     def _headline(self) -> str:
         return self.system._headline()
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         yield from self.system._rows()
-        given = [name for name in Run.model_fields if name in self.run.model_fields_set]
-        yield from part_rows("run", self.run, given)
+        yield from part_rows("run", self.run, given(self.run))
 
     def to_toml(self) -> str:
         """The study as the text of a study file: ``wb.read_study`` gives it back, bit for bit.
@@ -143,12 +135,6 @@ class Study(Tabular):
         from wedgebrake.model.study_text import study_text
 
         return study_text(self)
-
-    def _swept(self, **settings: Any) -> Sweep:
-        sweep = settings.pop("sweep", self.sweep)
-        check_instance("sweep", sweep, Sweep)
-        given = {name: getattr(sweep, name) for name in sweep.model_fields_set}
-        return Sweep(**{**given, **settings})
 
     def _check(self, name: str) -> None:
         """Refuse an unknown name, with the nearest of all that can be changed."""
@@ -202,9 +188,8 @@ def _about(what: str) -> Iterator[None]:
         yield
     except InputError as error:
         lines = str(error).split("\n")
-        raise InputError(
-            "\n  ".join([f"{what}:", *lines] if lines[1:] else [f"{what}: {error}"])
-        ) from None
+        text = "\n  ".join((f"{what}:", *lines)) if lines[1:] else f"{what}: {error}"
+        raise InputError(text) from None
 
 
 def _content(path: Path) -> bytes:
@@ -241,8 +226,7 @@ def parse_study(tables: dict[str, Any]) -> Study:
         raise InputError("\n".join(wrong))
     run = made.pop("run")
     system = BrakedDriveline(**made)
-    if chosen:
-        system = system.replace(**chosen)
+    system = system.replace(**chosen) if chosen else system
     return Study(system, run, parse_sweep(tables.get("sweep", {}), system))
 
 
@@ -269,13 +253,12 @@ def _check_tables(tables: dict[str, Any]) -> None:
         )
 
 
-def _chosen_groups(given: dict[str, Any], tables: dict[str, Any]) -> dict[str, float]:
+def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, float]:
     """The [groups] table, checked against unknown names and doubled parameters."""
-    for name, value in given.items():
+    for name, value in groups.items():
         if name not in SETTERS:
-            raise InputError(
-                f"groups.{named(name)}: no such group to set. {nearest(name, SETTERS)}"
-            )
+            near = nearest(name, SETTERS)
+            raise InputError(f"groups.{named(name)}: no such group to set. {near}")
         check_group(name, value)
         target = SETTERS[name].target
         doubled = [part for part in PARTS if target in tables[part]]
@@ -284,7 +267,7 @@ def _chosen_groups(given: dict[str, Any], tables: dict[str, Any]) -> dict[str, f
                 f"groups.{name} and {doubled[0]}.{target}: both given, but {name} sets {target}."
                 " Remove one of them."
             )
-    return dict(given)
+    return dict(groups)
 
 
 def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
@@ -293,15 +276,10 @@ def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
         model = _FIXED[name]
     else:
         kinds = CHOSEN[name]
-        words = ", ".join(repr(kind) for kind in sorted(kinds))
         if "kind" not in values:
+            words = ", ".join(repr(kind) for kind in sorted(kinds))
             raise InputError(f"{name}.kind: missing. Allowed: {words}.")
-        kind = values.pop("kind")
-        if not isinstance(kind, str):
-            raise InputError(f"{name}.kind = {shown(kind)}: must be text. Allowed: {words}.")
-        if kind not in kinds:
-            raise InputError(f"{name}.kind = {shown(kind)}: not known. {nearest(kind, kinds)}")
-        model = kinds[kind]
+        model = kinds[check_choice(f"{name}.kind", values.pop("kind"), kinds)]
     for group in chosen:
         target = SETTERS[group].target
         if target in model.model_fields:

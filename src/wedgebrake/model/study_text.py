@@ -11,7 +11,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model import toml
 from wedgebrake.model.files import write
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Chosen, Part
+from wedgebrake.model.part import Chosen, Part, given
 from wedgebrake.model.study import Study, parse_study
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
@@ -75,10 +75,7 @@ def _kind(name: str, part: Chosen) -> str:
 
 
 def _given(part: Part) -> dict[str, Any]:
-    """The values that a part was given, in the order of its fields."""
-    values = {name: getattr(part, name) for name in type(part).model_fields}
-    known = part.model_fields_set
-    return {name: value for name, value in values.items() if name in known and value is not None}
+    return {name: value for name, value in given(part).items() if value is not None}
 
 
 def _of_sweep(sweep: Sweep) -> dict[str, Any]:
@@ -111,7 +108,10 @@ def _comments(study: Study) -> dict[str, dict[str, str]]:
     parts = {**study.system.parts(), "run": study.run}
     comments = {name: dict(_words(part)) for name, part in parts.items()}
     comments["groups"] = {name: setter.meaning for name, setter in SETTERS.items()}
-    axes = {name: _with_unit(*one) for name, one in sweepable(study.system).items()}
+    axes = {
+        name: meaning if unit == "1" else f"{meaning} [{unit}]"
+        for name, (unit, meaning) in sweepable(study.system).items()
+    }
     comments["sweep"] = {**axes, **dict(_words(study.sweep))}
     return comments
 
@@ -121,10 +121,6 @@ def _words(part: Part) -> Iterator[tuple[str, str]]:
         unit = labels(field).get("unit", "1")
         words = (field.description or "").split(";")[0]
         yield name, words if unit in ("1", "-") else str(unit)
-
-
-def _with_unit(unit: str, meaning: str) -> str:
-    return meaning if unit == "1" else f"{meaning} [{unit}]"
 
 
 def _check(text: str, study: Study) -> None:

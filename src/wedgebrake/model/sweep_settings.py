@@ -12,9 +12,9 @@ from pydantic import PlainValidator, WithJsonSchema, create_model
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part, parameter
-from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
-from wedgebrake.model.validation import is_finite, is_number, labels, named, shown
+from wedgebrake.model.validation import check_number, labels, named, shown
 
 MOST_VALUES = 10_000_000  # of one swept parameter
 _MOST_WRONG = 8  # names of [sweep] in one error message
@@ -37,7 +37,7 @@ INITIAL = {
 
 def sweepable(system: BrakedDriveline) -> dict[str, tuple[str, str]]:
     """Return (unit, meaning) of everything that can be swept on a system, by name."""
-    quantities = _quantities(type(getattr(system, part)) for part in PARTS)
+    quantities = _quantities(map(type, system.parts().values()))
     return {name: (one.unit, one.meaning) for name, one in quantities.items()}
 
 
@@ -67,19 +67,14 @@ def refuse_doubled(name: str, names: Collection[str], where: str = "") -> None:
 
 
 # `from` cannot be the name of an attribute in a class statement.
+_END: dict[str, Any] = {"unit": "-", "ge": -1e300, "le": 1e300}
 _SPAN: dict[str, Any] = {
-    "from": (float, parameter(
-        "first value", symbol="-", unit="-", example=-60.0, ge=-1e300, le=1e300,
-    )),
-    "to": (float, parameter(
-        "last value", symbol="-", unit="-", example=12.0, ge=-1e300, le=1e300,
-    )),
-    "points": (int, parameter(
-        "number of values", symbol="-", unit="1", example=400, ge=2, le=MOST_VALUES,
-    )),
+    "from": (float, parameter("first value", example=-60.0, **_END)),
+    "to": (float, parameter("last value", example=12.0, **_END)),
+    "points": (int, parameter("number of values", example=400, ge=2, le=MOST_VALUES)),
     "scale": (Literal["linear", "log"], parameter(
-        "equal steps ('linear') or equal ratios ('log')", symbol="-", unit="-",
-        example="log", default="linear",
+        "equal steps ('linear') or equal ratios ('log')", unit="-", example="log",
+        default="linear",
     )),
 }  # fmt: skip
 Span: type[Part] = create_model("Span", __base__=Part, __doc__="Evenly spaced values.", **_SPAN)
@@ -102,11 +97,8 @@ def swept_values(given: Any, where: str) -> Part | tuple[float, ...]:
         )
     if not given:
         raise InputError(f"{name} = []: must be a list of values, at least one.")
-    for place, value in enumerate(given):
-        if not is_number(value) or not is_finite(value):
-            what = "a finite number" if is_number(value) else "a number"
-            raise InputError(f"{name}[{place}] = {shown(value)}: must be {what}.")
-    return tuple(float(value) for value in given)
+    allowed = "a finite number"
+    return tuple(check_number(f"{name}[{i}]", one, allowed=allowed) for i, one in enumerate(given))
 
 
 def _span(given: dict[str, Any], where: str) -> Part:
@@ -147,7 +139,7 @@ class Sweep(Part):
     axes: tuple[tuple[str, Any], ...] = ()
     periods: int | None = parameter(
         "number of the last recorded period (250); with transient = 'auto' how many are"
-        " recorded (50)", symbol="-", unit="1", example=250, default=None, gt=0, le=_LONGEST,
+        " recorded (50)", example=250, default=None, gt=0, le=_LONGEST,
     )  # fmt: skip
     transient: Annotated[
         int | Literal["auto"] | None,
@@ -158,20 +150,19 @@ class Sweep(Part):
         ),
     ] = parameter(
         "number of the first recorded period (200), or 'auto': until each point has settled",
-        symbol="-", unit="1", example=200, default=None,
+        example=200, default=None,
     )  # fmt: skip
     limit: int | None = parameter(
         "most periods to wait for a point to settle, with transient = 'auto' (20000)",
-        symbol="-", unit="1", example=20_000, default=None, gt=0, le=_LONGEST,
+        example=20_000, default=None, gt=0, le=_LONGEST,
     )  # fmt: skip
     follow: str | None = parameter(
         "swept parameter along which each point starts where its neighbour ended, once up"
-        " and once down", symbol="-", unit="-", example="eta", default=None,
+        " and once down", unit="-", example="eta", default=None,
     )  # fmt: skip
     keep_points: bool | None = parameter(
-        "whether the Poincare points are part of the result", symbol="-", unit="-",
-        example=True, default=None,
-    )  # fmt: skip
+        "whether the Poincare points are part of the result", unit="-", example=True, default=None
+    )
 
     def parameters(self) -> dict[str, NDArray[np.float64]]:
         """Return the swept values by name, (n,) each, in order."""

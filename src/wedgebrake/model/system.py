@@ -18,16 +18,11 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.part import Chosen, Part
+from wedgebrake.model.part import Chosen, Part, given
 from wedgebrake.model.validation import check_instance
 
-BASES: dict[str, type[Part]] = {
-    "driveline": Driveline,
-    "brake": Brake,
-    "friction": Friction,
-    "actuation": Actuation,
-    "excitation": HarmonicTorque,
-}
+_BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
+BASES: dict[str, type[Part]] = {base.table: base for base in _BASES}
 PARTS = tuple(BASES)
 _EXAMPLES = {
     "driveline": "wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4)",
@@ -79,10 +74,7 @@ class BrakedDriveline(Part, Tabular):
     @property
     def groups(self) -> Groups:
         """The normalised groups (docs/theory.md, section 2)."""
-        computed = _groups.compute(self)
-        if not self._stated:
-            return computed
-        return dataclasses.replace(computed, **self._stated)
+        return dataclasses.replace(_groups.compute(self), **self._stated)
 
     @property
     def characteristic(self) -> Characteristic:
@@ -113,14 +105,12 @@ class BrakedDriveline(Part, Tabular):
         _check_parts(parts)
         owners = {field: name for name in PARTS for field in type(parts[name]).model_fields}
         stated = {name: value for name, value in changes.items() if name in _groups.SETTERS}
-        si: dict[str, Any] = {}
-        for name, value in changes.items():
-            if name in PARTS or name in stated:
-                continue
+        others = (*PARTS, *stated)
+        si = {name: value for name, value in changes.items() if name not in others}
+        for name in si:
             if name not in owners:
                 allowed = [*owners, *_groups.SETTERS, *PARTS]
                 raise InputError(f"{name}: no such parameter or group. {nearest(name, allowed)}")
-            si[name] = value
         for name in stated:
             target = _groups.SETTERS[name].target
             if target in si:
@@ -129,8 +119,7 @@ class BrakedDriveline(Part, Tabular):
                 )
         for part in PARTS:
             values = {name: value for name, value in si.items() if owners[name] == part}
-            if values:
-                parts[part] = _changed(parts[part], values)
+            parts[part] = _changed(parts[part], values) if values else parts[part]
         system = BrakedDriveline(**parts)
         for name, value in stated.items():
             system = system._with_group(name, value)
@@ -170,12 +159,12 @@ class BrakedDriveline(Part, Tabular):
         """
         tables: dict[str, dict[str, Any]] = {}
         for name, part in self.parts().items():
-            table = {key: _plain(value) for key, value in dict(part).items()}
-            if isinstance(part, Chosen):
-                if not part.kind:
-                    table = {key: value for key, value in table.items() if not callable(value)}
-                table = {"kind": part.kind_or_class, **table}
-            tables[name] = table
+            kind = {"kind": part.kind_or_class} if isinstance(part, Chosen) else {}
+            tables[name] = kind | {
+                key: list(value) if isinstance(value, tuple) else value
+                for key, value in dict(part).items()
+                if not callable(value)
+            }
         return tables
 
     def _headline(self) -> str:
@@ -195,11 +184,6 @@ def _check_parts(parts: dict[str, Any]) -> None:
             check_instance(name, parts[name], base, allowed)
 
 
-def _plain(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
-
-
 def _changed(part: Part, values: dict[str, Any]) -> Part:
     """A copy of ``part`` with other values; what was left to a default stays so."""
-    given = {key: getattr(part, key) for key in part.model_fields_set}
-    return type(part)(**{**given, **values})
+    return type(part)(**{**given(part), **values})

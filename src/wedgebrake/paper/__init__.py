@@ -11,7 +11,6 @@ claims          a statement, its parts, and the verdict that follows
 statements      every statement, in the order of the figures
 identification  which assumptions satisfy how many statements
 smoothing       smoothed and exact friction compared
-corrections     what is printed, and what it should be
 timing          run time of the paper's example
 figures         the pictures, one file per kind
 report          all of it on one page

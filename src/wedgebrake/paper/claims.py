@@ -8,13 +8,20 @@ own program, cannot be decided by any run here.)
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from importlib.resources import files
 from typing import Any
 
-from wedgebrake.model.paper_machines import AS_PRINTED, Assumptions
+from wedgebrake.model.paper_machines import AS_PRINTED
 from wedgebrake.paper.laboratory import Laboratory
+
+
+def read_table(package: str, name: str) -> dict[str, Any]:
+    """Contents of a TOML file that is part of a package."""
+    return tomllib.loads(files(package).joinpath(name).read_text(encoding="utf-8"))
 
 
 class Verdict(Enum):
@@ -40,8 +47,7 @@ class Part:
     found: str
 
     def __post_init__(self) -> None:
-        """Make NumPy's booleans Python's, for ``is`` and for JSON."""
-        if self.holds is not None:
+        if self.holds is not None:  # NumPy's booleans are neither ``True`` nor JSON
             object.__setattr__(self, "holds", bool(self.holds))
 
 
@@ -79,6 +85,18 @@ class Statement:
         """The printed values with the correction."""
         return {**self.printed, **self.correction}
 
+    def parts(self, laboratory: Laboratory, values: dict[str, Any]) -> tuple[Part, ...]:
+        """Test it with some values, once for each laboratory."""
+        what, check = (self.name, self.check), self.check
+        found: tuple[Part, ...] = laboratory.once(
+            what, values, lambda: tuple(check(laboratory, values))
+        )
+        return found
+
+    def holds(self, laboratory: Laboratory, values: dict[str, Any] | None = None) -> bool | None:
+        """Whether all parts hold, by default with the corrected values; None if undecidable."""
+        return all_hold(self.parts(laboratory, self.corrected if values is None else values))
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -97,12 +115,10 @@ class Finding:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
+        words = ("figure", "says", "test", "tolerance")
         return {
             "id": self.statement.name,
-            "figure": self.statement.figure,
-            "says": self.statement.says,
-            "test": self.statement.test,
-            "tolerance": self.statement.tolerance,
+            **{name: getattr(self.statement, name) for name in words},
             "verdict": self.verdict.value,
             "correction": self.needed,
             "parts": [vars(part) for part in self.parts],
@@ -118,33 +134,18 @@ def all_hold(parts: Iterable[Part]) -> bool | None:
     return None if None in answers or not answers else True
 
 
-def parts_of(
-    statement: Statement, laboratory: Laboratory, values: dict[str, Any]
-) -> tuple[Part, ...]:
-    """Test a statement with some values, once for each laboratory."""
-    return laboratory.once(
-        (statement.name, statement.check),
-        values,
-        lambda: tuple(statement.check(laboratory, values)),
-    )
-
-
 def examine(statement: Statement, laboratory: Laboratory) -> Finding:
     """Test a statement as printed and, where that does not hold, as corrected.
 
     Corrected are the laboratory's assumptions and the values of the statement itself.
     """
-    printed_lab = laboratory.like(assumptions=AS_PRINTED)
-    printed = parts_of(statement, printed_lab, statement.printed)
+    as_printed = laboratory.like(assumptions=AS_PRINTED)
+    printed = statement.parts(as_printed, statement.printed)
     if all_hold(printed):
         return Finding(statement, Verdict.REPRODUCED, printed, printed)
-    parts = parts_of(statement, laboratory, statement.corrected)
+    parts = statement.parts(laboratory, statement.corrected)
     holds = all_hold(parts)
-    verdicts = {
-        True: Verdict.CORRECTED,
-        False: Verdict.CONTRADICTED,
-        None: Verdict.UNDECIDABLE,
-    }
+    verdicts = {True: Verdict.CORRECTED, False: Verdict.CONTRADICTED, None: Verdict.UNDECIDABLE}
     needed = _needed(statement, laboratory) if holds else ""
     return Finding(statement, verdicts[holds], parts, printed, needed)
 
@@ -155,23 +156,16 @@ def _needed(statement: Statement, laboratory: Laboratory) -> str:
     Each change is reverted in turn, for good if the statement holds without it.
     """
     chosen, values = laboratory.assumptions, statement.printed
-    if statement.correction and not _holds(statement, laboratory, chosen, values):
+    if statement.correction and not statement.holds(laboratory, values):
         values = statement.corrected
     names = chosen.differing(AS_PRINTED)
     if statement.apart:
         for name in tuple(names):
             without = replace(chosen, **{name: getattr(AS_PRINTED, name)})
-            if _holds(statement, laboratory, without, values):
+            if statement.holds(laboratory.like(assumptions=without), values):
                 chosen = without
                 names.remove(name)
     words = [chosen.words(names)] if names else []
     if values is not statement.printed:
         words.append(statement.why)
     return "; ".join(words)
-
-
-def _holds(
-    statement: Statement, laboratory: Laboratory, chosen: Assumptions, values: dict[str, Any]
-) -> bool:
-    """Test a statement under other assumptions and values."""
-    return bool(all_hold(parts_of(statement, laboratory.like(assumptions=chosen), values)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -25,24 +25,23 @@ COLUMNS = 200
 _ETA_COLUMN, _ANGLE_COLUMN, _READING = 6.0, 0.1, 0.025
 
 
-@dataclass(frozen=True)
 class Plan(Range):
-    """One of the paper's diagrams as it is computed.
+    """One of the paper's diagrams as it is computed."""
 
-    resolution : error of a limit read from the printed diagram
-    """
+    @property
+    def resolution(self) -> float:
+        """Error of a limit read from the printed diagram."""
+        read = _READING * (self.high - self.low)
+        return {"eta": _ETA_COLUMN, "f": max(HERTZ, read)}.get(self.name, read)
 
-    resolution: float
-
-    def values(self, count: int) -> FloatArray:
-        """About ``count`` equally spaced values, half as many of f, where the section exists.
+    def values(self) -> FloatArray:
+        """About ``COLUMNS`` equally spaced values, half as many of f, where the section exists.
 
         Frequencies are multiples of 0.05 Hz, for which 20 s are whole periods: elsewhere the
         section t = 20 s + n/f_e has another phase at each frequency. Self-locking wedges are
         taken at the paper's columns alone: the wall of the smoothed law is slow to compute.
         """
-        if self.name == "f":  # which cost more periods each
-            count = count // 2
+        count = COLUMNS // 2 if self.name == "f" else COLUMNS  # of f more periods each
         wanted = np.linspace(self.low, self.high, count)
         if self.name == "alpha":
             wanted = np.concatenate((self.columns()[:2], np.linspace(1.0, self.high, count)))
@@ -71,15 +70,7 @@ class Plan(Range):
         return np.concatenate(parts)
 
 
-def _resolution(one: Range) -> float:
-    """Error of a limit read from a printed diagram."""
-    if one.name == "eta":
-        return _ETA_COLUMN
-    read = _READING * (one.high - one.low)
-    return max(HERTZ, read) if one.name == "f" else read
-
-
-PLANS = {name: Plan(**vars(one), resolution=_resolution(one)) for name, one in DIAGRAMS.items()}
+PLANS = {name: Plan(**vars(one)) for name, one in DIAGRAMS.items()}
 """The diagrams of the paper, by figure."""
 
 
@@ -99,15 +90,15 @@ class Diagram:
     @cached_property
     def axis(self) -> float:
         """Height of the diagram [rad/s], 0 if there is nothing in it."""
-        found = [column.velocity for column in self.columns if column.velocity.size]
-        return float(np.ptp(np.concatenate(found))) if found else 0.0
+        found = np.concatenate([column.velocity for column in self.columns])
+        return float(np.ptp(found)) if found.size else 0.0
 
     def appearances(self, dot: float = THRESHOLDS.dot) -> list[Appearance]:
         """Appearance of each column."""
         return [appearance(column.velocity, self.axis, dot) for column in self.columns]
 
 
-def diagram(laboratory: Laboratory, base: Case, name: str, values: Sequence[float]) -> Diagram:
+def diagram(laboratory: Laboratory, base: Case, name: str, values: Iterable[float]) -> Diagram:
     """Compute the diagram of a case over the group ``name``."""
     ordered = np.sort(np.asarray(values, dtype=float))
     cases = [base.at(**{name: float(value)}) for value in ordered]
@@ -116,8 +107,8 @@ def diagram(laboratory: Laboratory, base: Case, name: str, values: Sequence[floa
 
 def paper_diagram(laboratory: Laboratory, plan: Plan) -> Diagram:
     """Compute the diagram of a plan, as fine as the laboratory works."""
-    values = plan.columns() if laboratory.coarse else plan.values(COLUMNS)
-    return diagram(laboratory, plan.base, plan.name, list(values))
+    values = plan.columns() if laboratory.coarse else plan.values()
+    return diagram(laboratory, plan.base, plan.name, values)
 
 
 @dataclass(frozen=True)
@@ -150,24 +141,32 @@ def fit(
     segments : kinds of motion, from small to large values
     lattice  : the value to take for a wanted one, where only some are possible
     """
-    seen = [one.kind for one in shown.appearances(laboratory.thresholds.dot)]
-    starts = _starts(seen, segments)
-    ends = [*starts[1:], len(seen)]
-    agreement = [
-        _share(seen[begin:end], segment)
-        for begin, end, segment in zip(starts, ends, segments, strict=True)
-    ]
+    dot = laboratory.thresholds.dot
+    seen = [one.kind for one in shown.appearances(dot)]
+    edges = [*_starts(seen, segments), len(seen)]
+    agreement = []
+    for (begin, end), kinds in zip(pairwise(edges), segments, strict=True):
+        fitting = sum(kind in kinds for kind in seen[begin:end])
+        agreement.append(fitting / (end - begin) if end > begin else 0.0)
+
+    def bisected(low: float, high: float, left: Kinds, right: Kinds) -> tuple[float, float]:
+        while high - low > resolution and not laboratory.coarse:
+            middle = lattice(0.5 * (low + high))
+            if not low < middle < high:
+                break
+            steady = laboratory.steady(shown.base.at(**{shown.name: middle}))
+            kind = appearance(steady.velocity, shown.axis, dot).kind
+            if (kind in left) == (kind in right):
+                break  # evidence for neither side
+            low, high = (low, middle) if kind in right else (middle, high)
+        return float(low), float(high)
+
     brackets = []
-    for start, (left, right) in zip(starts[1:], pairwise(segments), strict=True):
+    for start, (left, right) in zip(edges[1:-1], pairwise(segments), strict=True):
         low, high = shown.values[max(start - 1, 0)], shown.values[min(start, len(seen) - 1)]
-        brackets.append(_bisected(laboratory, shown, left, right, (low, high), resolution, lattice))
+        brackets.append(bisected(low, high, left, right))
     pairs = np.array(brackets, dtype=float).reshape(-1, 2)
     return Fit(pairs.mean(axis=1), pairs, np.array(agreement))
-
-
-def _share(seen: Sequence[str], kinds: Kinds) -> float:
-    """Share of the columns that show one of the kinds; 0 of no columns."""
-    return sum(kind in kinds for kind in seen) / len(seen) if seen else 0.0
 
 
 def _starts(seen: Sequence[str], segments: Sequence[Kinds]) -> list[int]:
@@ -181,8 +180,12 @@ def _starts(seen: Sequence[str], segments: Sequence[Kinds]) -> list[int]:
     best = wrong[0].astype(float)
     choices = []
     for s in range(1, len(segments)):
-        cost = np.array([best[i] + _unlike(seen, segments, s, i) for i in range(count + 1)])
-        gain = cost - wrong[s]
+        # A small cost unless segment s begins at column i with a change to one of its kinds.
+        unlike = np.full(count + 1, 1e-3)
+        for i in range(1, count):
+            fits = (seen[i - 1] in segments[s - 1]) + (seen[i] in segments[s])
+            unlike[i] = 1e-4 * (2 - fits)
+        gain = best + unlike - wrong[s]
         where = np.zeros(count + 1, dtype=int)
         for i in range(1, count + 1):
             where[i] = i if gain[i] < gain[where[i - 1]] else where[i - 1]
@@ -192,37 +195,3 @@ def _starts(seen: Sequence[str], segments: Sequence[Kinds]) -> list[int]:
     for where in reversed(choices):
         starts.append(int(where[starts[-1]]))
     return [0, *reversed(starts[1:])]
-
-
-def _unlike(seen: Sequence[str], segments: Sequence[Kinds], s: int, i: int) -> float:
-    """Small cost unless segment s begins at column i with a change to one of its kinds."""
-    if not 0 < i < len(seen):
-        return 1e-3
-    fits = seen[i - 1] in segments[s - 1], seen[i] in segments[s]
-    return 1e-4 * (2 - sum(fits))
-
-
-def _bisected(
-    laboratory: Laboratory,
-    shown: Diagram,
-    left: Kinds,
-    right: Kinds,
-    bracket: tuple[float, float],
-    resolution: float,
-    lattice: Callable[[float], float],
-) -> tuple[float, float]:
-    """The bracket of a limit, halved while it is wider than the resolution."""
-    low, high = bracket
-    while high - low > resolution and not laboratory.coarse:
-        middle = lattice(0.5 * (low + high))
-        if not low < middle < high:
-            break
-        steady = laboratory.steady(shown.base.at(**{shown.name: middle}))
-        kind = appearance(steady.velocity, shown.axis, laboratory.thresholds.dot).kind
-        if (kind in left) == (kind in right):
-            break  # evidence for neither side
-        if kind in right:
-            high = middle
-        else:
-            low = middle
-    return float(low), float(high)

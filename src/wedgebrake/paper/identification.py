@@ -12,7 +12,7 @@ import numpy as np
 
 from wedgebrake.analysis.sticking import NON_STICK_SLIP
 from wedgebrake.model.paper_machines import CORRECTED, HERTZ, PRINTED_F0, Assumptions, Case
-from wedgebrake.paper.claims import Statement, all_hold, parts_of
+from wedgebrake.paper.claims import Statement
 from wedgebrake.paper.diagrams import PLANS
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.signal_features import side_bands, visible_sticks
@@ -33,7 +33,7 @@ CANDIDATES = tuple(
 """c, the static peak, release and the speed of eq. (3): forty combinations."""
 
 # Statements on figures whose own parameters are not in question, except 6a and 7a.
-_TESTED = ("S7", "S8", "M1", "M2", "M3", "M4", "B1", "B2", "B3", "B4", "R1", "R2", "R3", "R4")
+_TESTED = "S7 S8 M1 M2 M3 M4 B1 B2 B3 B4 R1 R2 R3 R4"
 # Coarser than in the audit, for forty combinations.
 _RTOL = 1e-6
 # F_0 tried for figures 6a and 14 to 16.
@@ -95,22 +95,22 @@ def identify(
 ) -> Identification:
     """Test the statements of figures 4 to 13 under every combination."""
     coarse = laboratory.like(coarse=True, rtol=_RTOL)
-    chosen = _named(_TESTED)
+    corrected = coarse.like(assumptions=CORRECTED)
+    chosen = [statement for statement in STATEMENTS if statement.name in _TESTED.split()]
     # The runs are shared by the laboratory's own threads; these prepare and evaluate.
     with ThreadPoolExecutor(laboratory.threads) as pool:
         rows = list(pool.map(lambda one: _row(coarse.like(assumptions=one), chosen), candidates))
     rows.sort(key=lambda row: -row.held)
+    questions = (_figure_6a, _figures_14_to_16, _figure_17, _ten_hertz)
     return Identification(
-        tuple(rows), _questions(coarse), (_on_rows(rows), _on_thresholds(coarse, chosen))
+        tuple(rows),
+        tuple(question(corrected) for question in questions),
+        (_on_rows(rows), _on_thresholds(corrected, chosen)),
     )
 
 
-def _named(names: Sequence[str]) -> list[Statement]:
-    return [statement for statement in STATEMENTS if statement.name in names]
-
-
 def _row(laboratory: Laboratory, chosen: Sequence[Statement]) -> Row:
-    scores = {one.name: all_hold(parts_of(one, laboratory, one.corrected)) for one in chosen}
+    scores = {one.name: one.holds(laboratory) for one in chosen}
     told = [score for score in scores.values() if score is not None]
     return Row(laboratory.assumptions, scores, sum(map(bool, told)), len(told))
 
@@ -130,12 +130,10 @@ def _on_rows(rows: Sequence[Row]) -> str:
 
 
 # Thresholds, and the statements that depend on them.
-_BY_DOTS = ("B1", "B2", "B3", "B4", "M4", "R1")
-_BY_LINES = ("M1", "M4", "R2", "R4")
-_BY_STICKS = ("S8", "M1", "M2", "M3", "M4", "R1", "R2", "R3", "R4")
+_BY_STICKS = "S8 M1 M2 M3 M4 R1 R2 R3 R4"
 _THRESHOLDS = {
-    "dot": ("the height of a dot", _BY_DOTS),
-    "line": ("the lowest visible line", _BY_LINES),
+    "dot": ("the height of a dot", "B1 B2 B3 B4 M4 R1"),
+    "line": ("the lowest visible line", "M1 M4 R2 R4"),
     "stick": ("the shortest visible stick", _BY_STICKS),
     "share": ("the least share of sticks", _BY_STICKS),
 }
@@ -143,10 +141,9 @@ _THRESHOLDS = {
 
 def _on_thresholds(laboratory: Laboratory, chosen: Sequence[Statement]) -> str:
     """Test the same statements with each threshold halved and doubled."""
-    laboratory = laboratory.like(assumptions=CORRECTED)
     before, changes = _row(laboratory, chosen).scores, []
     for name, (words, concerned) in _THRESHOLDS.items():
-        some = [statement for statement in chosen if statement.name in concerned]
+        some = [statement for statement in chosen if statement.name in concerned.split()]
         for factor, changed in ((0.5, "halved"), (2.0, "doubled")):
             thresholds = THRESHOLDS._replace(**{name: factor * getattr(THRESHOLDS, name)})
             after = _row(laboratory.like(thresholds=thresholds), some).scores
@@ -162,34 +159,21 @@ def _on_thresholds(laboratory: Laboratory, chosen: Sequence[Statement]) -> str:
     )
 
 
-def _questions(laboratory: Laboratory) -> tuple[Question, ...]:
-    laboratory = laboratory.like(assumptions=CORRECTED)
-    return (
-        _figure_6a(laboratory),
-        _figures_14_to_16(laboratory),
-        _figure_17(laboratory),
-        _ten_hertz(laboratory),
-    )
-
-
 def _kinds(laboratory: Laboratory, cases: Sequence[Case]) -> list[str]:
     """Kinds of motion of some cases on one velocity axis."""
     points = [steady.velocity for steady in laboratory.steadies(cases)]
     axis = max(float(np.ptp(velocity)) for velocity in points)
-    return [appearance(velocity, axis, laboratory.thresholds.dot).kind for velocity in points]
+    return [appearance(velocity, axis).kind for velocity in points]
 
 
 def _figure_6a(laboratory: Laboratory) -> Question:
     responses = laboratory.responses([Case(eta=0.0, F0=force) for force in _FORCES_6])
-    kinds = [visible_sticks(response).kind for response in responses]
-    side = [side_bands(response).beside for response in responses]
-    rows = list(zip(_FORCES_6, kinds, side, strict=True))
-    fits = [
-        force
-        for force, kind, beside in rows
-        if kind == NON_STICK_SLIP and beside >= laboratory.thresholds.line
-    ]
-    each = "; ".join(f"{force:g}: {kind}, {beside:.2g}" for force, kind, beside in rows)
+    fits, rows = [], []
+    for force, response in zip(_FORCES_6, responses, strict=True):
+        kind, beside = visible_sticks(response).kind, side_bands(response).beside
+        rows.append(f"{force:g}: {kind}, {beside:.2g}")
+        if kind == NON_STICK_SLIP and beside >= THRESHOLDS.line:
+            fits.append(force)
     answer = "None of the values tried gives what is described."
     if fits:
         answer = (
@@ -198,18 +182,18 @@ def _figure_6a(laboratory: Laboratory) -> Question:
         )
     return Question(
         "F_0 of figure 6a (printed: 0.12)",
-        f"{answer} Class and highest line beside f_e: {each}. Which of them the figure shows stays"
-        f" open; {Case().F0:g}, the value of figures 8 to 10, is used.",
+        f"{answer} Class and highest line beside f_e: {'; '.join(rows)}. Which of them the figure"
+        f" shows stays open; {Case().F0:g}, the value of figures 8 to 10, is used.",
         settled=len(fits) == 1,
     )
 
 
 def _figures_14_to_16(laboratory: Laboratory) -> Question:
-    chosen = _named(("B5", "B6", "R5", "R6"))
+    chosen = [statement for statement in STATEMENTS if statement.name in ("B5", "B6", "R5", "R6")]
     scores = {}
     for force in _FORCES_14:
         values = {"F0": force, "whole": True}
-        parts = [part for one in chosen for part in parts_of(one, laboratory, values)]
+        parts = [part for one in chosen for part in one.parts(laboratory, values)]
         scores[force] = sum(bool(part.holds) for part in parts), len(parts)
     best = max(scores, key=lambda force: scores[force][0])
     each = ", ".join(f"{force:g}: {held} of {all_}" for force, (held, all_) in scores.items())
@@ -224,7 +208,7 @@ def _figures_14_to_16(laboratory: Laboratory) -> Question:
 def _figure_17(laboratory: Laboratory) -> Question:
     """Columns on both sides of figure 11's angle."""
     plan = PLANS["17"]
-    low, high = (float(value) for value in plan.columns()[2:4])
+    low, high = plan.columns()[2:4].tolist()
     cases = [plan.base.at(alpha=alpha) for alpha in (low, 1.18, high)]
     below, between, above = _kinds(laboratory, cases)
     return Question(

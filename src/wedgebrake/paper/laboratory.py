@@ -11,14 +11,14 @@ import threading
 from collections.abc import Callable, Hashable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.paper_machines import CORRECTED, DURATION, Assumptions, Case
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_choice
 from wedgebrake.paper.visual_criteria import THRESHOLDS, Thresholds
 from wedgebrake.solvers.simulate import simulate
 from wedgebrake.sweeps.executor import processors
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-_Result = TypeVar("_Result")
 
 STEADY = 20.0
 """Beginning of the steady part of a run [s] (section 4)."""
@@ -92,7 +91,8 @@ class Laboratory:
     watch       : called after each run with nothing, from any thread
     store       : threads and results, shared with laboratories made from this one
 
-    Use as a context, or ``close`` it. Raises ``InputError`` for an unknown method.
+    A context: its end releases the threads, and runs not yet begun are dropped. Raises
+    ``InputError`` for an unknown method.
     """
 
     method: str = "smooth"
@@ -105,13 +105,9 @@ class Laboratory:
     store: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Check the method, and start the threads unless they are shared."""
-        if self.method not in FRICTION:
-            method = repr(self.method)
-            raise InputError(f"method = {method}: not known. {nearest(self.method, FRICTION)}")
+        check_choice("method", self.method, FRICTION)
         if self.store is None:
-            store = _Store(self.threads or processors(), self.watch)
-            object.__setattr__(self, "store", store)
+            object.__setattr__(self, "store", _Store(self.threads or processors(), self.watch))
 
     def like(self, **changed: Any) -> Laboratory:
         """Return another laboratory with the same threads and results; others as changed."""
@@ -121,11 +117,7 @@ class Laboratory:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Release the threads; runs not yet begun are dropped."""
-        self.store.close()
+        self.store.pool.shutdown(wait=False, cancel_futures=True)
 
     def system(self, case: Case) -> BrakedDriveline:
         """Machine of a case."""
@@ -137,7 +129,7 @@ class Laboratory:
 
     def steadies(self, cases: Iterable[Case]) -> list[Steady]:
         """Last 5 s of many cases, in their order."""
-        return self._each("steady", cases, self._steady)
+        return self._each(Laboratory._steady, cases)
 
     def response(self, case: Case) -> xr.Dataset:
         """All 25 s of a case, every ``SAMPLE``."""
@@ -145,21 +137,24 @@ class Laboratory:
 
     def responses(self, cases: Iterable[Case]) -> list[xr.Dataset]:
         """All 25 s of many cases."""
-        return self._each("response", cases, self._response)
+        return self._each(Laboratory._response, cases)
 
-    def once(self, what: Hashable, values: dict[str, Any], work: Callable[[], _Result]) -> _Result:
-        """Return the stored result of some work, or do it: ``what`` and values identify it."""
+    def once(self, what: Hashable, values: dict[str, Any], work: Callable[[], Any]) -> Any:
+        """Return the stored result of some work, or do it: ``what`` and values identify it.
+
+        It is done in the thread that asks; two at once may both do it.
+        """
         about = (self.method, self.assumptions, self.coarse, self.rtol, self.thresholds)
-        result: _Result = self.store.kept((what, *sorted(values.items()), *about), work)
-        return result
+        key = (what, *sorted(values.items()), *about)
+        if key not in self.store.known:
+            self.store.known[key] = work()
+        return self.store.known[key]
 
-    def _each(
-        self, kind: str, cases: Iterable[Case], work: Callable[[Case], _Result]
-    ) -> list[_Result]:
-        about = (kind, self.method, self.rtol, self.coarse)
-        keys = [(*about, self.assumptions.relevant(case), case) for case in cases]
-        results: list[_Result] = self.store.results(keys, lambda key: work(key[-1]))
-        return results
+    def _each(self, work: Callable[[Laboratory, Case], Any], cases: Iterable[Case]) -> list[Any]:
+        about = (work, self.method, self.rtol, self.coarse)
+        tasks = [((*about, self.assumptions.relevant(case), case), case) for case in cases]
+        futures = self.store.submitted(tasks, lambda case: work(self, case))
+        return [future.result() for future in futures]
 
     def _steady(self, case: Case) -> Steady:
         system = self.system(case)
@@ -176,33 +171,25 @@ class Laboratory:
 
 
 class _Store:
-    """Threads and results that laboratories share."""
+    """Threads, and the results of runs and of other work, that laboratories share."""
 
     def __init__(self, threads: int, watch: Callable[[], None]) -> None:
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="wedgebrake-paper")
+        self.pool = ThreadPoolExecutor(threads, thread_name_prefix="wedgebrake-paper")
+        self.known: dict[Hashable, Any] = {}
         self._watch = watch
         self._lock = threading.Lock()
-        self._done: dict[Hashable, Future[Any]] = {}
-        self._kept: dict[Hashable, Any] = {}
+        self._runs: dict[Hashable, Future[Any]] = {}
 
-    def results(self, keys: list[Any], work: Callable[[Any], Any]) -> list[Any]:
+    def submitted(
+        self, tasks: list[tuple[Hashable, Case]], work: Callable[[Case], Any]
+    ) -> list[Future[Any]]:
+        def watched(case: Case) -> Any:
+            result = work(case)
+            self._watch()
+            return result
+
         with self._lock:
-            for key in keys:
-                if key not in self._done:
-                    self._done[key] = self._pool.submit(self._watched, work, key)
-            futures = [self._done[key] for key in keys]
-        return [future.result() for future in futures]
-
-    def kept(self, key: Hashable, work: Callable[[], Any]) -> Any:
-        """Return a result, computed by the thread that asks; two at once may both compute it."""
-        if key not in self._kept:
-            self._kept[key] = work()
-        return self._kept[key]
-
-    def _watched(self, work: Callable[[Any], Any], key: Any) -> Any:
-        result = work(key)
-        self._watch()
-        return result
-
-    def close(self) -> None:
-        self._pool.shutdown(wait=False, cancel_futures=True)
+            for key, case in tasks:
+                if key not in self._runs:
+                    self._runs[key] = self.pool.submit(watched, case)
+            return [self._runs[key] for key, _ in tasks]

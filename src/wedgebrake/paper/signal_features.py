@@ -10,12 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.spectrum import spectrum
-from wedgebrake.analysis.sticking import (
-    AT_REST,
-    BIDIRECTIONAL,
-    NON_STICK_SLIP,
-    UNIDIRECTIONAL,
-)
+from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
 from wedgebrake.model.paper_machines import RADIUS
 from wedgebrake.paper.laboratory import STEADY
 from wedgebrake.paper.visual_criteria import THRESHOLDS, Thresholds
@@ -70,13 +65,10 @@ def side_bands(
     """
     found = spectrum(response)
     frequency, amplitude = found["frequency"].to_numpy(), found["amplitude"].to_numpy()
-    allowed = [found.attrs["forcing_frequency"]]
-    if natural:
-        allowed.append(found.attrs["natural_frequency"])
-    free = frequency > _LOWEST
-    for line in allowed:
-        free &= np.abs(frequency - line) > _WIDTH
     inside = frequency > _LOWEST
+    free = inside.copy()
+    for name in ("forcing_frequency", "natural_frequency")[: 1 + natural]:
+        free &= np.abs(frequency - found.attrs[name]) > _WIDTH
     top = float(np.max(amplitude[inside]))
     beside = np.where(free, amplitude, 0.0)
     energy = amplitude**2
@@ -131,11 +123,11 @@ def visible_sticks(response: xr.Dataset, thresholds: Thresholds = THRESHOLDS) ->
     shortest = max(thresholds.stick * period, _PLATEAU * passage)
     slips = np.where(np.abs(velocity) > SEEN_SPEED * largest, np.sign(velocity), 0.0)
     spent = {1: 0.0, -1: 0.0, 0: 0.0}
-    for begin, end in _within(times, velocity):
+    for begin, end in _rests(times, np.abs(velocity)):
         if end - begin >= shortest:
             before = slips[: int(np.searchsorted(times, begin))]
-            moving = np.flatnonzero(before)
-            side = int(before[moving[-1]]) if moving.size else 0
+            moving = before[before != 0.0]
+            side = int(moving[-1]) if moving.size else 0
             spent[side] += (end - begin) / (times[-1] - times[0])
     noticed = sum(spent[side] >= thresholds.share for side in (1, -1))
     kind = (NON_STICK_SLIP, UNIDIRECTIONAL, BIDIRECTIONAL)[noticed]
@@ -144,30 +136,25 @@ def visible_sticks(response: xr.Dataset, thresholds: Thresholds = THRESHOLDS) ->
 
 def _steady(response: xr.Dataset) -> tuple[FloatArray, FloatArray]:
     """Times and velocities after 20 s."""
-    late = response["time"].to_numpy() >= STEADY
-    return response["time"].to_numpy()[late], response["velocity"].to_numpy()[late]
+    times, velocity = response["time"].to_numpy(), response["velocity"].to_numpy()
+    return times[times >= STEADY], velocity[times >= STEADY]
 
 
-def _within(times: FloatArray, velocity: FloatArray) -> list[tuple[float, float]]:
-    """Intervals with |velocity| <= STICK_SPEED; ends interpolated between samples."""
-    speed = np.abs(velocity)
-    inside = speed <= STICK_SPEED
-    intervals = []
-    for begin, end in _true_intervals(inside):
-        first, last = float(times[begin]), float(times[end])
-        if begin > 0:
-            share = (speed[begin - 1] - STICK_SPEED) / (speed[begin - 1] - speed[begin])
-            first = float(times[begin - 1] + share * (times[begin] - times[begin - 1]))
-        if end < speed.size - 1:
-            share = (STICK_SPEED - speed[end]) / (speed[end + 1] - speed[end])
-            last = float(times[end] + share * (times[end + 1] - times[end]))
-        intervals.append((first, last))
-    return intervals
+def _rests(times: FloatArray, speed: FloatArray) -> list[tuple[float, float]]:
+    """Intervals of speeds up to STICK_SPEED; ends interpolated between samples."""
+
+    def crossing(slow: int, fast: int) -> float:
+        if not 0 <= fast < speed.size:
+            return float(times[slow])
+        return float(np.interp(STICK_SPEED, speed[[slow, fast]], times[[slow, fast]]))
+
+    intervals = _true_intervals(speed <= STICK_SPEED)
+    return [(crossing(begin, begin - 1), crossing(end, end + 1)) for begin, end in intervals]
 
 
 def _true_intervals(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """(first, last) index of each run of true flags."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
+    edges = np.flatnonzero(np.diff(flags.astype(int), prepend=0, append=0))
     return [(int(begin), int(end) - 1) for begin, end in edges.reshape(-1, 2)]
 
 
@@ -185,7 +172,8 @@ def edges(response: xr.Dataset, side: int) -> Edges:
     """Edges of the lobes of the velocity in the direction ``side``, +1 or -1, after 20 s."""
     times, velocity = _steady(response)
     speed = side * velocity
-    rises, falls = [], []
+    rises: list[float] = []
+    falls: list[float] = []
     largest = float(np.max(speed, initial=0.0))
     for begin, end in _true_intervals(speed > 0.0):
         if begin == 0 or end == speed.size - 1:
@@ -195,12 +183,10 @@ def edges(response: xr.Dataset, side: int) -> Edges:
         if lobe[peak] < SEEN_SPEED * largest:
             continue
         levels = (0.1 * lobe[peak], 0.9 * lobe[peak])
-        up = np.maximum.accumulate(lobe[: peak + 1])
-        down = np.maximum.accumulate(lobe[peak:][::-1])
-        low, high = np.interp(levels, up, at[: peak + 1])
-        rises.append(high - low)
-        low, high = np.interp(levels, down, at[peak:][::-1])
-        falls.append(low - high)
+        up, down = slice(None, peak + 1), slice(None, peak - 1, -1)
+        for part, found in ((up, rises), (down, falls)):
+            low, high = np.interp(levels, np.maximum.accumulate(lobe[part]), at[part])
+            found.append(abs(high - low))
     if not rises:
         return Edges(math.nan, math.nan)
     return Edges(float(np.mean(rises)), float(np.mean(falls)))
@@ -211,8 +197,7 @@ def distortion(response: xr.Dataset) -> float:
 
     Over the largest acceleration; from the two samples before and after each crossing.
     """
-    late = response["time"].to_numpy() >= STEADY
-    velocity = response["velocity"].to_numpy()[late]
+    _, velocity = _steady(response)
     rate = np.diff(velocity)
     crossings = np.flatnonzero(velocity[:-1] * velocity[1:] < 0.0)
     crossings = crossings[(crossings >= 2) & (crossings < velocity.size - 3)]

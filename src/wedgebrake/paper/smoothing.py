@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.sticking import AT_REST
 from wedgebrake.model.paper_machines import CORRECTED, DURATION, KINETIC, RESPONSES, Case
-from wedgebrake.paper.claims import all_hold, parts_of
 from wedgebrake.paper.diagrams import PLANS, paper_diagram
 from wedgebrake.paper.laboratory import RTOL, Laboratory, section_times
 from wedgebrake.paper.signal_features import visible_sticks
@@ -31,22 +30,12 @@ FloatArray = NDArray[np.float64]
 STEEPNESS = (50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 """xi [s/m]; the paper's is 100."""
 PAPER_STEEPNESS = 100.0
+_AT = STEEPNESS.index(PAPER_STEEPNESS)
 REGULAR = (Case(eta=-60.0), Case(eta=0.0), Case(eta=0.0, F0=0.09))
 """Cases whose response does not depend sensitively on the initial state."""
 _SPAN = 2.0
-
-
-class _Limit(NamedTuple):
-    """A limit of figure 11a: its name, the groups of points on both sides, a bracket in F_0."""
-
-    name: str
-    left: int
-    right: int
-    low: float
-    high: float
-
-
-_LIMITS = (_Limit("4T to 2T", 3, 2, 0.052, 0.062), _Limit("2T to T", 2, 1, 0.064, 0.078))
+# Limits of figure 11a: groups of points on both sides, and a bracket in F_0.
+_LIMITS = {"4T to 2T": (3, 2, 0.052, 0.062), "2T to T": (2, 1, 0.064, 0.078)}
 _HEIGHT = 32.0
 """Height of figure 11a's axis [rad/s]."""
 _FINE, _CLOSE = 1e-5, 0.002
@@ -59,7 +48,6 @@ _COMPARED = (
     Case(eta=0.0, F0=0.06),
     *(case for number in (6, 9, 12) for case in RESPONSES[number].cases),
 )
-_BY_RUNS = tuple(statement for statement in STATEMENTS if statement.name[0] != "S")
 
 
 class Compared(NamedTuple):
@@ -114,26 +102,27 @@ class Smoothing:
 def compare(laboratory: Laboratory) -> Smoothing:
     """Compare the paper's smoothing with Coulomb friction, under the corrected assumptions."""
     smooth = laboratory.like(method="smooth", assumptions=CORRECTED)
-    exact = smooth.like(method="exact")
+    both = (smooth, smooth.like(method="exact"))
     with ThreadPoolExecutor(laboratory.threads) as pool:
         errors = np.array(list(pool.map(_errors, REGULAR)))
-        tasks = [(limit, steepness) for limit in _LIMITS for steepness in (*STEEPNESS, math.inf)]
-        found = list(pool.map(lambda task: _found(*task), tasks))
+        tasks = [(name, steepness) for name in _LIMITS for steepness in (*STEEPNESS, math.inf)]
+        found = np.array(list(pool.map(lambda task: _found(*task), tasks)))
         creep = np.array(list(pool.map(_creep, STEEPNESS)))
-    rows = np.array(found).reshape(len(_LIMITS), -1)
+    rows = found.reshape(len(_LIMITS), -1)
     limits = tuple(
-        (limit.name, row[:-1], float(row[-1])) for limit, row in zip(_LIMITS, rows, strict=True)
+        (name, row[:-1], float(row[-1])) for name, row in zip(_LIMITS, rows, strict=True)
     )
-    cases = _cases(smooth, exact)
+    seen = [zip(_points_seen(one), _sticks(one, _COMPARED), strict=True) for one in both]
+    cases = tuple(Compared(case, *two) for case, *two in zip(_COMPARED, *seen, strict=True))
     words = (
         _on_convergence(errors),
         _on_limits(limits),
         _on_creep(creep, cases),
-        _on_breakaway(smooth, exact),
+        _on_breakaway(both),
         _on_classes(cases),
-        _on_chaos(smooth, exact),
-        _on_columns(smooth, exact),
-        _on_statements(smooth, exact),
+        _on_chaos(both),
+        _on_columns(both),
+        _on_statements(both),
     )
     return Smoothing(errors, limits, creep, cases, words)
 
@@ -158,18 +147,16 @@ def _errors(case: Case) -> list[float]:
     ]
 
 
-def _found(limit: _Limit, steepness: float) -> float:
+def _found(name: str, steepness: float) -> float:
     """F_0 of a limit, by bisection."""
-    low, high = limit.low, limit.high
+    left, right, low, high = _LIMITS[name]
     while high - low > _FINE:
         middle = 0.5 * (low + high)
         case = Case(F0=middle)
         times = section_times(CORRECTED.system(case, "coulomb").excitation.frequency)
         seen = appearance(_points(case, steepness, times, DURATION), _HEIGHT, _CLOSE)
-        if min(seen.groups, limit.left) > limit.right:
-            low = middle
-        else:
-            high = middle
+        beyond = min(seen.groups, left) <= right
+        low, high = (low, middle) if beyond else (middle, high)
     return 0.5 * (low + high)
 
 
@@ -178,18 +165,14 @@ def _creep(steepness: float) -> float:
     return float(np.max(np.abs(_points(_CREEPING, steepness, times, DURATION))))
 
 
-def _cases(smooth: Laboratory, exact: Laboratory) -> tuple[Compared, ...]:
-    sides = []
-    for laboratory in (smooth, exact):
-        points = laboratory.steadies(_COMPARED)
-        responses = laboratory.responses(_COMPARED)
-        sides.append(
-            [
-                (appearance(one.velocity, _axis(case)).kind, visible_sticks(response).kind)
-                for case, one, response in zip(_COMPARED, points, responses, strict=True)
-            ]
-        )
-    return tuple(Compared(case, *both) for case, *both in zip(_COMPARED, *sides, strict=True))
+def _points_seen(laboratory: Laboratory) -> list[str]:
+    """Kind of motion of each case compared, by its points."""
+    found = zip(_COMPARED, laboratory.steadies(_COMPARED), strict=True)
+    return [appearance(one.velocity, _axis(case)).kind for case, one in found]
+
+
+def _sticks(laboratory: Laboratory, cases: Sequence[Case]) -> list[str]:
+    return [visible_sticks(response).kind for response in laboratory.responses(cases)]
 
 
 def _axis(case: Case) -> float:
@@ -203,8 +186,7 @@ def _on_convergence(errors: FloatArray) -> str:
         for row in errors
         for (one, two), (low, high) in zip(pairwise(row[2:]), pairwise(STEEPNESS[2:]), strict=True)
     ]
-    at = STEEPNESS.index(PAPER_STEEPNESS)
-    worst = 100.0 * float(np.max(errors[:, at]))
+    worst = 100.0 * float(np.max(errors[:, _AT]))
     return (
         "Away from chaos the smoothed response tends to the exact one as ξ grows, with an order of"
         f" {min(orders):.2g} to {max(orders):.2g} between successive ξ from 200 on. At the paper's"
@@ -214,12 +196,11 @@ def _on_convergence(errors: FloatArray) -> str:
 
 
 def _on_limits(limits: Sequence[tuple[str, FloatArray, float]]) -> str:
-    at = STEEPNESS.index(PAPER_STEEPNESS)
     each = []
     for (name, row, truth), printed in zip(limits, PLANS["11a"].limits[-2:], strict=True):
         nearest = STEEPNESS[int(np.argmin(np.abs(row - printed)))]
         each.append(
-            f"{name} at F_0 = {row[at]:.4f} at ξ = {PAPER_STEEPNESS:g} and at {truth:.4f} with"
+            f"{name} at F_0 = {row[_AT]:.4f} at ξ = {PAPER_STEEPNESS:g} and at {truth:.4f} with"
             f" Coulomb friction, where the paper prints {printed:g}, of the steepnesses tried"
             f" nearest to ξ = {nearest:g}"
         )
@@ -232,24 +213,27 @@ def _on_limits(limits: Sequence[tuple[str, FloatArray, float]]) -> str:
 def _on_creep(creep: FloatArray, cases: Sequence[Compared]) -> str:
     alpha = _CREEPING.alpha
     bound = KINETIC * (alpha**2 - 1.0) / alpha
-    at = STEEPNESS.index(PAPER_STEEPNESS)
-    alone = [one for one in cases if AT_REST == one.exact[1] != one.smoothed[1]]
+    alone = ", ".join(
+        f"(η = {one.eta:g}, f = {one.f:g}, F_0 = {one.F0:g})"
+        for one, smoothed, exact in cases
+        if AT_REST == exact[1] != smoothed[1]
+    )
     return (
         "With Coulomb friction the wedge brake can rest for good where the holding interval is"
         f" wider than the torque swings, F_0 > μ_s (α² − 1)/α = {bound:.4f} at α = {alpha:g}; a"
         " steep slope keeps a stick-slip orbit alive beside rest a little further, until a fold."
-        f" What the smoothed law shows there is its creep: {_names(alone)}. At F_0 ="
-        f" {_CREEPING.F0:g}, η = 0, the creep reaches {creep[at]:.2g} rad/s at ξ ="
+        f" What the smoothed law shows there is its creep: {alone or 'none'}. At F_0 ="
+        f" {_CREEPING.F0:g}, η = 0, the creep reaches {creep[_AT]:.2g} rad/s at ξ ="
         f" {PAPER_STEEPNESS:g} and {creep[-1]:.2g} rad/s at ξ = {STEEPNESS[-1]:g}."
     )
 
 
-def _on_breakaway(smooth: Laboratory, exact: Laboratory) -> str:
-    cases = [Case(eta=0.0, F0=float(force)) for force in _NEAR_BREAKAWAY]
-    words = [[visible_sticks(one).kind for one in lab.responses(cases)] for lab in (smooth, exact)]
+def _on_breakaway(both: Sequence[Laboratory]) -> str:
+    cases = [Case(eta=0.0, F0=force) for force in _NEAR_BREAKAWAY]
+    kinds = [_sticks(one, cases) for one in both]
     unlike = [
         f"F_0 = {case.F0:g} ({one} instead of {two})"
-        for case, one, two in zip(cases, *words, strict=True)
+        for case, one, two in zip(cases, *kinds, strict=True)
         if one != two
     ]
     return (
@@ -259,64 +243,53 @@ def _on_breakaway(smooth: Laboratory, exact: Laboratory) -> str:
     )
 
 
-def _names(cases: Sequence[Compared]) -> str:
-    return ", ".join(f"(η = {c.eta:g}, f = {c.f:g}, F_0 = {c.F0:g})" for c, *_ in cases) or "none"
-
-
 def _on_classes(cases: Sequence[Compared]) -> str:
-    sticks = [one for one in cases if one.smoothed[1] != one.exact[1]]
-    points = [one for one in cases if one.smoothed[0] != one.exact[0]]
+    points, sticks = (sum(one.smoothed[i] != one.exact[i] for one in cases) for i in (0, 1))
     return (
         f"Of {len(cases)} cases, those of figures 6, 9 and 12 and F_0 = 0.06 at η = 0, smoothing"
-        f" changes the class of stick-slip in {len(sticks)}, and the kind of motion that the"
-        f" Poincaré points show in {len(points)} (see the table)."
+        f" changes the class of stick-slip in {sticks}, and the kind of motion that the"
+        f" Poincaré points show in {points} (see the table)."
     )
 
 
-def _on_chaos(smooth: Laboratory, exact: Laboratory) -> str:
+def _on_chaos(both: Sequence[Laboratory]) -> str:
     case = Case()
-    settled = motion(exact.system(case)).word
-    seen = appearance(smooth.steady(case).velocity, _axis(case))
-    stuck = [visible_sticks(one.response(case)).kind for one in (smooth, exact)]
-    late = simulate(exact.system(case), DURATION, method="exact", times=_LATE)
-    moved = simulate(
-        exact.system(case), DURATION, method="exact", times=_LATE, initial=(_NUDGE, 0.0)
+    system = both[1].system(case)
+    seen = appearance(both[0].steady(case).velocity, _axis(case))
+    stuck = [_sticks(one, [case])[0] for one in both]
+    late, moved = (
+        simulate(system, DURATION, method="exact", times=_LATE, initial=(start, 0.0))
+        for start in (0.0, _NUDGE)
     )
-    apart = np.abs(late["velocity"].to_numpy() - moved["velocity"].to_numpy())
-    lost = _LATE[apart > 0.1]
+    lost = _LATE[np.abs(late["velocity"].to_numpy() - moved["velocity"].to_numpy()) > 0.1]
     grows = f"by {lost[0]:.3g} s" if lost.size else "not"
     return (
         "At η = −24, F_0 = 0.036, the middle of most figures, Coulomb friction settles on"
-        f" {settled} motion ({stuck[1]} after 20 s); the smoothed law shows {seen.groups} groups of"
-        f" points after 20 s ({stuck[0]}). The exact motion depends sensitively on its start before"
-        f" it settles: a start {_NUDGE:g} rad aside has {grows} grown to a difference of 0.1 rad/s."
+        f" {motion(system).word} motion ({stuck[1]} after 20 s); the smoothed law shows"
+        f" {seen.groups} groups of points after 20 s ({stuck[0]}). The exact motion depends"
+        f" sensitively on its start before it settles: a start {_NUDGE:g} rad aside has {grows}"
+        " grown to a difference of 0.1 rad/s."
     )
 
 
-def _on_statements(smooth: Laboratory, exact: Laboratory) -> str:
+def _on_columns(both: Sequence[Laboratory]) -> str:
+    each = []
+    for name in ("8a", "8b", "11a", "11b"):
+        diagrams = [paper_diagram(one, PLANS[name]).appearances() for one in both]
+        unlike = [one.kind != two.kind for one, two in zip(*diagrams, strict=True)]
+        each.append(f"{100.0 * np.mean(unlike):.0f} % of figure {name}")
+    return f"The kind of motion that a column shows differs in {', '.join(each)}."
+
+
+def _on_statements(both: Sequence[Laboratory]) -> str:
     """Name the statements that hold with one law and not with the other."""
+    chosen = [statement for statement in STATEMENTS if statement.name[0] != "S"]
     unlike = []
-    for statement in _BY_RUNS:
-        one, two = (
-            all_hold(parts_of(statement, laboratory, statement.corrected))
-            for laboratory in (smooth, exact)
-        )
+    for statement in chosen:
+        one, two = (statement.holds(laboratory) for laboratory in both)
         if one != two:
             unlike.append(f"{statement.name} holds only {'smoothed' if one else 'exactly'}")
     return (
-        f"Of the {len(_BY_RUNS)} statements on motions, with the corrected values, those that hold"
+        f"Of the {len(chosen)} statements on motions, with the corrected values, those that hold"
         f" with one law and not with the other: {', '.join(unlike) or 'none'}."
     )
-
-
-def _on_columns(smooth: Laboratory, exact: Laboratory) -> str:
-    each = []
-    for name in ("8a", "8b", "11a", "11b"):
-        plan = PLANS[name]
-        both = [
-            [column.kind for column in paper_diagram(one, plan).appearances()]
-            for one in (smooth, exact)
-        ]
-        unlike = sum(one != two for one, two in zip(*both, strict=True)) / len(both[0])
-        each.append(f"{100.0 * unlike:.0f} % of figure {name}")
-    return f"The kind of motion that a column shows differs in {', '.join(each)}."

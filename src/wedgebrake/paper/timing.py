@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cache
 
 from wedgebrake.model.paper_machines import CORRECTED, FIGURE_5
-from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.simulate import simulate
 
 SPAN = 5.0
@@ -43,22 +42,17 @@ class Timing:
 
 
 @cache
-def measure(runs: int = 4) -> tuple[Timing, ...]:
-    """Measure each method, the best of so many runs (two at least: the first may compile).
+def measure() -> tuple[Timing, ...]:
+    """Measure each method, the best of four runs (the first may compile).
 
     Nothing else should compute meanwhile; it is measured once and kept.
     """
-    return tuple(
-        Timing(words, _best(CORRECTED.system(FIGURE_5, friction), method, runs), paper)
-        for words, method, friction, paper in _METHODS
-    )
-
-
-def _best(system: BrakedDriveline, method: str, runs: int) -> float:
-    """Seconds of the fastest run."""
-    times = []
-    for _ in range(max(runs, 2)):
-        begin = time.perf_counter()
-        simulate(system, SPAN, method=method)
-        times.append(time.perf_counter() - begin)
-    return min(times)
+    found = []
+    for words, method, friction, paper in _METHODS:
+        system, seconds = CORRECTED.system(FIGURE_5, friction), []
+        for _ in range(4):
+            begin = time.perf_counter()
+            simulate(system, SPAN, method=method)
+            seconds.append(time.perf_counter() - begin)
+        found.append(Timing(words, min(seconds), paper))
+    return tuple(found)

@@ -13,12 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-
-SYNCHRONOUS = "synchronous"
-DOUBLE = "2T"
-MULTIPLE = "multi-periodic"
-FILLED = "quasi-periodic"
+SYNCHRONOUS, DOUBLE, MULTIPLE, FILLED = "synchronous", "2T", "multi-periodic", "quasi-periodic"
 NOTHING = "no steady motion"
 
 
@@ -47,19 +42,16 @@ _PARTS, _FILLED = 20, 0.6
 
 
 class Appearance(NamedTuple):
-    """One column of a diagram.
-
-    kind   : of motion, as above
-    groups : number of groups of dots that touch
-    height : highest less lowest point [rad/s]
-    """
+    """One column of a diagram: kind of motion, groups of dots that touch, its height [rad/s]."""
 
     kind: str
     groups: int
     height: float
 
 
-def appearance(velocity: FloatArray, axis: float, dot: float = THRESHOLDS.dot) -> Appearance:
+def appearance(
+    velocity: NDArray[np.float64], axis: float, dot: float = THRESHOLDS.dot
+) -> Appearance:
     """Appearance of one column.
 
     velocity : (n,) Poincare points [rad/s]; empty if the run ended early

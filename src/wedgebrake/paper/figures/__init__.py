@@ -2,28 +2,27 @@
 
 captions.toml : kind and caption of each
 schematics    : figures 1 and 19
-criteria      : figure 2, eigenvalues: figure 3; linear stability
+linear        : figures 2 and 3, linear stability
 laws          : figures 4 and 5, the friction laws
 responses     : figures 6, 7, 9, 10, 12, 13, 15, 16, 18
 diagrams      : figures 8, 11, 14, 17
 studies       : two figures of the report beside them: identification and smoothing
-layout, words : panels, titles and labels
+layout        : panels, titles and labels
 
 Matplotlib is imported when a figure is drawn.
 """
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from importlib.resources import files
 from typing import TYPE_CHECKING
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.paper_machines import RESPONSES
-from wedgebrake.paper.figures import criteria, diagrams, eigenvalues, laws, responses, schematics
+from wedgebrake.paper.claims import read_table
+from wedgebrake.paper.figures import diagrams, laws, linear, responses, schematics
 from wedgebrake.paper.laboratory import Laboratory
 
 if TYPE_CHECKING:
@@ -50,8 +49,8 @@ class PaperFigure:
 
 _DRAW: dict[int, Callable[[Laboratory], Figure]] = {
     1: schematics.wedge,
-    2: criteria.draw,
-    3: eigenvalues.draw,
+    2: linear.criteria,
+    3: linear.eigenvalues,
     4: laws.smoothed,
     5: laws.comparison,
     19: schematics.conventional,
@@ -60,9 +59,7 @@ _DRAW: dict[int, Callable[[Laboratory], Figure]] = {
 }
 FIGURES: dict[str, PaperFigure] = {
     f"fig{number}": PaperFigure(int(number), draw=_DRAW[int(number)], **table)
-    for number, table in tomllib.loads(
-        files(__name__).joinpath("captions.toml").read_text(encoding="utf-8")
-    ).items()
+    for number, table in read_table(__name__, "captions.toml").items()
 }
 """Every figure by name, as "fig8", in order."""
 

@@ -7,21 +7,18 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.figures.data import class_styles
 from wedgebrake.figures.data.limits import extent
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.paper_machines import DURATION
-from wedgebrake.paper.diagrams import COLUMNS, PLANS, Diagram, Plan, diagram
-from wedgebrake.paper.figures import layout, words
+from wedgebrake.paper.diagrams import PLANS, Diagram, diagram
+from wedgebrake.paper.figures import layout
 from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-FloatArray = NDArray[np.float64]
 
 _HEIGHT = 1.75
 # Size of a dot [pt].
@@ -40,68 +37,57 @@ def draw(number: int, laboratory: Laboratory) -> Figure:
     """
     plans = [plan for name, plan in PLANS.items() if name.rstrip("ab") == str(number)]
     letters = ("(a) ", "(b) ") if len(plans) > 1 else ("",)
-    laboratories = words.compared(laboratory)
+    laboratories = layout.compared(laboratory)
     grid = [
-        [diagram(one, plan.base, plan.name, list(plan.values(COLUMNS))) for plan in plans]
+        [diagram(one, plan.base, plan.name, plan.values()) for plan in plans]
         for one in laboratories
     ]
     rows = [(line, one, number == _RESONANCE) for line, one in zip(grid, laboratories, strict=True)]
     if number == _RESONANCE:
         rows.insert(0, (grid[0], laboratory, False))
+    base, name = plans[0].base, plans[0].name
+    brakes = ", ".join(
+        f"{letter}{plan.base.brake} brake" for letter, plan in zip(letters, plans, strict=True)
+    )
+    lasted = all(column.completed for line in grid for one in line for column in one.columns)
     figure, axes = layout.sheet(
-        _title(number, plans, letters, grid, laboratories),
+        [
+            f"Figure {number}. {brakes.capitalize()}: {layout.fixed(number, base, [name])}.",
+            layout.assumptions(laboratory.assumptions),
+            (
+                f"Rows: {'; '.join(METHOD_WORDS[one.method] for one in laboratories)}."
+                f" {DURATION:g} s from rest, {grid[0][0].values.size} values of"
+                f" ${style.SYMBOLS[name]}$."
+            ),
+            (
+                f"Points: velocity at {layout.SECTION}. Dashed: limits stated by the paper."
+                f"{'' if lasted else ' Grey: the run ended early.'}"
+            ),
+        ],
         [_HEIGHT] * len(rows),
         [1.0] * len(plans),
         left=0.74,
         top=0.34,
         between=0.12,
     )
-    limits = [_limits([row[column] for row in grid]) for column in range(len(plans))]
+    limits = [_limits(column) for column in zip(*grid, strict=True)]
     for line, (diagrams, one, logarithmic) in zip(axes, rows, strict=True):
         label = METHOD_WORDS[one.method].replace(", ", "\n")
         label += logarithmic * f"\nlogarithmic beyond {_LINEAR:g}"
         layout.row_label(line[0], label, away=26.0)
-        for column, (panel, shown) in enumerate(zip(line, diagrams, strict=True)):
-            panel.set_ylim(*limits[column])
+        for panel, shown, plan, ends in zip(line, diagrams, plans, limits, strict=True):
+            panel.set_ylim(*ends)
             if logarithmic:
-                style.logarithmic_beyond(panel, _LINEAR, limits[column])
-            _draw_points(panel, shown, plans[column].limits)
+                style.logarithmic_beyond(panel, _LINEAR, ends)
+            _draw_points(panel, shown, plan.limits)
             if line is not axes[-1]:
-                layout.bare(panel)
+                panel.tick_params(axis="x", labelbottom=False)
     for top, bottom, plan, letter in zip(axes[0], axes[-1], plans, letters, strict=True):
         title = f"{letter}{style.SECTION['velocity']}, {plan.base.brake} brake"
         layout.head(top, title, raised=17.0)
         _number_limits(top, plan.limits)
         bottom.set_xlabel(style.named(plan.name, "", "1"), labelpad=1.5)
     return figure
-
-
-def _title(
-    number: int,
-    plans: Sequence[Plan],
-    letters: Sequence[str],
-    grid: Sequence[Sequence[Diagram]],
-    laboratories: Sequence[Laboratory],
-) -> list[str]:
-    """Sentences on the machine, the assumptions, the methods and the protocol."""
-    name = plans[0].name
-    brakes = ", ".join(
-        f"{letter}{words.brake(plan.base).lower()}"
-        for letter, plan in zip(letters, plans, strict=True)
-    )
-    complete = all(column.completed for line in grid for one in line for column in one.columns)
-    short = "" if complete else " Grey: the run ended early."
-    methods = "; ".join(METHOD_WORDS[one.method] for one in laboratories)
-    groups = words.groups(plans[0].base, words.others(name))
-    return [
-        f"Figure {number}. {brakes.capitalize()}: {groups}{words.printed(number, plans[0].base)}.",
-        words.assumptions(laboratories[0].assumptions),
-        (
-            f"Rows: {methods}. {DURATION:g} s from rest, {grid[0][0].values.size} values of"
-            f" ${style.SYMBOLS[name]}$."
-        ),
-        f"Points: velocity at {words.SECTION}. Dashed: limits stated by the paper.{short}",
-    ]
 
 
 def _limits(diagrams: Sequence[Diagram]) -> tuple[float, float]:
@@ -111,14 +97,21 @@ def _limits(diagrams: Sequence[Diagram]) -> tuple[float, float]:
 
 
 def _draw_points(axes: Axes, shown: Diagram, limits: Sequence[float]) -> None:
-    """Draw all points of a diagram at once, with the stated limits."""
-    low, high = float(shown.values[0]), float(shown.values[-1])
-    axes.set_xlim(*style.margins(low, high, 0.0, share=0.01))
+    """Draw all points of a diagram at once, with the stated limits; shade runs that ended early."""
+    values = shown.values
+    axes.set_xlim(*style.margins(float(values[0]), float(values[-1]), 0.0, share=0.01))
+    low, high = axes.get_xlim()
     lasted = np.array([column.completed for column in shown.columns])
     empty = class_styles.EMPTY.colour
-    _shade(axes, shown.values, ~lasted, empty)
-    if shown.name == "alpha":
-        _shade_locking(axes)
+    edges = np.concatenate(([low], 0.5 * (values[1:] + values[:-1]), [high]))
+    heights = np.append(~lasted, False).astype(float)
+    bands = axes.get_xaxis_transform()
+    axes.fill_between(edges, 0.0, heights, step="post", transform=bands, **_band(empty))
+    if shown.name == "alpha":  # wedges that lock themselves, tan(alpha_w) <= mu_k
+        axes.axvspan(low, 1.0, **_band(style.PALE_GREY))
+        look: dict[str, Any] = {"rotation": 90, "ha": "right", "va": "bottom"}
+        at = ("data", "axes fraction")
+        layout.beside(axes, "self-locking", (1.0, 0.03), (-1.5, 0.0), xycoords=at, **look)
     for limit in limits:
         axes.axvline(limit, color=style.LIMIT, linewidth=0.6, linestyle=style.DASHES, zorder=2)
     layout.ticks(axes, 6, 6)
@@ -131,40 +124,10 @@ def _draw_points(axes: Axes, shown: Diagram, limits: Sequence[float]) -> None:
             bbox={"facecolor": empty, "edgecolor": "none"},
         )
         axes.set_yticks([])
-    places = np.repeat(shown.values, [column.velocity.size for column in shown.columns])
+    places = np.repeat(values, [column.velocity.size for column in shown.columns])
     velocity = np.concatenate([column.velocity for column in shown.columns])
     look = {"color": style.MOTION, "rasterized": True, "zorder": 3}
     style.plot_points(axes, places, velocity, _DOT, **look)
-
-
-def _shade_locking(axes: Axes) -> None:
-    """Shade the wedges that lock themselves, tan(alpha_w) <= mu_k."""
-    axes.axvspan(axes.get_xlim()[0], 1.0, **_band(style.PALE_GREY))
-    axes.annotate(
-        "self-locking",
-        (1.0, 0.03),
-        xytext=(-1.5, 0.0),
-        xycoords=("data", "axes fraction"),
-        textcoords="offset points",
-        rotation=90,
-        ha="right",
-        va="bottom",
-        fontsize=style.SMALL,
-    )
-
-
-def _shade(axes: Axes, values: FloatArray, where: NDArray[np.bool_], colour: str) -> None:
-    """Shade bands about some values, behind the points."""
-    low, high = axes.get_xlim()
-    edges = np.concatenate(([low], 0.5 * (values[1:] + values[:-1]), [high]))
-    axes.fill_between(
-        edges,
-        0.0,
-        np.append(where, False).astype(float),
-        step="post",
-        transform=axes.get_xaxis_transform(),
-        **_band(colour),
-    )
 
 
 def _band(colour: str) -> dict[str, Any]:
@@ -176,18 +139,13 @@ def _number_limits(axes: Axes, limits: Sequence[float]) -> None:
     low, high = axes.get_xlim()
     inch = layout.inches(axes)[0] / (high - low)
     end, level = -math.inf, 0
+    look: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": 6.0}
     for limit in limits:
         number = style.number(limit)
         half = 0.5 * _DIGIT * len(number)
         level = 1 - level if limit * inch - half < end else 0
         end = limit * inch + half
-        axes.annotate(
-            f"${number}$",
-            (limit, 1.0),
-            xytext=(0.0, 1.5 + 7.0 * level),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            fontsize=6.0,
+        at = ("data", "axes fraction")
+        layout.beside(
+            axes, f"${number}$", (limit, 1.0), (0.0, 1.5 + 7.0 * level), xycoords=at, **look
         )

@@ -14,7 +14,7 @@ from wedgebrake.figures.data.limits import extent
 from wedgebrake.figures.data.motion import History, Spectrum
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.paper_machines import DURATION, RESPONSES, Rows
-from wedgebrake.paper.figures import layout, words
+from wedgebrake.paper.figures import layout
 from wedgebrake.paper.laboratory import STEADY, Laboratory, Steady
 from wedgebrake.paper.signal_features import visible_sticks
 
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-FloatArray = NDArray[np.float64]
 
 # Periods of velocity shown, spectra up to so many times f_n, decades below the highest line.
 _PERIODS = 8
@@ -50,19 +48,7 @@ class _Run:
     response: xr.Dataset
     steady: Steady
 
-    @property
-    def completed(self) -> bool:
-        """The run reached its end."""
-        return self.steady.completed
-
-    @property
-    def word(self) -> str:
-        """Class of stick-slip, or how the run ended."""
-        if self.completed:
-            return visible_sticks(self.response).kind.removesuffix(" stick-slip")
-        return f"{self.steady.status.replace('_', ' ')} at {self.steady.end:.3g} s"
-
-    def tail(self, length: float) -> History:
+    def tail(self, length: float = DURATION - STEADY) -> History:
         """Last ``length`` seconds of the run."""
         times = self.response["time"].to_numpy()
         end = float(times[-1]) if times.size else 0.0
@@ -84,23 +70,22 @@ def rows_of(number: int) -> tuple[Rows, bool]:
 def draw(number: int, laboratory: Laboratory) -> Figure:
     """Draw a figure: the laboratory's method in blue, over the exact solution in orange."""
     rows, section = rows_of(number)
-    laboratories = words.compared(laboratory)
+    first, laboratories = rows.cases[0], layout.compared(laboratory)
     runs = [
-        [
-            _Run(*pair)
-            for pair in zip(one.responses(rows.cases), one.steadies(rows.cases), strict=True)
-        ]
-        for one in laboratories
+        list(map(_Run, one.responses(rows.cases), one.steadies(rows.cases))) for one in laboratories
     ]
-    first, fixed = rows.cases[0], words.others(*rows.varied)
+    about = f"{first.brake.capitalize()} brake: {layout.fixed(number, first, rows.varied)}"
+    points = f" Poincaré map: {layout.SECTION}." if section else ""
     figure, panels = layout.sheet(
         [
+            f"Figure {number}. {about}.",
+            layout.assumptions(laboratory.assumptions),
             (
-                f"Figure {number}. {words.brake(first)}: {words.groups(first, fixed)}"
-                f"{words.printed(number, first)}."
+                f"{layout.both(laboratories)} {DURATION:g} s from rest. Portrait: last"
+                f" {DURATION - STEADY:g} s. Velocity: last {_PERIODS} periods; above: class of"
+                f" stick-slip.{points} Spectrum: all {DURATION:g} s (Hann); dashed $f_e$,"
+                " dotted $f_n$."
             ),
-            words.assumptions(laboratory.assumptions),
-            f"{words.both(laboratories)} {_protocol(section)}",
         ],
         [_HEIGHT] * len(rows.cases),
         (1.0, 1.75, 0.9, 1.25) if section else (1.0, 2.0, 1.3),
@@ -115,27 +100,16 @@ def draw(number: int, laboratory: Laboratory) -> Figure:
     ]
     if not section:
         columns.pop(2)
-    for place, (case, line) in enumerate(zip(rows.cases, panels, strict=True)):
-        of_case = [column[place] for column in runs]
-        layout.row_label(line[0], words.row(case, rows.varied))
+    for case, line, *of_case in zip(rows.cases, panels, *runs, strict=True):
+        layout.row_label(line[0], layout.row(case, rows.varied))
         for axes, (draw_panel, _, _) in zip(line, columns, strict=True):
             draw_panel(axes, of_case)
             if draw_panel in (_velocity, _spectrum) and line is not panels[-1]:
-                layout.bare(axes)
+                axes.tick_params(axis="x", labelbottom=False)
     for top, bottom, (_, above, below) in zip(panels[0], panels[-1], columns, strict=True):
         layout.head(top, above, raised=10.0)
         bottom.set_xlabel(below, labelpad=1.5)
     return figure
-
-
-def _protocol(section: bool) -> str:
-    """Parts of a run that the panels show."""
-    points = f" Poincaré map: {words.SECTION}." if section else ""
-    return (
-        f"{DURATION:g} s from rest. Portrait: last {DURATION - STEADY:g} s."
-        f" Velocity: last {_PERIODS} periods; above: class of stick-slip.{points}"
-        f" Spectrum: all {DURATION:g} s (Hann); dashed $f_e$, dotted $f_n$."
-    )
 
 
 def _pens(runs: list[_Run], thick: float, thin: float) -> list[tuple[_Run, dict[str, Any]]]:
@@ -147,10 +121,10 @@ def _pens(runs: list[_Run], thick: float, thin: float) -> list[tuple[_Run, dict[
 
 def _deciding(runs: list[_Run]) -> list[_Run]:
     """Runs that set the limits: all, unless some ended early."""
-    return runs if all(run.completed for run in runs) else runs[:1]
+    return runs if all(run.steady.completed for run in runs) else runs[:1]
 
 
-def _limits(arrays: list[FloatArray], least: float = 0.0) -> tuple[float, float]:
+def _limits(arrays: list[NDArray[np.float64]], least: float = 0.0) -> tuple[float, float]:
     if not any(one.size for one in arrays):
         return -1.0, 1.0
     return style.margins(*extent(*arrays), least)
@@ -159,12 +133,12 @@ def _limits(arrays: list[FloatArray], least: float = 0.0) -> tuple[float, float]
 def _portrait(axes: Axes, runs: list[_Run]) -> None:
     """Velocity over angle."""
     layout.zero_lines(axes)
-    tails = [run.tail(DURATION - STEADY) for run in _deciding(runs)]
+    tails = [run.tail() for run in _deciding(runs)]
     axes.set_xlim(*_limits([tail.angle for tail in tails]))
     axes.set_ylim(*_limits([tail.velocity for tail in tails]))
     smallest = _POINT * np.ptp(axes.get_xlim())
     for (run, pen), (_, dot) in zip(_pens(runs, 1.0, 0.4), _pens(runs, 2.6, 2.0), strict=True):
-        tail = run.tail(DURATION - STEADY)
+        tail = run.tail()
         axes.plot(tail.angle, tail.velocity, **pen)
         if tail.angle.size and np.ptp(tail.angle) < smallest:
             # A rest is a point, of which a line would show nothing.
@@ -183,30 +157,31 @@ def _velocity(axes: Axes, runs: list[_Run]) -> None:
         axes.plot((tail.time - end) * forcing, tail.velocity, **pen)
     limits = _limits([run.tail(window).velocity for run in _deciding(runs)])
     axes.set_ylim(*limits)
-    if not runs[0].completed:
+    if not runs[0].steady.completed:
         style.logarithmic_beyond(axes, _LINEAR, limits)
     axes.set_xlim(-_PERIODS, 0.0)
     layout.ticks(axes, _PERIODS // 2, 5)
-    for run, side, colour in zip(
-        runs, ("left", "right"), (style.MOTION, _EXACT_TEXT), strict=False
-    ):
-        layout.note(axes, run.word, side, colour)
+    notes = (("left", style.MOTION), ("right", _EXACT_TEXT))
+    for run, (side, colour) in zip(runs, notes, strict=False):
+        word = f"{run.steady.status.replace('_', ' ')} at {run.steady.end:.3g} s"
+        if run.steady.completed:
+            word = visible_sticks(run.response).kind.removesuffix(" stick-slip")
+        layout.note(axes, word, side, colour)
 
 
 def _section(axes: Axes, runs: list[_Run]) -> None:
     """The state once a period."""
-    done = [run for run in runs if run.completed]
+    done = [run for run in runs if run.steady.completed]
     if not done:
         style.say(axes, "no steady\nmotion")
         return
     for run, pen in _pens(runs, 2.6, 1.4):
         size = pen.pop("linewidth")
         style.plot_points(axes, run.steady.angle, run.steady.velocity, size, **pen)
-    tails = [run.tail(DURATION - STEADY) for run in done]
+    tails = [run.tail() for run in done]
     for set_limits, name in ((axes.set_xlim, "angle"), (axes.set_ylim, "velocity")):
         low, high = extent(*(getattr(tail, name) for tail in tails))
-        points = [getattr(run.steady, name) for run in done]
-        set_limits(_limits(points, _LEAST * (high - low)))
+        set_limits(_limits([getattr(run.steady, name) for run in done], _LEAST * (high - low)))
     layout.ticks(axes, 2, 5)
 
 

@@ -5,11 +5,10 @@ schematics.toml holds the drawings: lines, bodies, fixed bodies, arrows, texts, 
 
 from __future__ import annotations
 
-import tomllib
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.figures.matplotlib import style
+from wedgebrake.paper.claims import read_table
 from wedgebrake.paper.figures import layout
 
 if TYPE_CHECKING:
@@ -19,49 +18,48 @@ if TYPE_CHECKING:
     from wedgebrake.paper.laboratory import Laboratory
 
 _COLOURS = {"BODY": "#DCEBF5", "BRAKE": "#F6DFC8", "white": "white"}
-_HEIGHT = 2.0
 _DRIVELINE = r"driveline: $J\ddot\theta + c\,\dot\theta + k\,\theta + RF_\mu = T(t)$"
+_MODEL = "Driveline with one torsional degree of freedom and a"
 
 
 def wedge(_laboratory: Laboratory) -> Figure:
     """Figure 1: the driveline, the wedge on the drum, and the forces on the wedge."""
-    title = (
-        "Figure 1. Driveline with one torsional degree of freedom and a wedge brake (eqs. 1 to 3)."
+    return _sheet(
+        f"Figure 1. {_MODEL} wedge brake (eqs. 1 to 3). Not to scale.",
+        [
+            (1.2, f"(a) {_DRIVELINE}", ["driveline"]),
+            (1.0, "view along the shaft", ["drum", "wedge"]),
+            (1.0, r"(b) wedge: $(F_\mu + F_a)/F_N = \tan\,\alpha_w$", ["forces"]),
+        ],
+        style.PAGE,
     )
-    figure, ((line, drum, forces),) = layout.sheet(
-        [f"{title} Not to scale."], [_HEIGHT], (1.2, 1.0, 1.0), left=0.1, across=0.1
-    )
-    _draw(line, "driveline")
-    layout.head(line, f"(a) {_DRIVELINE}")
-    _draw(drum, "drum", "wedge")
-    layout.head(drum, "view along the shaft")
-    _draw(forces, "forces")
-    layout.head(forces, r"(b) wedge: $(F_\mu + F_a)/F_N = \tan\,\alpha_w$")
-    return figure
 
 
 def conventional(_laboratory: Laboratory) -> Figure:
     """Figure 19: the driveline with the actuation force normal to the friction surface."""
-    title = "Figure 19. Driveline with one torsional degree of freedom and a conventional brake"
-    figure, ((line, drum),) = layout.sheet(
-        [f"{title} (eqs. 21, 22). Not to scale."],
-        [_HEIGHT],
-        (1.2, 1.0),
-        left=0.1,
-        across=0.1,
-        width=5.0,
+    return _sheet(
+        f"Figure 19. {_MODEL} conventional brake (eqs. 21, 22). Not to scale.",
+        [
+            (1.2, _DRIVELINE, ["driveline"]),
+            (1.0, "view along the shaft: $F_N = F_a$", ["drum", "shoe"]),
+        ],
+        5.0,
     )
-    _draw(line, "driveline")
-    layout.head(line, _DRIVELINE)
-    _draw(drum, "drum", "shoe")
-    layout.head(drum, "view along the shaft: $F_N = F_a$")
+
+
+def _sheet(title: str, parts: list[tuple[float, str, list[str]]], width: float) -> Figure:
+    """Panels side by side, each with its share of the width, words above, and drawings."""
+    shares = [share for share, _, _ in parts]
+    figure, (panels,) = layout.sheet([title], [2.0], shares, left=0.1, across=0.1, width=width)
+    drawings = read_table("wedgebrake.paper.figures", "schematics.toml")
+    for axes, (_, words, names) in zip(panels, parts, strict=True):
+        _draw(axes, [drawings[name] for name in names])
+        layout.head(axes, words)
     return figure
 
 
-def _draw(axes: Axes, *names: str) -> None:
+def _draw(axes: Axes, tables: list[dict[str, Any]]) -> None:
     """Draw tables of the drawings on a plane as wide as the axes, at equal scales."""
-    text = files("wedgebrake.paper.figures").joinpath("schematics.toml").read_text(encoding="utf-8")
-    tables = [tomllib.loads(text)[name] for name in names]
     x, y = tables[0]["x"], tables[0]["y"]
     wide, tall = layout.inches(axes)
     scale = max((x[1] - x[0]) / wide, (y[1] - y[0]) / tall)
@@ -79,13 +77,8 @@ def _colour(name: str) -> str:
 
 
 def _line(axes: Axes, line: Any, width: float = 0.9) -> None:
-    axes.plot(
-        *zip(*line, strict=True),
-        color=style.BLACK,
-        linewidth=width,
-        solid_capstyle="round",
-        zorder=3,
-    )
+    look: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
+    axes.plot(*zip(*line, strict=True), color=style.BLACK, linewidth=width, **look)
 
 
 def _axis(axes: Axes, axis: Any) -> None:
@@ -108,28 +101,14 @@ def _ground(axes: Axes, ground: Any) -> None:
 def _arrow(axes: Axes, arrow: Any, colour: str, curved: float = 0.0) -> None:
     from matplotlib.patches import FancyArrowPatch
 
-    axes.add_patch(
-        FancyArrowPatch(
-            *arrow,
-            arrowstyle="-|>",
-            mutation_scale=7.0,
-            connectionstyle=f"arc3,rad={curved}",
-            color=_colour(colour),
-            linewidth=1.1,
-            shrinkA=0.0,
-            shrinkB=0.0,
-            zorder=5,
-        )
-    )
+    look: dict[str, Any] = {"linewidth": 1.1, "shrinkA": 0.0, "shrinkB": 0.0, "zorder": 5}
+    look |= {"arrowstyle": "-|>", "mutation_scale": 7.0, "color": _colour(colour)}
+    start, end = arrow
+    axes.add_patch(FancyArrowPatch(start, end, connectionstyle=f"arc3,rad={curved}", **look))
 
 
 def _text(
-    axes: Axes,
-    text: str,
-    at: Any,
-    colour: str = "BLACK",
-    size: float = 8.0,
-    align: str = "center",
+    axes: Axes, text: str, at: Any, colour: str = "BLACK", size: float = 8.0, align: str = "center"
 ) -> None:
     look: dict[str, Any] = {"ha": align, "va": "center", "fontsize": size, "zorder": 6}
     axes.text(at[0], at[1], text, color=_colour(colour), **look)
@@ -148,8 +127,8 @@ def _arc(axes: Axes, arc: Any, diameter: float, angles: Any) -> None:
     from matplotlib.patches import Arc
 
     first, last = angles
-    ends = {"theta1": first, "theta2": last}
-    axes.add_patch(Arc(arc, diameter, diameter, **ends, linewidth=0.7, zorder=4))
+    look: dict[str, Any] = {"theta1": first, "theta2": last, "linewidth": 0.7, "zorder": 4}
+    axes.add_patch(Arc(arc, diameter, diameter, **look))
 
 
 _ITEMS: dict[str, Any] = {

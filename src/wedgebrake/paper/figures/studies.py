@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wedgebrake.figures.matplotlib import style
+from wedgebrake.paper.figures import layout
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -13,8 +14,7 @@ if TYPE_CHECKING:
     from wedgebrake.paper.identification import Row
     from wedgebrake.paper.smoothing import Smoothing
 
-_HOLDS, _FAILS = style.BLUE, style.PALE_GREY
-_COLOURS = {True: _HOLDS, False: _FAILS, None: "white"}
+_COLOURS = {True: style.BLUE, False: style.PALE_GREY, None: "white"}
 _CURVES = ((style.BLUE, "o"), (style.VERMILLION, "s"), (style.GREEN, "^"))
 
 
@@ -45,7 +45,8 @@ def identification(rows: Sequence[Row]) -> Figure:
         right.tick_params(length=0, labelsize=6.0)
         for side in (*axes.spines.values(), *right.spines.values()):
             side.set_visible(False)
-        handles = [Patch(color=_HOLDS, label="holds"), Patch(color=_FAILS, label="does not hold")]
+        words = {True: "holds", False: "does not hold"}
+        handles = [Patch(color=_COLOURS[one], label=word) for one, word in words.items()]
         figure.legend(handles=handles, loc="outside lower right", ncols=2)
         return figure
 
@@ -81,15 +82,10 @@ def smoothing(found: Smoothing) -> Figure:
             axes.set_xscale("log")
             axes.set_xlabel(r"steepness $\xi$  [s/m]")
             axes.axvline(PAPER_STEEPNESS, color=style.GREY, linewidth=0.6, zorder=0.5)
-            axes.annotate(
-                "the paper's",
-                (PAPER_STEEPNESS, 1.0),
-                xycoords=("data", "axes fraction"),
-                xytext=(0, 3),
-                textcoords="offset points",
-                ha="center",
-                fontsize=style.SMALL,
-                color=style.GREY,
+            look: dict[str, Any] = {"ha": "center", "color": style.GREY}
+            at = ("data", "axes fraction")
+            layout.beside(
+                axes, "the paper's", (PAPER_STEEPNESS, 1.0), (0.0, 3.0), xycoords=at, **look
             )
             style.letter(axes, letter)
         left.legend(loc="upper right")

@@ -6,17 +6,33 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from wedgebrake.paper.claims import Finding, Part, Verdict
-from wedgebrake.paper.corrections import Correction
+from wedgebrake.paper.claims import Finding, Part, Verdict, read_table
 from wedgebrake.paper.timing import Timing
 
-Row = dict[str, str]
-Counts = dict[Verdict, int]
+
+class Correction(NamedTuple):
+    """Correction of one place, where what the paper prints differs from what it computed.
+
+    where     : equation, figure or section
+    printed   : there
+    corrected : used here instead
+    evidence  : for the correction
+    """
+
+    where: str
+    printed: str
+    corrected: str
+    evidence: str
 
 
-@dataclass(frozen=True)
-class Illustration:
+CORRECTIONS = tuple(
+    Correction(**one) for one in read_table("wedgebrake.paper", "corrections.toml")["correction"]
+)
+
+
+class Illustration(NamedTuple):
     """A figure that was drawn.
 
     name, number, caption : as "fig8", "8", and what it shows
@@ -31,8 +47,7 @@ class Illustration:
     width: float
 
 
-@dataclass(frozen=True)
-class Study:
+class Study(NamedTuple):
     """A question beside the statements: words, a table, a picture, what it leaves open.
 
     table     : rows of cells by column, all with the same columns
@@ -40,18 +55,13 @@ class Study:
     """
 
     paragraphs: tuple[str, ...] = ()
-    table: tuple[Row, ...] = ()
+    table: tuple[dict[str, str], ...] = ()
     picture: Illustration | None = None
     questions: tuple[tuple[str, str, bool], ...] = ()
 
 
-@dataclass(frozen=True)
-class Made:
-    """Provenance of a report.
-
-    command  : what makes it again
-    versions : of the programs, by name
-    """
+class Made(NamedTuple):
+    """Provenance of a report: the command that makes it again, and versions by program."""
 
     command: str
     versions: dict[str, str]
@@ -75,16 +85,15 @@ class Report:
     timings: tuple[Timing, ...] = ()
 
 
-@dataclass(frozen=True)
-class Chapter:
+class Chapter(NamedTuple):
     """A figure of the paper: what was drawn for it, and what is stated about it."""
 
     number: str
-    illustrations: tuple[Illustration, ...]
-    findings: tuple[Finding, ...]
+    illustrations: list[Illustration]
+    findings: list[Finding]
 
 
-def counts(findings: Iterable[Finding]) -> Counts:
+def counts(findings: Iterable[Finding]) -> dict[Verdict, int]:
     """How many statements have each verdict; every verdict is there, in a fixed order."""
     found = Counter(finding.verdict for finding in findings)
     return {verdict: found[verdict] for verdict in Verdict}
@@ -92,22 +101,20 @@ def counts(findings: Iterable[Finding]) -> Counts:
 
 def chapters(report: Report) -> tuple[list[Chapter], list[Finding]]:
     """The figures with their statements, and the statements for which no figure was drawn."""
-    numbers = dict.fromkeys(_number(one.number) for one in report.figures)
-    found = [
-        Chapter(
-            number,
-            tuple(one for one in report.figures if _number(one.number) == number),
-            tuple(one for one in report.findings if _number(one.statement.figure) == number),
-        )
-        for number in numbers
-    ]
-    rest = [one for one in report.findings if _number(one.statement.figure) not in numbers]
-    return found, rest
+    found: dict[str, Chapter] = {}
+    for one in report.figures:
+        number = _number(one.number)
+        found.setdefault(number, Chapter(number, [], [])).illustrations.append(one)
+    rest: list[Finding] = []
+    for finding in report.findings:
+        number = _number(finding.statement.figure)
+        (found[number].findings if number in found else rest).append(finding)
+    return list(found.values()), rest
 
 
 def _number(figure: str) -> str:
     """The number of the figure that a panel is in: "8" of "8a", "" where there is none."""
-    digits = re.match(r"\d+", figure.strip())
+    digits = re.match(r"\d+", figure)
     return digits.group() if digits else ""
 
 
@@ -125,7 +132,6 @@ def compared(finding: Finding) -> Iterator[tuple[Part | None, Part | None]]:
 
 def score(parts: Sequence[Part]) -> str:
     """How many parts hold, in words: "5 of 7", and how many cannot be told."""
-    told = [part.holds for part in parts if part.holds is not None]
-    unknown = len(parts) - len(told)
-    words = f"{sum(told)} of {len(parts)}"
+    unknown = sum(part.holds is None for part in parts)
+    words = f"{sum(part.holds is True for part in parts)} of {len(parts)}"
     return words + (f", {unknown} cannot be told" if unknown else "")

@@ -7,25 +7,18 @@ comparisons, in threads of their own, keep the laboratory's threads busy.
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, TypeVar
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
 
 from wedgebrake.figures.matplotlib.save import image
-from wedgebrake.paper.corrections import CORRECTIONS
 from wedgebrake.paper.figures import FIGURES
 from wedgebrake.paper.identification import Identification, identify
 from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory
-from wedgebrake.paper.report.content import Illustration, Made, Report, Study
-from wedgebrake.paper.report.pictures import Watch, illustration, small
+from wedgebrake.paper.report.content import CORRECTIONS, Illustration, Made, Report, Study
+from wedgebrake.paper.report.pictures import Watch, drawn, small
 from wedgebrake.paper.smoothing import Smoothing, compare
 from wedgebrake.paper.statements import audit
 from wedgebrake.paper.timing import measure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-_Result = TypeVar("_Result")
-
 
 PARTS = len(FIGURES) + 4
 """Of a report: the figures, the audit, two comparisons and the run times."""
@@ -39,18 +32,35 @@ def gather(laboratory: Laboratory, kind: str, made: Made, watch: Watch) -> Repor
     timings = measure()  # while nothing else computes
     watch.part()
     threads = ThreadPoolExecutor(3, thread_name_prefix="wedgebrake-report")
+
+    def begun(work: Callable[[Laboratory], Any]) -> Future[Any]:
+        future = threads.submit(work, laboratory)
+        future.add_done_callback(lambda _: watch.part())
+        return future
+
     try:
-        findings = threads.submit(_heard, audit, laboratory, watch)
-        identification = threads.submit(_heard, identify, laboratory, watch)
-        smoothing = threads.submit(_heard, compare, laboratory, watch)
-        figures = [illustration(name, laboratory, kind, watch) for name in FIGURES]
+        findings, identification, smoothing = begun(audit), begun(identify), begun(compare)
+        figures = []
+        for name, about in FIGURES.items():
+            figure, content = drawn(name, laboratory, kind, watch)
+            png = small(content if kind == "png" else image(figure, "png"))
+            wide = figure.get_figwidth()
+            figures.append(Illustration(name, str(about.number), about.caption, png, wide))
         return Report(
             method=METHOD_WORDS[laboratory.method],
             assumptions=laboratory.assumptions.words(),
             findings=findings.result(),
             figures=tuple(figures),
-            identification=_identified(identification.result()),
-            smoothing=_compared(smoothing.result()),
+            identification=_study(
+                identification.result(),
+                "Which statements hold with each set of choices, the best set first.",
+            ),
+            smoothing=_study(
+                smoothing.result(),
+                "How the smoothed law tends to Coulomb friction as its steepness ξ grows: (a)"
+                " regular responses, (b) limits of figure 11a, (c) creep where Coulomb friction"
+                " holds still.",
+            ),
             corrections=CORRECTIONS,
             timings=timings,
             made=made,
@@ -59,34 +69,11 @@ def gather(laboratory: Laboratory, kind: str, made: Made, watch: Watch) -> Repor
         threads.shutdown(wait=False, cancel_futures=True)
 
 
-def _heard(work: Callable[[Laboratory], _Result], laboratory: Laboratory, watch: Watch) -> _Result:
-    result = work(laboratory)
-    watch.part()
-    return result
-
-
-def _identified(found: Identification) -> Study:
+def _study(found: Identification | Smoothing, caption: str) -> Study:
+    figure = found.draw()
     return Study(
         paragraphs=found.paragraphs,
         table=tuple(found.table()),
-        picture=_picture(
-            "Which statements hold with each set of choices, the best set first.", found.draw()
-        ),
-        questions=found.open_questions,
+        picture=Illustration("", "", caption, small(image(figure, "png")), figure.get_figwidth()),
+        questions=getattr(found, "open_questions", ()),
     )
-
-
-def _compared(found: Smoothing) -> Study:
-    return Study(
-        paragraphs=found.paragraphs,
-        table=tuple(found.table()),
-        picture=_picture(
-            "How the smoothed law tends to Coulomb friction as its steepness ξ grows: (a) regular"
-            " responses, (b) limits of figure 11a, (c) creep where Coulomb friction holds still.",
-            found.draw(),
-        ),
-    )
-
-
-def _picture(caption: str, figure: Figure) -> Illustration:
-    return Illustration("", "", caption, small(image(figure, "png")), figure.get_figwidth())

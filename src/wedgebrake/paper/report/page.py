@@ -18,12 +18,8 @@ from wedgebrake.paper.report.content import Report, chapters, compared, counts, 
 
 TITLE = "Chen and Xi (2014), recomputed"
 # Colour and short name, for styles; colours never stand alone.
-_LOOKS = {
-    Verdict.REPRODUCED: (style.GREEN, "reproduced"),
-    Verdict.CORRECTED: (style.BLUE, "corrected"),
-    Verdict.CONTRADICTED: (style.VERMILLION, "contradicted"),
-    Verdict.UNDECIDABLE: (style.PALE_GREY, "undecidable"),
-}
+_COLOURS = (style.GREEN, style.BLUE, style.VERMILLION, style.PALE_GREY)
+_LOOKS = {one: (colour, one.name.lower()) for one, colour in zip(Verdict, _COLOURS, strict=True)}
 _MEANINGS = {
     Verdict.REPRODUCED: "every part holds with the printed values",
     Verdict.CORRECTED: "every part holds once the values named beside it are corrected",
@@ -47,8 +43,8 @@ def page(report: Report) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"symbols": symbols, "source": _source, "size": _size}
-    environment.filters |= {"digits": _digits, "duration": _duration, "score": score}
+    for filter_ in (symbols, source, size, digits, duration, score):
+        environment.filters[filter_.__name__] = filter_
     figures, rest = chapters(report)
     return environment.get_template("report.html.jinja").render(
         title=TITLE,
@@ -71,8 +67,7 @@ def page(report: Report) -> str:
 
 def lead(findings: Sequence[Finding]) -> str:
     """Result of the audit, in a sentence."""
-    found = counts(findings)
-    printed, corrected, against, unclear = (found[verdict] for verdict in _LOOKS)
+    printed, corrected, against, unclear = counts(findings).values()
     return (
         f"Of {len(findings)} statements of the paper that can be tested, {printed + corrected}"
         f" hold: {printed} as printed, {corrected} once a stated value is corrected. In {against}"
@@ -98,26 +93,26 @@ def symbols(text: object) -> Markup:
     return Markup(_INDEX.sub(r"\1<sub>\2</sub>", safe))  # noqa: S704 - escaped above
 
 
-def _source(png: bytes) -> str:
+def source(png: bytes) -> str:
     """Address of a picture that contains it."""
     return "data:image/png;base64," + base64.b64encode(png).decode()
 
 
-def _size(png: bytes, inches: float) -> tuple[int, int]:
+def size(png: bytes, inches: float) -> tuple[int, int]:
     """Width and height on the page [pixels], for a width in print [inch]."""
     width, height = struct.unpack(">II", png[16:24])
     shown = round(inches * _PIXELS)
     return shown, round(shown * height / width)
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
     """A time with its unit."""
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= size:
-            return f"{_digits(seconds / size)} {unit}"
+    for unit, least in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= least:
+            return f"{digits(seconds / least)} {unit}"
     return "under 1 µs"
 
 
-def _digits(value: float) -> str:
+def digits(value: float) -> str:
     """A measured number: two digits, three from 10 to 100."""
     return f"{float(f'{value:.2g}'):g}" if value < 10.0 or value >= 100.0 else f"{value:.3g}"

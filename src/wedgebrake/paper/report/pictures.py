@@ -6,13 +6,11 @@ import io
 from typing import TYPE_CHECKING, Protocol
 
 from wedgebrake.figures.matplotlib.save import image
-from wedgebrake.paper.figures import FIGURES, draw
+from wedgebrake.paper.figures import draw
 from wedgebrake.paper.laboratory import Laboratory
-from wedgebrake.paper.report.content import Illustration
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
 
 _COLOURS = 96
 
@@ -37,14 +35,6 @@ def drawn(name: str, laboratory: Laboratory, kind: str, watch: Watch) -> tuple[F
     watch.file(f"{name}.{kind}", content)
     watch.part()
     return figure, content
-
-
-def illustration(name: str, laboratory: Laboratory, kind: str, watch: Watch) -> Illustration:
-    """One of the paper's figures for the page; its file may be of another kind."""
-    figure, content = drawn(name, laboratory, kind, watch)
-    png = content if kind == "png" else image(figure, "png")
-    about = FIGURES[name]
-    return Illustration(name, str(about.number), about.caption, small(png), figure.get_figwidth())
 
 
 def small(png: bytes) -> bytes:

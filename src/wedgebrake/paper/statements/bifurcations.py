@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -13,15 +13,7 @@ import numpy as np
 
 from wedgebrake.model.paper_machines import DURATION
 from wedgebrake.paper.claims import Check, Part
-from wedgebrake.paper.diagrams import (
-    PLANS,
-    Diagram,
-    Kinds,
-    Plan,
-    diagram,
-    fit,
-    paper_diagram,
-)
+from wedgebrake.paper.diagrams import PLANS, Diagram, Kinds, Plan, diagram, fit, paper_diagram
 from wedgebrake.paper.laboratory import STEADY, Laboratory, run, section_times
 from wedgebrake.paper.visual_criteria import (
     DOUBLE,
@@ -52,23 +44,12 @@ _WORDS: dict[Kinds, str] = {
 _SYMBOLS = {"eta": "η", "F0": "F_0", "f": "f", "alpha": "α"}
 
 
-@dataclass(frozen=True)
-class _Segments:
-    """A check of a diagram's segments: the limits, and the kind of motion between them."""
-
-    plan: str
-    segments: tuple[Kinds, ...]
-
-    def __call__(self, laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
-        """Parts of the statement."""
-        plan = PLANS[self.plan]
-        yield from _limits(laboratory, plan, paper_diagram(laboratory, plan), self.segments)
+def _kinds(laboratory: Laboratory, shown: Diagram) -> list[str]:
+    return [one.kind for one in shown.appearances(laboratory.thresholds.dot)]
 
 
-def _limits(
-    laboratory: Laboratory, plan: Plan, shown: Diagram, segments: Sequence[Kinds]
-) -> Iterator[Part]:
-    """One part per limit, and one per segment."""
+def _limits(laboratory: Laboratory, plan: Plan, shown: Diagram, *segments: Kinds) -> Iterator[Part]:
+    """One part per limit, and one per segment, of the kind of motion between the limits."""
     if all(column.velocity.size == 0 for column in shown.columns):
         yield Part("there is a steady motion", False, "every run ends before 25 s")
         return
@@ -96,18 +77,18 @@ def _limits(
         )
 
 
-def _slope_wedge(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
-    yield from _Segments("8a", ((DOUBLE,), _IRREGULAR, (SYNCHRONOUS,)))(laboratory, values)
-    # The quasi-periodic window is narrower than a column of the paper.
+def _slope_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
     plan = PLANS["8a"]
+    shown = paper_diagram(laboratory, plan)
+    yield from _limits(laboratory, plan, shown, (DOUBLE,), _IRREGULAR, (SYNCHRONOUS,))
+    # The quasi-periodic window is narrower than a column of the paper.
     count = _NEAR_COARSE if laboratory.coarse else _NEAR
     near = np.linspace(-30.0 - plan.resolution, -30.0 + plan.resolution, count)
-    axis = paper_diagram(laboratory, plan).axis
-    columns = laboratory.steadies([plan.base.at(eta=float(eta)) for eta in near])
+    columns = diagram(laboratory, plan.base, "eta", near).columns
     filled = [
         f"{eta:.4g}"
         for eta, column in zip(near, columns, strict=True)
-        if appearance(column.velocity, axis, laboratory.thresholds.dot).kind == FILLED
+        if appearance(column.velocity, shown.axis, laboratory.thresholds.dot).kind == FILLED
     ]
     yield Part(
         "a quasi-periodic column within a column of η = −30",
@@ -117,29 +98,30 @@ def _slope_wedge(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Par
     )
 
 
-def _conventional(laboratory: Laboratory, values: dict[str, Any], *, plan: str) -> Iterator[Part]:
+def _force_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+    plan = PLANS["11a"]
+    segments = ((FILLED,), (MULTIPLE,), (FILLED,), (MULTIPLE,), (DOUBLE,), (SYNCHRONOUS,))
+    yield from _limits(laboratory, plan, paper_diagram(laboratory, plan), *segments)
+
+
+def _conventional(name: str, laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
     """Two segments; close to the limit a torus is too thin to look filled."""
-    yield from _Segments(plan, (_NOT_SYNCHRONOUS, (SYNCHRONOUS,)))(laboratory, values)
-    shown, limit = paper_diagram(laboratory, PLANS[plan]), PLANS[plan].limits[0]
-    seen = [
-        one.kind
-        for value, one in zip(
-            shown.values, shown.appearances(laboratory.thresholds.dot), strict=True
-        )
-        if value <= limit
-    ]
+    plan = PLANS[name]
+    shown, limit = paper_diagram(laboratory, plan), plan.limits[0]
+    yield from _limits(laboratory, plan, shown, _NOT_SYNCHRONOUS, (SYNCHRONOUS,))
+    kinds = zip(shown.values, _kinds(laboratory, shown), strict=True)
+    seen = [kind for value, kind in kinds if value <= limit]
     share = seen.count(FILLED) / len(seen)
     found = f"{100.0 * share:.0f} % of the columns up to there look filled"
     yield Part(f"quasi-periodic up to {limit:g}", share >= MOST, found)
 
 
-def _frequency(laboratory: Laboratory, values: dict[str, Any], *, plan: str) -> Iterator[Part]:
+def _frequency(name: str, laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
     """The diagram over f, at whole hertz as the printed frequencies are."""
-    chosen = replace(PLANS[plan], base=PLANS[plan].base.at(F0=values["F0"]))
-    shown = diagram(laboratory, chosen.base, chosen.name, list(chosen.columns()))
-    segments = ((SYNCHRONOUS,), _NOT_SYNCHRONOUS, (SYNCHRONOUS,))
-    yield from _limits(laboratory, chosen, shown, segments)
-    yield _resonance(laboratory, chosen, shown, whole=values["whole"])
+    plan = replace(PLANS[name], base=PLANS[name].base.at(F0=values["F0"]))
+    shown = diagram(laboratory, plan.base, plan.name, plan.columns())
+    yield from _limits(laboratory, plan, shown, (SYNCHRONOUS,), _NOT_SYNCHRONOUS, (SYNCHRONOUS,))
+    yield _resonance(laboratory, plan, shown, whole=values["whole"])
     signs = [
         bool(np.mean(np.sign(column.velocity)) * (1.0 - value) > 0.0)
         for value, column in zip(shown.values, shown.columns, strict=True)
@@ -156,18 +138,16 @@ def _resonance(laboratory: Laboratory, plan: Plan, shown: Diagram, *, whole: boo
     """At f = 1 exactly, where 20 s are no whole number of periods; ``whole``: at those."""
     system = laboratory.system(plan.base.at(f=1.0))
     frequency = system.excitation.frequency
-    times = section_times(frequency)
+    times, where = section_times(frequency), "20 s + n/f_e"
     if whole:
         first, last = math.ceil(STEADY * frequency), math.floor(DURATION * frequency)
         times = np.arange(first, last + 1) / frequency
+        where = "whole periods, where the velocity of a resonance passes zero"
     response = run(system, laboratory.method, times)
     if response.attrs["status"] != "completed":
         found = f"cannot be told: the run ends at {response.attrs['final_time']:.3g} s"
         return Part("synchronous at f = 1", False, found)
     seen = appearance(response["velocity"].to_numpy(), shown.axis, laboratory.thresholds.dot)
-    where = (
-        "whole periods, where the velocity of a resonance passes zero" if whole else "20 s + n/f_e"
-    )
     return Part(
         "synchronous at f = 1",
         seen.kind == SYNCHRONOUS,
@@ -180,13 +160,13 @@ def _angle(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
     """Over the wedge angle, at the paper's own columns; the limit between two of them."""
     plan = PLANS["17"]
     columns = plan.columns()
-    runs = laboratory.steadies([plan.base.at(alpha=float(alpha)) for alpha in columns[3:]])
+    runs = diagram(laboratory, plan.base, "alpha", columns[3:]).columns
     ended = sum(not one.completed for one in runs)
     if ended:  # and the self-locking wedges, slow to compute, are not needed
         yield Part("the runs last 25 s", False, f"{ended} of {len(runs)} from α = 1.41 on do not")
         return
-    shown = diagram(laboratory, plan.base, plan.name, list(columns))
-    seen = [one.kind for one in shown.appearances(laboratory.thresholds.dot)]
+    shown = diagram(laboratory, plan.base, "alpha", columns)
+    seen = _kinds(laboratory, shown)
     segments = ((SYNCHRONOUS,), _NOT_SYNCHRONOUS)
     limit = float(fit(laboratory, shown, segments, _RESOLVED * plan.resolution).limits[0])
     low, high = float(columns[2]), float(columns[3])
@@ -210,12 +190,10 @@ def _angle(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
 
 CHECKS: dict[str, Check] = {
     "B1": _slope_wedge,
-    "B2": partial(_conventional, plan="8b"),
-    "B3": _Segments(
-        "11a", ((FILLED,), (MULTIPLE,), (FILLED,), (MULTIPLE,), (DOUBLE,), (SYNCHRONOUS,))
-    ),
-    "B4": partial(_conventional, plan="11b"),
-    "B5": partial(_frequency, plan="14a"),
-    "B6": partial(_frequency, plan="14b"),
+    "B2": partial(_conventional, "8b"),
+    "B3": _force_wedge,
+    "B4": partial(_conventional, "11b"),
+    "B5": partial(_frequency, "14a"),
+    "B6": partial(_frequency, "14b"),
     "B7": _angle,
 }

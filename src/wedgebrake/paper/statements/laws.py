@@ -14,7 +14,7 @@ from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.paper_machines import CONVENTIONAL, FIGURE_5, KINETIC, RESPONSES, WEDGE, Case
 from wedgebrake.paper.claims import Part
 from wedgebrake.paper.laboratory import Laboratory
-from wedgebrake.paper.statements.parts import bands_of, sticks_of
+from wedgebrake.paper.statements.responses import bands_of, sticks_of
 from wedgebrake.paper.timing import COULOMB, SMOOTHED, measure
 
 # Sliding speeds of figure 4 [m/s].
@@ -36,38 +36,38 @@ def _smoothed_gain(laboratory: Laboratory, case: Case) -> Callable[[float], floa
 
 def _figure_4(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
     gain = _smoothed_gain(laboratory, Case(**values))
-    forward, backward = (
-        max(abs(gain(sign * float(speed))) for speed in _SPEEDS) for sign in (1.0, -1.0)
-    )
-    says = "F_μ/F_a reaches 5.58 forwards"
+    forward, backward = (max(abs(gain(sign * v)) for v in _SPEEDS) for sign in (1.0, -1.0))
+    reaches = "F_μ/F_a reaches 5.58 forwards"
     if math.isinf(forward):
         locked = f"the wedge locks itself: tan α_w = {values['alpha'] * KINETIC:.3g}"
-        yield Part(says, False, locked)
+        yield Part(reaches, False, locked)
         return
-    ratio = forward / backward
     at = f"at α = {values['alpha']:.4g}, μ_s = {laboratory.assumptions.static:g}"
-    yield Part(says, abs(forward - 5.58) <= 0.005, f"{forward:.4g} {at}")
-    yield Part("and 0.46 backwards", abs(backward - 0.46) <= 0.005, f"{backward:.4g} {at}")
-    yield Part("the ratio of the two is 12", abs(ratio - 12.0) <= 0.5, f"{ratio:.4g} {at}")
+    for says, found, wanted, room in (
+        (reaches, forward, 5.58, 0.005),
+        ("and 0.46 backwards", backward, 0.46, 0.005),
+        ("the ratio of the two is 12", forward / backward, 12.0, 0.5),
+    ):
+        yield Part(says, abs(found - wanted) <= room, f"{found:.4g} {at}")
 
 
 def _figure_5(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
-    smooth, exact = laboratory.like(method="smooth"), laboratory.like(method="exact")
-    gain, brake = _smoothed_gain(laboratory, FIGURE_5), smooth.system(FIGURE_5).brake
-    gaps = [
+    both = (laboratory.like(method="smooth"), laboratory.like(method="exact"))
+    gain, brake = _smoothed_gain(laboratory, FIGURE_5), both[0].system(FIGURE_5).brake
+    gap = max(
         abs(gain(sign * float(speed)) / brake.amplification(sign * KINETIC) - 1.0)
         for sign in (1.0, -1.0)
         for speed in np.linspace(_AWAY, 1.0, 200)
-    ]
-    one, two = smooth.response(FIGURE_5), exact.response(FIGURE_5)
-    shown = one["time"].to_numpy() <= 5.0
-    v1, v2 = (r["velocity"].to_numpy()[shown] for r in (one, two))
+    )
+    responses = [one.response(FIGURE_5) for one in both]
+    shown = responses[0]["time"].to_numpy() <= 5.0
+    v1, v2 = (response["velocity"].to_numpy()[shown] for response in responses)
     difference = float(np.sqrt(np.mean((v1 - v2) ** 2)) / np.ptp(v2))
-    found = [sticks_of(laboratory, FIGURE_5) for laboratory in (smooth, exact)]
+    found = [sticks_of(one, FIGURE_5) for one in both]
     yield Part(
         f"both laws give the same F_μ/F_a beyond |v_r| = {_AWAY:g} m/s",
-        max(gaps) <= 1e-2,
-        f"they differ by at most {100.0 * max(gaps):.2g} %",
+        gap <= 1e-2,
+        f"they differ by at most {100.0 * gap:.2g} %",
     )
     yield Part(
         "the responses agree over 5 s",

@@ -10,7 +10,7 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability import DirectionStability, stability
 from wedgebrake.model.friction import CoulombFriction
-from wedgebrake.model.paper_machines import CONVENTIONAL, KINETIC, STIFFNESS, Case
+from wedgebrake.model.paper_machines import CONVENTIONAL, KINETIC, STIFFNESS, WEDGE, Case
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.paper.claims import Part
 from wedgebrake.paper.laboratory import Laboratory
@@ -19,7 +19,7 @@ _ALPHAS = (1.03, 1.21, 3.43)
 _DIGITS = 1e-9
 # "Much slower" is at least this many times.
 _MUCH = 1.5
-_SIDES = ("forward", "backward")
+_SIDES = {"forward": "θ' > 0", "backward": "θ' < 0"}
 
 
 def _system(laboratory: Laboratory, case: Case) -> BrakedDriveline:
@@ -28,19 +28,19 @@ def _system(laboratory: Laboratory, case: Case) -> BrakedDriveline:
     return system.replace(friction=CoulombFriction(kinetic=system.friction.reference))
 
 
-def _one(laboratory: Laboratory, case: Case, side: str, **changed: Any) -> DirectionStability:
-    system = _system(laboratory, case)
-    found = stability(system.replace(**changed) if changed else system)
-    return found.forward if side == "forward" else found.backward
-
-
-def _hopf(laboratory: Laboratory, case: Case, side: str, **changed: Any) -> float:
-    """Critical eta of a direction; nan if there is none."""
-    return _value(_one(laboratory, case, side, **changed).hopf_eta)
+def _one(laboratory: Laboratory, case: Case, side: str, **changed: float) -> DirectionStability:
+    found: DirectionStability = getattr(
+        stability(_system(laboratory, case).replace(**changed)), side
+    )
+    return found
 
 
 def _value(number: float | None) -> float:
     return math.nan if number is None else number
+
+
+def _hopf(laboratory: Laboratory, case: Case, side: str, **changed: float) -> float:
+    return _value(_one(laboratory, case, side, **changed).hopf_eta)
 
 
 def _list(values: list[float], spec: str = ".3f") -> str:
@@ -48,15 +48,13 @@ def _list(values: list[float], spec: str = ".3f") -> str:
 
 
 def _critical_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
-    for side, sign, words in (
-        ("forward", 1.0, "θ' > 0: μ_k − tan α_w"),
-        ("backward", -1.0, "θ' < 0: −μ_k − tan α_w"),
-    ):
+    for side, sign, formula in (("forward", 1.0, "μ_k"), ("backward", -1.0, "−μ_k")):
         found = [_hopf(laboratory, Case(alpha=alpha), side) for alpha in _ALPHAS]
         wanted = [sign * KINETIC - alpha * KINETIC for alpha in _ALPHAS]
         worst = float(np.max(np.abs(np.subtract(found, wanted))))
         numbers = [f"{eta:.4g} at α = {alpha:g}" for eta, alpha in zip(found, _ALPHAS, strict=True)]
-        yield Part(f"critical η for {words}", worst < _DIGITS, ", ".join(numbers))
+        says = f"critical η for {_SIDES[side]}: {formula} − tan α_w"
+        yield Part(says, worst < _DIGITS, ", ".join(numbers))
     flips = []
     for alpha in _ALPHAS:
         limit = KINETIC - alpha * KINETIC
@@ -88,8 +86,7 @@ def _critical(laboratory: Laboratory, kinetic: float, tangent: float) -> float:
     """Critical eta of a wedge, the larger of both directions."""
     case = Case(alpha=tangent / KINETIC)
     # Changing mu_k keeps the wedge's angle.
-    changed = {"kinetic": kinetic, "static": kinetic}
-    return max(_hopf(laboratory, case, side, **changed) for side in _SIDES)
+    return max(_hopf(laboratory, case, side, kinetic=kinetic, static=kinetic) for side in _SIDES)
 
 
 def _stable_area(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
@@ -121,13 +118,13 @@ def _stable_area(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
 
 def _ends_of_oscillation(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
     natural = math.sqrt(STIFFNESS)
-    for brake, words in (("wedge", "wedge"), (CONVENTIONAL, "conventional brake")):
-        for side, sign in (("forward", "θ' > 0"), ("backward", "θ' < 0")):
-            case = Case(brake=brake)
-            points = _one(laboratory, case, side)
+    for brake, words in ((WEDGE, "wedge"), (CONVENTIONAL, "conventional brake")):
+        system = _system(laboratory, Case(brake=brake))
+        for side, sign in _SIDES.items():
+            points: DirectionStability = getattr(stability(system), side)
             reach = 1.5 * abs(_value(points.node_focus_unstable_eta))
             etas = np.linspace(-reach, reach, 2001)
-            along = [_one(laboratory, case.at(eta=float(eta)), side) for eta in etas]
+            along = [getattr(stability(system.replace(eta=float(eta))), side) for eta in etas]
             oscillates = np.array([bool(one.oscillates) for one in along])
             growth = np.array([_value(one.growth_rate) for one in along])
             changes = np.flatnonzero(np.diff(oscillates.astype(int)))
@@ -142,16 +139,15 @@ def _ends_of_oscillation(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[
             )
 
 
-def _rate(laboratory: Laboratory, case: Case, side: str) -> float:
-    """Rate at which sigma falls with eta [1/s] at eta = 0, by difference."""
-    one, two = (_value(_one(laboratory, case.at(eta=eta), side).growth_rate) for eta in (0.0, 1e-3))
-    return (one - two) / 1e-3
-
-
 def _rates(laboratory: Laboratory, side: str) -> tuple[list[float], float]:
-    """The same of wedges by their angle, and of the conventional brake."""
-    wedges = [_rate(laboratory, Case(alpha=alpha), side) for alpha in _ALPHAS]
-    return wedges, _rate(laboratory, Case(brake=CONVENTIONAL), side)
+    """Rate at which sigma falls with eta [1/s] at eta = 0: wedges by angle, conventional brake."""
+
+    def rate(case: Case) -> float:
+        cases = (case.at(eta=0.0), case.at(eta=1e-3))
+        one, two = (_value(_one(laboratory, at, side).growth_rate) for at in cases)
+        return (one - two) / 1e-3
+
+    return [rate(Case(alpha=alpha)) for alpha in _ALPHAS], rate(Case(brake=CONVENTIONAL))
 
 
 def _forward_rates(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:

@@ -1,30 +1,40 @@
-"""Responses at a falling actuation force: R1 to R7 (figures 9, 10, 12, 13, 15, 16, 18)."""
+"""Responses: M1 to M4 at a constant actuation force (section 4.1, figures 6 and 7), and R1 to R7.
+
+R1 to R7 are the responses at a falling force (figures 9, 10, 12, 13, 15, 16, 18).
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.sticking import BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
-from wedgebrake.model.paper_machines import CONVENTIONAL, WEDGE, Case
-from wedgebrake.paper.claims import Part
-from wedgebrake.paper.laboratory import Laboratory
-from wedgebrake.paper.signal_features import asymmetry, ellipse_error, percent
-from wedgebrake.paper.statements.parts import (
-    STICKING,
-    OnFigure,
-    bands_of,
-    bent,
-    no_sticks,
-    stick_slip,
-    sticks_of,
-    two_lines,
+from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
+from wedgebrake.model.paper_machines import CONVENTIONAL, RESPONSES, WEDGE, Case
+from wedgebrake.paper.claims import Check, Part
+from wedgebrake.paper.laboratory import STEADY, Laboratory
+from wedgebrake.paper.signal_features import (
+    STICK_SPEED,
+    SideBands,
+    VisibleSticks,
+    asymmetry,
+    distortion,
+    edges,
+    ellipse_error,
+    percent,
+    side_bands,
+    visible_sticks,
 )
-from wedgebrake.paper.visual_criteria import FILLED, MULTIPLE, appearance
+from wedgebrake.paper.visual_criteria import FILLED, MULTIPLE, SYNCHRONOUS, appearance
 
+_STICKING = (UNIDIRECTIONAL, BIDIRECTIONAL, AT_REST)
+# A bend is visible beside a smooth crossing if the acceleration jumps this many times as far;
+# "much quicker" is at least this many times.
+_BENT, _MUCH = 3.0, 1.5
 # A Poincaré map is an ellipse if its points lie on one to this share of its size, and regular
 # if they lie on one to this share.
 _ELLIPSE, _REGULAR = 0.02, 0.1
@@ -32,11 +42,155 @@ _ELLIPSE, _REGULAR = 0.02, 0.1
 _MOSTLY = 0.95
 
 
+def sticks_of(laboratory: Laboratory, case: Case) -> VisibleSticks:
+    """Sticks of a case."""
+    return visible_sticks(laboratory.response(case), laboratory.thresholds)
+
+
+def bands_of(laboratory: Laboratory, case: Case, *, natural: bool = False) -> SideBands:
+    """Side bands of a case."""
+    return side_bands(laboratory.response(case), laboratory.thresholds, natural=natural)
+
+
+def _of_figure(
+    number: int,
+    parts: Callable[[Laboratory, Sequence[Case]], Iterator[Part]],
+    laboratory: Laboratory,
+    values: dict[str, Any],
+) -> Iterator[Part]:
+    """Parts on the cases of a figure; without a steady motion no other part is told.
+
+    The cases have another F_0 if the statement's values have one.
+    """
+    changed = {"F0": values["F0"]} if "F0" in values else {}
+    cases = [case.at(**changed) for case in RESPONSES[number].cases]
+    ended = [one for one in laboratory.steadies(cases) if not one.completed]
+    if not ended:
+        yield from parts(laboratory, cases)
+        return
+    # Divergence is the equations' answer; other ends are a solver's.
+    holds = False if all(one.status == "diverged" for one in ended) else None
+    found = f"{len(ended)} of {len(cases)} do not: {ended[0].status} at {ended[0].end:.3g} s"
+    yield Part("the runs last 25 s", holds, found)
+
+
+def _kind(laboratory: Laboratory, case: Case, kind: str, label: str) -> Part:
+    """A case has a class of stick-slip."""
+    found = sticks_of(laboratory, case)
+    return Part(f"{label}: {kind}", found.kind == kind, found.description())
+
+
+def _sticking(laboratory: Laboratory, case: Case, says: str) -> Part:
+    found = sticks_of(laboratory, case)
+    return Part(says, found.kind in _STICKING, found.description())
+
+
+def _no_sticks(laboratory: Laboratory, cases: Sequence[Case], name: str) -> Part:
+    """None of the cases, which differ in a group, sticks."""
+    laboratory.responses(cases)
+    found = [sticks_of(laboratory, case) for case in cases]
+    each = "; ".join(
+        f"{getattr(case, name):.3g}: {one.kind} ({percent(one.shares[2])} at rest)"
+        for case, one in zip(cases, found, strict=True)
+    )
+    return Part("no sticks", all(one.kind == NON_STICK_SLIP for one in found), each)
+
+
+def _two_lines(laboratory: Laboratory, cases: Sequence[Case], name: str) -> Part:
+    """The spectra of the cases, which differ in a group, show f_n and f_e only."""
+    found = [bands_of(laboratory, case, natural=True) for case in cases]
+    each = "; ".join(
+        f"{getattr(case, name):.3g}: {one.beside:.2g} at {one.where:.3g} Hz"
+        for case, one in zip(cases, found, strict=True)
+    )
+    return Part(
+        "spectra show f_n and f_e only",
+        all(one.beside < laboratory.thresholds.line for one in found),
+        f"highest other line, over the highest: {each}",
+    )
+
+
+def _bent(laboratory: Laboratory, case: Case, says: str) -> Part:
+    """The velocity of a case bends where it crosses zero, the conventional brake's does not."""
+    both = laboratory.responses([case, case.at(brake=CONVENTIONAL)])
+    jump, smooth = map(distortion, both)
+    return Part(
+        says,
+        jump >= _BENT * smooth,
+        f"jump of the acceleration {jump:.2g} of its largest value, {smooth:.2g} for the"
+        " conventional brake",
+    )
+
+
+def _non_stick_slip(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
+    wedge = Case(eta=0.0, **values)
+    yield _kind(laboratory, wedge, NON_STICK_SLIP, "wedge")
+    says = "the wedge's velocity bends where it crosses zero, the conventional brake's does not"
+    yield _bent(laboratory, wedge, says)
+    both = (wedge, wedge.at(brake=CONVENTIONAL))
+    side, clean = (bands_of(laboratory, one).beside for one in both)
+    yield Part(
+        "the wedge's spectrum has side bands, the conventional brake's has not",
+        side >= laboratory.thresholds.line > clean,
+        f"highest line beside f_e: {side:.2g} of it for the wedge, {clean:.2g} for the"
+        " conventional brake",
+    )
+
+
+def _bidirectional(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
+    case = Case(eta=0.0, **values)
+    back, forth = (edges(laboratory.response(case), side) for side in (-1, 1))
+    yield _kind(laboratory, case, BIDIRECTIONAL, "wedge")
+    yield Part(
+        "from negative velocity to zero much quicker than from zero to negative",
+        back.rise >= _MUCH * back.fall,
+        f"{1e3 * back.fall:.3g} ms against {1e3 * back.rise:.3g} ms between a tenth and nine"
+        " tenths of the peak",
+    )
+    yield Part(
+        "from zero to positive milder than from positive to zero",
+        forth.rise > forth.fall,
+        f"{1e3 * forth.rise:.3g} ms against {1e3 * forth.fall:.3g} ms",
+    )
+
+
+def _unidirectional(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
+    case = Case(eta=0.0, **values)
+    response = laboratory.response(case)
+    velocity = response["velocity"].to_numpy()[response["time"].to_numpy() >= STEADY]
+    if not velocity.size:
+        yield Part("the run lasts 25 s", False, str(response.attrs["message"]))
+        return
+    high, low = float(np.max(velocity)), float(np.min(velocity))
+    exact = sticks_of(laboratory.like(method="exact"), case).kind
+    yield _kind(laboratory, case, UNIDIRECTIONAL, "wedge")
+    yield Part(
+        "slips at negative velocity only; positive velocities are about zero",
+        high <= STICK_SPEED < -low,
+        f"velocity between {low:.3g} and {high:.3g} rad/s; friction reaches 99 % of its"
+        f" value at {STICK_SPEED:.3g} rad/s. With Coulomb friction: {exact}",
+    )
+
+
+def _conventional(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
+    first, *others = RESPONSES[7].cases
+    for letter, case in zip("abc", (first.at(**values), *others), strict=True):
+        found = bands_of(laboratory, case)
+        height = float(np.ptp(laboratory.response(case)["velocity"].to_numpy()))
+        velocity = laboratory.steady(case).velocity
+        seen = appearance(velocity, height, laboratory.thresholds.dot).kind
+        yield _kind(laboratory, case, NON_STICK_SLIP, f"7{letter}")
+        yield Part(
+            f"7{letter}: one limit cycle, a clean spectrum",
+            seen == SYNCHRONOUS and found.beside < laboratory.thresholds.line,
+            f"{seen}; highest line beside f_e {found.beside:.2g} of it, at {found.where:.3g} Hz",
+        )
+
+
 def _slopes_wedge(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Part]:
     first, *steeper = cases
-    yield stick_slip(laboratory, first, NON_STICK_SLIP, "η = −6")
-    says = "η = −6: velocity bent at its crossings"
-    yield bent(laboratory, first, first.at(brake=CONVENTIONAL), says)
+    yield _kind(laboratory, first, NON_STICK_SLIP, "η = −6")
+    yield _bent(laboratory, first, "η = −6: velocity bent at its crossings")
     for case in steeper:
         found = sticks_of(laboratory, case)
         yield Part(
@@ -63,14 +217,14 @@ def _slopes_wedge(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Par
 
 
 def _slopes_conventional(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Part]:
-    yield no_sticks(laboratory, cases, "eta")
-    yield two_lines(laboratory, cases, "eta")
+    yield _no_sticks(laboratory, cases, "eta")
+    yield _two_lines(laboratory, cases, "eta")
 
 
 def _forces_wedge(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Part]:
     kinds = [NON_STICK_SLIP, *[BIDIRECTIONAL] * 4, UNIDIRECTIONAL]
     for case, kind in zip(cases, kinds, strict=True):
-        yield stick_slip(laboratory, case, kind, f"F_0 = {case.F0:g}")
+        yield _kind(laboratory, case, kind, f"F_0 = {case.F0:g}")
     shares = [sticks_of(laboratory, case).shares[2] for case in cases]
     yield Part(
         "the larger F_0, the more of the time at rest",
@@ -80,7 +234,7 @@ def _forces_wedge(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Par
 
 
 def _forces_conventional(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Part]:
-    yield no_sticks(laboratory, cases, "F0")
+    yield _no_sticks(laboratory, cases, "F0")
     settling = laboratory.steady(cases[3]).velocity
     half = settling.size // 2
     early, late = float(np.ptp(settling[:half])), float(np.ptp(settling[half:]))
@@ -93,16 +247,14 @@ def _forces_conventional(laboratory: Laboratory, cases: Sequence[Case]) -> Itera
     yield Part(
         "F_0 = 0.015: the Poincaré map is an ellipse, the wedge's is distorted",
         own <= _ELLIPSE < other,
-        f"{_distance(own)}, {_distance(other, short=True)} for the wedge",
+        f"{_distance(own)}, {_distance(other, '')} for the wedge",
     )
-    yield two_lines(laboratory, cases, "F0")
+    yield _two_lines(laboratory, cases, "F0")
 
 
 def _frequencies_wedge(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Part]:
     for index in (0, 1, 3):
-        stuck = sticks_of(laboratory, cases[index])
-        says = f"f = {cases[index].f:.3g}: sticks"
-        yield Part(says, stuck.kind in STICKING, stuck.description())
+        yield _sticking(laboratory, cases[index], f"f = {cases[index].f:.3g}: sticks")
     found = [bands_of(laboratory, case) for case in cases[:3]]
     yield Part(
         "side bands disappear gradually towards f = 1, where f_e alone is left",
@@ -115,15 +267,15 @@ def _frequencies_wedge(laboratory: Laboratory, cases: Sequence[Case]) -> Iterato
 
 
 def _frequencies_conventional(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Part]:
-    yield no_sticks(laboratory, cases, "f")
-    for index in (1, 3):
-        error = _ellipse_error(laboratory, cases[index])
-        says = f"f = {cases[index].f:.3g}: a regular Poincaré map with axes of symmetry"
+    yield _no_sticks(laboratory, cases, "f")
+    for case in (cases[1], cases[3]):
+        error = _ellipse_error(laboratory, case)
+        says = f"f = {case.f:.3g}: a regular Poincaré map with axes of symmetry"
         yield Part(says, error <= _REGULAR, _distance(error))
-    for index in (2, 4):
-        found = bands_of(laboratory, cases[index])
+    for case in (cases[2], cases[4]):
+        found = bands_of(laboratory, case)
         yield Part(
-            f"f = {cases[index].f:.3g}: clean spectrum",
+            f"f = {case.f:.3g}: clean spectrum",
             found.beside < laboratory.thresholds.line,
             f"highest line beside f_e {found.beside:.2g} of it, at {found.where:.3g} Hz",
         )
@@ -132,9 +284,8 @@ def _frequencies_conventional(laboratory: Laboratory, cases: Sequence[Case]) -> 
 def _angles(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Part]:
     small, large = cases
     one, two = (bands_of(laboratory, case, natural=True) for case in cases)
-    stuck = sticks_of(laboratory, large)
     uneven = asymmetry(laboratory.response(large))
-    yield stick_slip(laboratory, small, UNIDIRECTIONAL, "α = 0.68")
+    yield _kind(laboratory, small, UNIDIRECTIONAL, "α = 0.68")
     yield Part(
         "α = 0.68: many side bands",
         one.seen >= 3,
@@ -145,7 +296,7 @@ def _angles(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Part]:
         uneven >= laboratory.thresholds.line,
         f"largest speeds of the two directions differ by {100.0 * uneven:.2g} %",
     )
-    yield Part("α = 5.20: some sticking", stuck.kind in STICKING, stuck.description())
+    yield _sticking(laboratory, large, "α = 5.20: some sticking")
     yield Part(
         "α = 5.20: spectrum mostly f_n and f_e",
         two.share <= 1.0 - _MOSTLY,
@@ -154,25 +305,26 @@ def _angles(laboratory: Laboratory, cases: Sequence[Case]) -> Iterator[Part]:
 
 
 def _ellipse_error(laboratory: Laboratory, case: Case) -> float:
-    """Distance of the Poincaré points from an ellipse, over its size."""
     points = laboratory.steady(case)
     return ellipse_error(points.angle, points.velocity)
 
 
-def _distance(share: float, *, short: bool = False) -> str:
-    """Distance from an ellipse in words."""
+def _distance(share: float, start: str = "rms distance from the nearest ellipse ") -> str:
     if not math.isfinite(share):
         return "cannot be told: points too far apart"
-    start = "" if short else "rms distance from the nearest ellipse "
     return f"{start}{100.0 * share:.2g} % of its size"
 
 
-CHECKS = {
-    "R1": OnFigure(9, _slopes_wedge),
-    "R2": OnFigure(10, _slopes_conventional),
-    "R3": OnFigure(12, _forces_wedge),
-    "R4": OnFigure(13, _forces_conventional),
-    "R5": OnFigure(15, _frequencies_wedge),
-    "R6": OnFigure(16, _frequencies_conventional),
-    "R7": OnFigure(18, _angles),
+CHECKS: dict[str, Check] = {
+    "M1": _non_stick_slip,
+    "M2": _bidirectional,
+    "M3": _unidirectional,
+    "M4": _conventional,
+    "R1": partial(_of_figure, 9, _slopes_wedge),
+    "R2": partial(_of_figure, 10, _slopes_conventional),
+    "R3": partial(_of_figure, 12, _forces_wedge),
+    "R4": partial(_of_figure, 13, _forces_conventional),
+    "R5": partial(_of_figure, 15, _frequencies_wedge),
+    "R6": partial(_of_figure, 16, _frequencies_conventional),
+    "R7": partial(_of_figure, 18, _angles),
 }
