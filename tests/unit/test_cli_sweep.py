@@ -483,7 +483,7 @@ def test_memory_that_ends(run, monkeypatch):
     def fail(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("wedgebrake.sweeps.bifurcation.execute", fail)
+    monkeypatch.setattr("wedgebrake.sweeps.sweep.execute", fail)
     status, text, message = run("sweep", PAPER, *ETA)
     assert (status, text) == (1, "")
     assert "not enough memory" in message

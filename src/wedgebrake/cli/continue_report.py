@@ -10,10 +10,9 @@ import numpy as np
 from wedgebrake.cli.continue_command import Order, Outcome
 from wedgebrake.cli.writing import header
 from wedgebrake.dynamics.enums import MotionClass, motion_word
-from wedgebrake.orbits.bifurcation_types import Kind
-from wedgebrake.orbits.branch_point import BranchPoint
-from wedgebrake.orbits.dataset import Followed
-from wedgebrake.orbits.stability_intervals import stability_intervals
+from wedgebrake.orbits.bifurcation_types import Kind, stability_intervals
+from wedgebrake.orbits.diagram import Followed
+from wedgebrake.orbits.orbit import BranchPoint
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -133,9 +133,7 @@ def _run(
     study: Study, storing: Storing, threads: int | None, hear: Callable[[Progress], None]
 ) -> xr.Dataset:
     from wedgebrake.sweeps.basins import basins
-    from wedgebrake.sweeps.bifurcation import bifurcation
-    from wedgebrake.sweeps.regime_map import regime_map
-    from wedgebrake.sweeps.sweep import sweep
+    from wedgebrake.sweeps.sweep import bifurcation, regime_map, sweep
 
     arguments: dict[str, Any] = {name: getattr(study.run, name) for name in _OF_RUN}
     arguments |= study.sweep.arguments()

@@ -16,7 +16,7 @@ from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_styles import BIFURCATIONS, ClassStyle, LineStyle
 from wedgebrake.figures.data.legend import LegendEntry, class_entry
 from wedgebrake.figures.data.swept_axis import label, runs, swept_parameters
-from wedgebrake.orbits.stability_intervals import stability_intervals
+from wedgebrake.orbits.bifurcation_types import stability_intervals
 
 if TYPE_CHECKING:
     import xarray as xr
