@@ -93,7 +93,7 @@ def test_multipliers_are_those_of_the_flow(system):
     assert abs(np.linalg.det(fine) - (first * second).real) <= 1e-3 * largest**2
 
 
-@orbit_property
+@settings(orbit_property, max_examples=15)
 @given(systems(), st.sampled_from(("damping", "amplitude", "slope", "frequency", "drive_speed")),
        st.floats(-1.0, 1.0).filter(lambda x: abs(x) > 1e-3))  # fmt: skip
 def test_branches_are_orbits_and_end_for_a_reason(system, name, share):

@@ -223,9 +223,9 @@ class TestClosedForms:
         closed = 0.3 * (1.18**2 - 1.0) / 1.18 if brake == "wedge" else 1.0
         assert limit == pytest.approx(closed, rel=1e-12)
         # Steeper and flatter laws alike: eta is no part of it.
-        for eta in (-3.0, 0.0) if brake == "wedge" else (-6.0,):
+        for eta in (-3.0, 0.0) if brake == "wedge" else (-6.0, 0.0):
             begin = system.replace(eta=eta, F0=0.97 * limit)
-            found = follow(begin, F0=(0.97 * limit, 1.2 * limit))
+            found = follow(begin, F0=(0.97 * limit, 1.2 * limit), step=0.2)
             last = found.bifurcations[-1]
             assert "permanent sticking" in last.bifurcation.effect
             assert last.value == pytest.approx(limit, rel=1e-7)
@@ -589,7 +589,8 @@ class TestNothingTwice:
 
     def test_parents_that_are_sheets_of_a_known_branch(self) -> None:
         """The 2T stick-slip goes from the end of the range over folds back to it."""
-        data = wb.branches(wb.paper.system(eta=-24.0, F0=0.036), eta=(-15.0, -36.0), step=0.05)
+        system = wb.paper.system(eta=-24.0, F0=0.036)
+        data = wb.branches(system, switch=1, eta=(-15.0, -36.0))
         found = sorted(
             zip(
                 data.bifurcation_kind.values,
