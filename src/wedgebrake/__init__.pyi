@@ -39,17 +39,14 @@ from .model.study import Study, load_study, read_study
 from .model.study_text import save_study
 from .model.system import BrakedDriveline
 from .orbits.branch import Branch, continuation
-from .orbits.branch_point import BranchPoint
 from .orbits.codim2 import boundaries, boundary
 from .orbits.diagram import branches
-from .orbits.orbit import Orbit
+from .orbits.orbit import BranchPoint, Orbit
 from .orbits.shooting import orbit
 from .solvers.simulate import simulate
 from .solvers.status import Status
 from .sweeps.basins import basins
-from .sweeps.bifurcation import bifurcation
-from .sweeps.regime_map import regime_map
-from .sweeps.sweep import sweep
+from .sweeps.sweep import bifurcation, regime_map, sweep
 
 __all__ = [
     "Actuation",

@@ -60,13 +60,7 @@ def case(request: pytest.FixtureRequest) -> Case:
 
 @pytest.fixture(scope="module")
 def peer(case: Case) -> auto_peer.Branch:
-    return case.auto(0.5 * (case.begin + case.end))
-
-
-@pytest.fixture(scope="module")
-def ours(case: Case) -> Any:
-    ends = {case.name: (case.begin, case.end)}
-    return wb.branches(case.at(case.begin), **ends, order=case.order, method="smooth")
+    return case.auto(*np.linspace(case.begin, case.end, 5)[1:-1])
 
 
 def periods(system: wb.BrakedDriveline, state: Any, order: int) -> np.ndarray:
@@ -111,34 +105,30 @@ def test_smooth_solver_has_the_multipliers_of_auto(case, peer):
         )
 
 
-def test_orbits_bifurcate_where_auto_says(case, peer, ours):
+def test_orbits_bifurcate_where_auto_says(case, peer):
     """Kinds in order along the branch, and the parameter to 1e-4 of itself."""
-    # AUTO does not know the events of friction.
-    smooth = ours.bifurcation_kind.isin([*KINDS.values(), "symmetry breaking"])
-    found = ours.isel(bifurcation=np.flatnonzero(smooth & (ours.bifurcation_branch == 0)))
+    start = wb.orbit(case.at(case.begin), case.order, method="smooth")
+    branch = wb.continuation(start, **{case.name: (case.begin, case.end)})
+    found = [point for point in branch if point.bifurcation]
     wanted = peer.of(*KINDS)
-    assert list(found.bifurcation_kind.values) == [KINDS[orbit.kind] for orbit in wanted]
+    assert [point.bifurcation.kind.value for point in found] == [KINDS[one.kind] for one in wanted]
     values = [orbit.value for orbit in wanted]
-    np.testing.assert_allclose(found.bifurcation_value, values, rtol=1e-4)
+    np.testing.assert_allclose([point.value for point in found], values, rtol=1e-4)
 
 
-def test_orbits_are_those_of_auto_at_equal_parameter(case, ours):
+def test_orbits_are_those_of_auto_at_equal_parameter(case, peer):
     """States at whole periods to 1e-4 of the amplitude, and the multipliers, of three points."""
-    first = ours.isel(point=np.flatnonzero(ours.branch == 0))
-    chosen = first.isel(point=[first.sizes["point"] * quarter // 4 for quarter in (1, 2, 3)])
-    peer = case.auto(*chosen[case.name].values)
-    for i, value in enumerate(chosen[case.name].values):
-        point = chosen.isel(point=i)
-        orbit = min(peer.of("UZ", "PD", "TR"), key=lambda one: abs(one.value - value))
-        assert orbit.value == pytest.approx(value, rel=1e-7)
-        states = np.column_stack([point.angle, point.velocity])[: case.order]
+    *orbits, _end = peer.of("UZ")
+    assert len(orbits) == 3
+    for orbit in orbits:
+        found = wb.orbit(case.at(orbit.value), case.order, initial=tuple(orbit.states[0]))
+        assert found.found
         # Either program may begin at any of the orbit's periods.
         away = [
-            np.abs((np.roll(states, shift, axis=0) - orbit.states) / orbit.peaks).max()
+            np.abs((np.roll(found.points, shift, axis=0) - orbit.states) / orbit.peaks).max()
             for shift in range(case.order)
         ]
         assert min(away) < 1e-4
-        own = point.multiplier_real.values + 1j * point.multiplier_imag.values
-        assert np.sort_complex(own) == pytest.approx(
+        assert np.sort_complex(found.multipliers) == pytest.approx(
             np.sort_complex(orbit.multipliers), rel=0.0, abs=1e-4
         )

@@ -26,8 +26,6 @@ ORBITS = {
     "unstable, as at the strange attractor": (_wedge(), 1, False, {REVERSAL}),
     "two periods, without sticks": (_wedge(eta=-18.0), 2, True, {REVERSAL}),
     "a stick": (_wedge(F0=0.09), 1, True, {REVERSAL, STICK, SLIP}),
-    "four periods with sticks": (_wedge(F0=0.057), 4, True, {REVERSAL, STICK, SLIP}),
-    "six periods of every event": (_wedge(), 6, True, {REVERSAL, STICK, SLIP, BREAKPOINT}),
     "five periods, unstable": (_wedge(), 5, False, {REVERSAL, STICK, SLIP, BREAKPOINT}),
     "releases and a stick": (_wedge(eta=-35.0), 2, True, {REVERSAL, STICK, SLIP, BREAKPOINT}),
     "conventional": (_conventional(-10.0), 1, True, {REVERSAL}),
@@ -50,9 +48,6 @@ ORBITS = {
     "tabulated friction": (
         _wedge(eta=-10.0, F0=0.04).replace(friction=_TABLE),
         2, True, {REVERSAL, STICK, SLIP, BREAKPOINT},
-    ),
-    "tabulated friction without sticks": (
-        _wedge(eta=-10.0, F0=0.02).replace(friction=_TABLE), 2, True, {REVERSAL, BREAKPOINT},
     ),
     "no event": (_wedge(eta=10.0, drive_speed=1.0, amplitude=60.0), 1, True, set()),
 }  # fmt: skip

@@ -64,44 +64,6 @@ def hold(path: str) -> None:
         time.sleep(30)
 
 
-def die(path: str, step: int) -> None:
-    """Be killed while the first chunk is half written (0), written (1) or renamed (2)."""
-    real_open, real_replace = Path.open, Path.replace
-
-    def reach(here: int) -> None:
-        if here == step:
-            os.kill(os.getpid(), signal.SIGKILL)
-
-    class Halves:
-        def __init__(self, file: Any) -> None:
-            self.file = file
-
-        def __enter__(self) -> Halves:
-            return self
-
-        def __exit__(self, *_: object) -> None:
-            self.file.close()
-
-        def write(self, content: Any) -> None:
-            self.file.write(bytes(content)[: len(content) // 2])
-            self.file.flush()
-            reach(0)
-            self.file.write(bytes(content)[len(content) // 2 :])
-
-    def opened(self: Path, *arguments: Any, **options: Any) -> Any:
-        file = real_open(self, *arguments, **options)
-        return Halves(file) if self.suffix == ".partial" else file
-
-    def replaced(self: Path, target: Path) -> Path:
-        reach(1)
-        found = real_replace(self, target)
-        reach(2)
-        return found
-
-    Path.open, Path.replace = opened, replaced  # type: ignore[method-assign]
-    fill(path)
-
-
 def say(*words: object) -> None:
     sys.stdout.write(" ".join(map(str, words)) + "\n")
     sys.stdout.flush()
@@ -116,10 +78,7 @@ def main() -> None:
         if pid == 0:
             signal.alarm(60)
             try:
-                if command.startswith("die"):
-                    die(path, int(command.removeprefix("die")))
-                else:
-                    {"sweep": sweep, "hold": hold}[command](path)
+                {"sweep": sweep, "hold": hold}[command](path)
                 os._exit(0)
             except BaseException as error:
                 sys.stderr.write(f"{error!r}\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,94 +11,90 @@ import pytest
 import wedgebrake as wb
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
+# A small region of doubled motion.
+ISLAND = wb.BrakedDriveline(
+    driveline=wb.Driveline(inertia=1.0, damping=0.15, stiffness=1e4, drive_speed=0.65),
+    brake=wb.WedgeBrake(radius=0.2, angle=0.5324),
+    friction=wb.CoulombFriction(kinetic=0.3147),
+    actuation=wb.Actuation(initial_force=300.0, slope=-15.2, release=False),
+    excitation=wb.HarmonicTorque(amplitude=1005.0, frequency=6.8),
+)
+CONVENTIONAL = wb.paper.system(eta=-10.0, F0=0.05, brake="conventional")
+# Kind: the branch on which the first one is, and the ranges of its curve.
+KINDS = {
+    "period doubling": (
+        WEDGE, {"F0": (0.06, 0.09)}, {"F0": (0.05, 0.1), "eta": (-28.0, -20.0)},
+    ),
+    "switching-sliding": (
+        WEDGE, {"F0": (0.09, 0.035)}, {"F0": (0.05, 0.07), "eta": (-26.0, -22.0)},
+    ),
+    "grazing-sliding": (
+        WEDGE, {"F0": (0.09, 0.035)}, {"F0": (0.05, 0.07), "eta": (-26.0, -22.0)},
+    ),
+    "Neimark-Sacker": (
+        CONVENTIONAL, {"eta": (-10.0, -50.0)}, {"eta": (-50.0, -10.0), "F0": (0.04, 0.06)},
+    ),
+}  # fmt: skip
 
 
-def _branch(system: wb.BrakedDriveline, order: int = 1, **over) -> wb.Branch:
+def _first(kind: str, system: wb.BrakedDriveline, order: int = 1, **over) -> wb.BranchPoint:
+    """The first bifurcation of a kind on a branch."""
     branch = wb.continuation(wb.orbit(system, order), **over)
-    for _ in branch:
-        pass
-    return branch
+    return next(p for p in branch if p.bifurcation and p.bifurcation.kind.value == kind)
 
 
-@pytest.fixture(scope="module")
-def over_force() -> wb.Branch:
-    """The orbit of one period over F0 at eta = -24."""
-    return _branch(WEDGE, F0=(0.09, 0.035))
+@cache
+def _start(kind: str) -> wb.BranchPoint:
+    system, over, _ = KINDS[kind]
+    return _first(kind, system.replace(**{name: ends[0] for name, ends in over.items()}), **over)
 
 
-def _of(branch: wb.Branch, kind: str) -> wb.BranchPoint:
-    return next(p for p in branch.bifurcations if p.bifurcation.kind.value == kind)
+@cache
+def _curve(kind: str):
+    return wb.boundary(_start(kind), **KINDS[kind][2])
 
 
-def _first(kind: str, over_force: wb.Branch):
-    starts = {
-        "period doubling": lambda: _of(_branch(WEDGE, F0=(0.06, 0.09)), kind),
-        "switching-sliding": lambda: _of(over_force, kind),
-        "grazing-sliding": lambda: _of(over_force, kind),
-        "Neimark-Sacker": lambda: _of(
-            _branch(wb.paper.system(eta=-10.0, F0=0.05, brake="conventional"), eta=(-10.0, -50.0)),
-            kind,
-        ),
-    }
-    return starts[kind]()
-
-
-RANGES = {
-    "period doubling": {"F0": (0.05, 0.1), "eta": (-28.0, -20.0)},
-    "switching-sliding": {"F0": (0.05, 0.07), "eta": (-26.0, -22.0)},
-    "grazing-sliding": {"F0": (0.05, 0.07), "eta": (-26.0, -22.0)},
-    "Neimark-Sacker": {"eta": (-50.0, -10.0), "F0": (0.04, 0.06)},
-}
-
-
-@pytest.mark.parametrize("kind", RANGES)
-def test_points_are_bifurcations_over_the_first_parameter(kind, over_force) -> None:
+@pytest.mark.parametrize("kind", KINDS)
+def test_points_are_bifurcations_over_the_first_parameter(kind) -> None:
     """Found again, at the value that the boundary has there, to 1e-8 of the range."""
-    start = _first(kind, over_force)
-    found = wb.boundary(start, **RANGES[kind])
+    found, ranges = _curve(kind), KINDS[kind][2]
     assert found.attrs["kind"] == "boundary"
     assert found.attrs["bifurcation"] == kind
     assert found.sizes["point"] > 5
-    own, second = RANGES[kind]
-    brake = start.system.brake
+    own, second = ranges
+    width = abs(ranges[own][1] - ranges[own][0])
     for k in (1, found.sizes["point"] // 2, found.sizes["point"] - 2):
-        value, other = float(found[own][k]), float(found[second][k])
-        system = start.system.replace(**{own: value, second: other}).replace(brake=brake)
+        value = float(found[own][k])
         # From the orbit a little beside it.
-        width = abs(RANGES[kind][own][1] - RANGES[kind][own][0])
+        system = _start(kind).system.replace(
+            **{second: float(found[second][k]), own: value + 3e-4 * width}
+        )
         state = float(found.angle[k]), float(found.velocity[k])
-        near = wb.orbit(system.replace(**{own: value + 3e-4 * width}), 1, initial=state)
+        near = wb.orbit(system, 1, initial=state)
         assert near.found
-        branch = wb.continuation(near, step=1e-3, **{own: (value + 0.02 * width,
-                                                          value - 0.02 * width)})  # fmt: skip
-        values = [
-            point.value
-            for point in branch
-            if point.bifurcation and point.bifurcation.kind.value == kind
-        ]
+        branch = wb.continuation(
+            near, step=0.05, **{own: (value + 1e-3 * width, value - 1e-3 * width)}
+        )
+        values = [p.value for p in branch if p.bifurcation and p.bifurcation.kind.value == kind]
         assert np.min(np.abs(np.array(values) - value)) <= 1e-8 * width
 
 
-def test_multipliers_along_are_those_of_the_kind(over_force) -> None:
-    doubling = wb.boundary(_first("period doubling", over_force), **RANGES["period doubling"])
-    least = np.abs(doubling.multiplier_real.values + 1.0).min(axis=1)
+def test_multipliers_along_are_those_of_the_kind() -> None:
+    least = np.abs(_curve("period doubling").multiplier_real.values + 1.0).min(axis=1)
     assert np.all(least <= 1e-8)
-    torus = wb.boundary(_first("Neimark-Sacker", over_force), **RANGES["Neimark-Sacker"])
+    torus = _curve("Neimark-Sacker")
     moduli = np.hypot(torus.multiplier_real.values, torus.multiplier_imag.values)
     np.testing.assert_allclose(moduli, 1.0, atol=1e-8)
 
 
-def test_dataset(over_force) -> None:
-    start = _first("switching-sliding", over_force)
-    found = wb.boundary(start, **RANGES["switching-sliding"])
+def test_dataset() -> None:
+    start, found = _start("switching-sliding"), _curve("switching-sliding")
     assert set(found.sizes) == {"point", "multiplier"}
     assert found.attrs["parameters"] == ["F0", "eta"]
-    for name, (low, high) in RANGES["switching-sliding"].items():
-        assert "units" in found[name].attrs
-        assert "long_name" in found[name].attrs
+    for name, (low, high) in KINDS["switching-sliding"][2].items():
+        assert {"units", "long_name"} <= set(found[name].attrs)
         assert found[name].dtype == float
-        values = found[name].values
-        assert np.all((values >= low) & (values <= high))
+        assert np.all((found[name].values >= low) & (found[name].values <= high))
     assert found.attrs["begin"].startswith("left the range of")
     assert found.attrs["end"].startswith("left the range of")
     assert json.loads(found.attrs["system"]) == start.problem.base.as_dict()
@@ -106,13 +103,12 @@ def test_dataset(over_force) -> None:
     assert float(found.F0[at]) == pytest.approx(start.value, abs=1e-9)
 
 
-def test_steps_are_no_longer_than_asked(over_force) -> None:
-    start = _first("switching-sliding", over_force)
-    ranges = RANGES["switching-sliding"]
-    found = wb.boundary(start, step=0.01, **ranges)
+def test_steps_are_no_longer_than_asked() -> None:
+    start, ranges = _start("switching-sliding"), KINDS["switching-sliding"][2]
+    found = wb.boundary(start, step=0.01, points=30, **ranges)
+    assert 30 < found.sizes["point"] <= 61
     parts = [np.diff(found[n].values) / (ranges[n][1] - ranges[n][0]) for n in ranges]
     assert np.all(np.hypot(*parts) <= 0.0101)
-    assert wb.boundary(start, points=3, **ranges).sizes["point"] <= 7
 
 
 def test_release_touches_a_slip_without_friction_where_the_linear_oscillator_says() -> None:
@@ -128,23 +124,18 @@ def test_release_touches_a_slip_without_friction_where_the_linear_oscillator_say
 
     def amplitude(s: wb.BrakedDriveline) -> float:
         line, omega = s.driveline, s.excitation.angular_frequency
-        return (
-            omega
-            * s.excitation.amplitude
-            / abs(line.stiffness - line.inertia * omega**2 + 1j * line.damping * omega)
-        )
+        z = line.stiffness - line.inertia * omega**2 + 1j * line.damping * omega
+        return omega * s.excitation.amplitude / abs(z)
 
     reach = amplitude(system) / 10.0
-    branch = _branch(system, amplitude=(300.0, 600.0 / reach))
-    grazes = [p for p in branch.bifurcations if p.bifurcation.kind.value == "grazing"]
-    assert grazes[0].value == pytest.approx(300.0 / reach, rel=1e-9)
-    second = {"amplitude": (300.0, 600.0 / reach), "damping": (5.0, 60.0)}
-    found = wb.boundary(grazes[0], **second)
+    ends = (300.0, 600.0 / reach)
+    graze = _first("grazing", system, amplitude=ends)
+    assert graze.value == pytest.approx(300.0 / reach, rel=1e-9)
+    found = wb.boundary(graze, amplitude=ends, damping=(5.0, 60.0))
     assert found.sizes["point"] > 10
     for one, other in zip(found.amplitude.values, found.damping.values, strict=True):
-        assert amplitude(system.replace(amplitude=float(one), damping=float(other))) == (
-            pytest.approx(10.0, rel=1e-8)
-        )
+        at = system.replace(amplitude=float(one), damping=float(other))
+        assert amplitude(at) == pytest.approx(10.0, rel=1e-8)
     np.testing.assert_allclose(found.damping.values[[0, -1]].min(), 5.0, atol=0.5)
 
 
@@ -157,9 +148,9 @@ class TestNothingTwice:
         Beyond, they change places: the same orbits, half of each later.
         """
         system = wb.paper.system(eta=-18.0, F0=0.036)
-        start = _of(_branch(system, 2, eta=(-18.0, -22.0)), "Neimark-Sacker")
+        start = _first("Neimark-Sacker", system, 2, eta=(-18.0, -22.0))
         begins = []
-        for step in (0.02, 0.005):
+        for step in (0.05, 0.02):
             found = wb.boundary(start, step=step, eta=(-22.0, -10.0), F0=(0.03, 0.06))
             assert found.attrs["begin"] == "period doubling of the synchronous orbit"
             assert found.attrs["end"] == "left the range of eta"
@@ -177,15 +168,8 @@ class TestNothingTwice:
 
     @pytest.mark.parametrize("points", [2000, 40])
     def test_a_closed_curve_is_gone_round_once(self, points) -> None:
-        """Also where neither half of it is the whole: around a small region of doubled motion."""
-        system = wb.BrakedDriveline(
-            driveline=wb.Driveline(inertia=1.0, damping=0.15, stiffness=1e4, drive_speed=0.65),
-            brake=wb.WedgeBrake(radius=0.2, angle=0.5324),
-            friction=wb.CoulombFriction(kinetic=0.3147),
-            actuation=wb.Actuation(initial_force=300.0, slope=-15.2, release=False),
-            excitation=wb.HarmonicTorque(amplitude=1005.0, frequency=6.8),
-        )
-        start = _of(_branch(system.replace(f=0.41), f=(0.41, 0.38)), "period doubling")
+        """Also where neither half of it is the whole."""
+        start = _first("period doubling", ISLAND.replace(f=0.41), f=(0.41, 0.38))
         ends = {"f": (0.3, 0.5), "drive_speed": (0.05, 3.0)}
         found = wb.boundary(start, points=points, **ends)
         assert "the curve has closed" in (found.attrs["begin"], found.attrs["end"])
@@ -197,41 +181,26 @@ class TestNothingTwice:
         assert abs(turns[-1] - turns[0]) == pytest.approx(2.0 * np.pi, abs=1e-3)
 
 
-class TestBoundaries:
-    def test_each_is_a_bifurcation_of_the_first_parameter(self) -> None:
-        system = wb.paper.system(eta=-24.0, F0=0.067)
-        every = wb.boundaries(
-            system, kinds=["period doubling"], order=1, switch=0, points=40,
-            F0=(0.09, 0.06), eta=(-26.0, -22.0),
-        )  # fmt: skip
-        assert len(every) == 1
-        at = np.argmin(np.abs(every[0].eta.values + 24.0))
-        # 0.07467646 is where wb.continuation finds it; both sides of it by multipliers here.
-        value = float(every[0].F0[at])
-        below, above = (
-            wb.orbit(system.replace(F0=value + side), 1).multipliers[0].real + 1.0
-            for side in (-1e-6, 1e-6)
-        )
-        assert below * above < 0.0
-
-    def test_none(self) -> None:
-        assert (
-            wb.boundaries(WEDGE, kinds=["fold"], order=1, switch=0, F0=(0.068, 0.066),
-                          eta=(-26.0, -22.0))
-            == []
-        )  # fmt: skip
+def test_boundaries_are_of_the_kinds_that_are_asked_for() -> None:
+    ends = {"F0": (0.09, 0.06), "eta": (-26.0, -22.0)}
+    options = {"order": 1, "switch": 0, "points": 40}
+    (curve,) = wb.boundaries(WEDGE, kinds=["period doubling"], **options, **ends)
+    at = np.argmin(np.abs(curve.eta.values + 24.0))
+    # Both sides of it by their multipliers.
+    below, above = (
+        wb.orbit(WEDGE.replace(F0=float(curve.F0[at]) + side), 1).multipliers[0].real + 1.0
+        for side in (-1e-6, 1e-6)
+    )
+    assert below * above < 0.0
+    assert wb.boundaries(WEDGE, kinds=["fold"], **options, **ends) == []
 
 
 class TestArguments:
-    def test_no_bifurcation(self, over_force) -> None:
-        with pytest.raises(wb.InputError, match="must be a bifurcation"):
-            wb.boundary(over_force.points[0], F0=(0.01, 0.1), eta=(-30.0, -20.0))
-        with pytest.raises(wb.InputError, match="must be a bifurcation"):
-            wb.boundary(3, F0=(0.01, 0.1), eta=(-30.0, -20.0))
-
-    def test_own_parameter_is_missing(self, over_force) -> None:
-        with pytest.raises(wb.InputError, match="must hold F0"):
-            wb.boundary(over_force.bifurcations[0], eta=(-30.0, -20.0), f=(0.5, 0.7))
+    def test_no_bifurcation(self) -> None:
+        ordinary = next(wb.continuation(wb.orbit(WEDGE, 1), F0=(0.067, 0.06)))
+        for point in (ordinary, 3):
+            with pytest.raises(wb.InputError, match="must be a bifurcation"):
+                wb.boundary(point, F0=(0.01, 0.1), eta=(-30.0, -20.0))
 
     @pytest.mark.parametrize(
         ("ranges", "words"),
@@ -243,35 +212,32 @@ class TestArguments:
             ({"F0": (0.01, 0.1), "eta": (-20.0, -10.0)}, "eta = .* must contain"),
             ({"F0": (0.01, 0.1), "amplitude": (100.0, 9000.0)}, "sets amplitude"),
             ({"F0": (0.01, 0.1), "bogus": (1.0, 2.0)}, "bogus"),
+            ({"eta": (-30.0, -20.0), "f": (0.5, 0.7)}, "must hold F0"),
         ],
     )
-    def test_ranges(self, over_force, ranges, words) -> None:
+    def test_ranges(self, ranges, words) -> None:
         with pytest.raises(wb.InputError, match=words):
-            wb.boundary(over_force.bifurcations[0], **ranges)
+            wb.boundary(_start("switching-sliding"), **ranges)
 
-    def test_kinds(self) -> None:
-        with pytest.raises(wb.InputError, match="period doubling"):
-            wb.boundaries(WEDGE, kinds=["doubling"], F0=(0.01, 0.1), eta=(-30.0, -20.0))
-
-    def test_kinds_as_one_word(self) -> None:
-        """A word is not a list of its letters."""
-        with pytest.raises(wb.InputError, match=r"'fold'|list|collection"):
-            wb.boundaries(WEDGE, kinds="fold", F0=(0.01, 0.1), eta=(-30.0, -20.0))
+    # A word is not a list of its letters.
+    @pytest.mark.parametrize(
+        ("kinds", "words"), [(["doubling"], "period doubling"), ("fold", "list")]
+    )
+    def test_kinds(self, kinds, words) -> None:
+        with pytest.raises(wb.InputError, match=words):
+            wb.boundaries(WEDGE, kinds=kinds, F0=(0.01, 0.1), eta=(-30.0, -20.0))
 
 
 def test_onset_of_permanent_sticking_is_left_out() -> None:
-    """It is no end of a chain; of the others there is a curve."""
+    """No margin vanishes there; of the others there is a curve."""
     system = wb.paper.system(eta=-3.0, F0=0.09)
     ends = {"F0": (0.09, 0.12), "eta": (-10.0, 0.0)}
-    found = wb.boundaries(system, switch=0, opposite=False, **ends)
+    found = wb.boundaries(system, switch=0, opposite=False, step=0.2, **ends)
     assert all(one.sizes["point"] > 1 for one in found)
-    branch = wb.continuation(wb.orbit(system), F0=(0.09, 0.12))
-    onset = list(branch)[-1]
+    *_, onset = wb.continuation(wb.orbit(system), F0=(0.09, 0.12))
     assert "permanent sticking" in onset.bifurcation.effect
     assert not onset.can_be_followed
-    with pytest.raises(
-        wb.InputError, match="onset of permanent sticking, which cannot be followed"
-    ):
+    with pytest.raises(wb.InputError, match="onset of permanent sticking"):
         wb.boundary(onset, **ends)
 
 
@@ -281,7 +247,7 @@ def test_second_parameter_is_that_of_the_point() -> None:
     value = system.driveline.stiffness
     branch = wb.continuation(wb.orbit(system), stiffness=(value, 1.5 * value))
     point = next(one for one in branch if one.can_be_followed)
-    curve = wb.boundary(point, stiffness=(0.5 * value, 2.0 * value), f=(0.2, 1.0))
+    curve = wb.boundary(point, points=2, stiffness=(0.5 * value, 2.0 * value), f=(0.2, 1.0))
     apart = np.hypot(
         curve["stiffness"].values / point.value - 1.0,
         curve["f"].values / point.system.groups.f - 1.0,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,27 +13,29 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.branch_switching import leaving
-from wedgebrake.orbits.deduplication import lies_on, marks
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
 CONVENTIONAL = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional")
 TURNED = WEDGE.replace(drive_speed=20.0)
-OF_FRICTION = "sliding", "grazing"
 
 
-def follow(system: wb.BrakedDriveline, order: int | None = 1, **arguments) -> wb.Branch:
-    """A branch, to its end."""
-    branch = wb.continuation(wb.orbit(system, order), **arguments)
+def ended(branch: wb.Branch) -> wb.Branch:
+    """The branch, followed to its end."""
     for _ in branch:
         pass
     return branch
 
 
+def follow(system: wb.BrakedDriveline, order: int | None = 1, **arguments) -> wb.Branch:
+    return ended(wb.continuation(wb.orbit(system, order), **arguments))
+
+
 # Names of branches; each is followed once.
 BRANCHES = {
-    "wedge, force falls": lambda: follow(WEDGE, F0=(0.067, 0.03)),
+    "wedge, all forces": lambda: follow(wb.paper.system(eta=-24.0, F0=0.095), F0=(0.095, 0.01)),
     "wedge, force rises": lambda: follow(WEDGE, F0=(0.067, 0.12)),
     "wedge, eta": lambda: follow(wb.paper.system(eta=-10.0, F0=0.036), eta=(-10.0, -40.0)),
     "wedge, slow torque": lambda: follow(WEDGE, f=(0.63, 0.15)),
@@ -40,12 +44,17 @@ BRANCHES = {
     "wedge, angle": lambda: follow(WEDGE, angle=(0.34, 1.4)),
     "conventional, eta": lambda: follow(CONVENTIONAL, eta=(12.0, -60.0)),
     "conventional, force": lambda: follow(CONVENTIONAL, F0=(0.05, 0.9)),
+    "mirrored": lambda: follow(CONVENTIONAL.replace(eta=-10.0, f=0.55), f=(0.55, 0.48)),
     "breakaway": lambda: follow(WEDGE.replace(static=0.31), f=(0.63, 0.15)),
     "smooth": lambda: follow(
         wb.paper.system(eta=-10.0, F0=0.05, friction="smoothed"), eta=(-10.0, -11.0), step=0.5
     ),
 }
-_followed: dict[str, wb.Branch] = {}
+
+
+@cache
+def known(name: str) -> wb.Branch:
+    return BRANCHES[name]()
 
 
 @pytest.fixture(params=BRANCHES)
@@ -54,48 +63,20 @@ def branch(request) -> wb.Branch:
     return known(request.param)
 
 
-def known(name: str) -> wb.Branch:
-    if name not in _followed:
-        _followed[name] = BRANCHES[name]()
-    return _followed[name]
-
-
-def _events(point: wb.BranchPoint) -> list[str]:
-    """Events of the simulated motion in the time of the orbit, in words."""
+def _simulated_events(point: wb.BranchPoint) -> Counter[str]:
     r = wb.simulate(point.system, periods=point.order, initial=tuple(point.points[0]), times=())
-    return [str(kind) for kind in r.event_kind.values]
+    return Counter(EventKind(int(kind)).name for kind in r.event_kind.values)
 
 
-def _of_sequence(sequence: str) -> list[str]:
-    """Kinds of events of a cyclic sequence, by the numbers that datasets of runs give them."""
-    words = sequence.split()
-    numbers = []
-    for before, after in zip(words[-1:] + words[:-1], words, strict=True):
-        if before == after:
-            continue
-        if after == "0":
-            numbers.append("stick")
-        elif before == "0":
-            numbers.append("slip")
-        else:
-            numbers.append("reversal" if before[0] != after[0] else "breakpoint")
-    return numbers
-
-
-def _kinds(names: list[str]) -> dict[str, int]:
-    from wedgebrake.dynamics.enums import EventKind
-
-    words = {str(int(kind)): kind.name.lower() for kind in EventKind}
-    found: dict[str, int] = {}
-    for name in names:
-        word = words.get(name, name)
-        for key in ("stick", "slip", "reversal", "breakpoint"):
-            if key in word:
-                found[key] = found.get(key, 0) + 1
-                break
-        else:
-            if word in ("release", "crossing", "apply", "contact"):
-                found["breakpoint"] = found.get("breakpoint", 0) + 1
+def _events_of(sequence: str) -> Counter[str]:
+    """Kinds of events of a cyclic sequence."""
+    found: Counter[str] = Counter()
+    segments = sequence.split()
+    for before, after in zip(segments[-1:] + segments[:-1], segments, strict=True):
+        if "0" in (before, after):
+            found["STICK" if after == "0" else "SLIP"] += 1
+        elif before != after:
+            found["REVERSAL" if before[0] != after[0] else "BREAKPOINT"] += 1
     return found
 
 
@@ -107,33 +88,18 @@ def test_every_point_is_an_orbit(branch) -> None:
             point.system, periods=order, initial=tuple(point.points[0]), times=()
         ).attrs
         apart = np.abs(np.array([end["final_angle"], end["final_velocity"]]) - point.points[0])
-        size = point.measures.angle_amplitude, point.measures.velocity_amplitude
-        growth = 1.0 + abs(point.multipliers[0])
-        room = 1e-6 if not point.sequence else 1e-8
-        assert np.all(apart <= room * growth * np.array(size) + 1e-15), (
-            point.value,
-            point.sequence,
-            apart,
-        )
+        size = np.array([point.measures.angle_amplitude, point.measures.velocity_amplitude])
+        room = (1e-8 if point.sequence else 1e-6) * (1.0 + abs(point.multipliers[0]))
+        assert np.all(apart <= room * size + 1e-15), (point.value, point.sequence)
 
 
 def test_simulated_events_are_those_of_the_sequence(branch) -> None:
     """Counted by kind beside every bifurcation of friction, on both sides of it."""
-    points = branch.points
-    places = [
-        k
-        for k, point in enumerate(points)
-        if point.bifurcation and point.bifurcation.kind.value.endswith(OF_FRICTION)
-    ]
-    for k in places:
-        for side in (k - 1, k + 1):
-            if not 0 <= side < len(points) or points[side].bifurcation:
-                continue
-            if abs(points[side].multipliers[0]) > 1e4:
-                continue
-            seen = _kinds(_events(points[side]))
-            wanted = _kinds(_of_sequence(points[side].sequence))
-            assert seen == wanted, (points[side].value, points[side].sequence)
+    for one, other in pairwise(branch.points):
+        for at, beside in ((one, other), (other, one)):
+            of_friction = at.bifurcation and at.bifurcation.kind.of_friction
+            if of_friction and not beside.bifurcation and abs(beside.multipliers[0]) <= 1e4:
+                assert _simulated_events(beside) == _events_of(beside.sequence), beside
 
 
 def test_scenario_is_where_the_orbits_lie(branch) -> None:
@@ -141,23 +107,20 @@ def test_scenario_is_where_the_orbits_lie(branch) -> None:
     points = branch.points
     for k in range(1, len(points) - 1):
         found = points[k].bifurcation
-        if found is None or not found.scenario.value:
-            continue
-        before, here, after = (points[k + i].value for i in (-1, 0, 1))
+        scenario = found.scenario.value if found else ""
         if points[k - 1].bifurcation or points[k + 1].bifurcation:
             continue
+        before, here, after = (points[k + i].value for i in (-1, 0, 1))
         across = (before - here) * (after - here) < 0.0
-        if found.scenario.value == "persistence":
-            assert across, (here, found.sentence)
-        elif found.scenario.value == "non-smooth fold":
-            assert not across, (here, found.sentence)
+        if scenario in ("persistence", "non-smooth fold"):
+            assert across == (scenario == "persistence"), (here, found.sentence)
 
 
 def test_effect_is_a_difference_of_the_sequences(branch) -> None:
     points = branch.points
     for k in range(1, len(points) - 1):
         found = points[k].bifurcation
-        if found is None or not found.kind.value.endswith(OF_FRICTION):
+        if found is None or not found.kind.of_friction:
             continue
         before, after = (points[i].sequence.split() for i in (k - 1, k + 1))
         assert before != after
@@ -200,36 +163,20 @@ def test_every_branch_says_why_it_ends(branch) -> None:
     ), (branch.end, branch.points[-1].value, branch.points[-1].sequence)
 
 
-class TestDirections:
-    def test_both_directions_find_the_same(self) -> None:
-        low, high = 0.05, 0.08
-        there = follow(WEDGE.replace(F0=high), F0=(high, low))
-        back = wb.continuation(
-            wb.orbit(WEDGE.replace(F0=low), 1, initial=tuple(there.points[-1].points[0])),
-            F0=(low, high),
-        )
-        for _ in back:
-            pass
-        assert back.end.startswith("left the range")
-        one = [(p.bifurcation.kind, p.value) for p in there.bifurcations]
-        two = [(p.bifurcation.kind, p.value) for p in back.bifurcations][::-1]
-        assert [kind for kind, _ in one] == [kind for kind, _ in two]
-        np.testing.assert_allclose([v for _, v in one], [v for _, v in two], atol=1e-10)
-
-    def test_a_fold_is_passed(self) -> None:
-        """Its value is the extreme of the branch's, to second order in the distance."""
-        points = known("wedge, force rises").points
-        folds = [k for k, p in enumerate(points)
-                 if p.bifurcation and p.bifurcation.kind.value == "fold"]  # fmt: skip
-        assert len(folds) == 2
-        for k, side in zip(folds, (1.0, -1.0), strict=True):
-            near = [p.value for p in points[k - 3 : k + 4]]
-            assert side * points[k].value >= max(side * value for value in near)
-        # Between both folds, three orbits at one force.
-        force = 0.097
-        assert points[folds[1]].value < force < points[folds[0]].value
-        values = np.array([p.value for p in points]) - force
-        assert np.count_nonzero(values[:-1] * values[1:] < 0.0) == 3
+def test_a_fold_is_passed() -> None:
+    """Its value is the extreme of the branch's, to second order in the distance."""
+    points = known("wedge, force rises").points
+    folds = [k for k, p in enumerate(points)
+             if p.bifurcation and p.bifurcation.kind.value == "fold"]  # fmt: skip
+    assert len(folds) == 2
+    for k, side in zip(folds, (1.0, -1.0), strict=True):
+        near = [p.value for p in points[k - 3 : k + 4]]
+        assert side * points[k].value >= max(side * value for value in near)
+    # Between both folds, three orbits at one force.
+    force = 0.097
+    assert points[folds[1]].value < force < points[folds[0]].value
+    values = np.array([p.value for p in points]) - force
+    assert np.count_nonzero(values[:-1] * values[1:] < 0.0) == 3
 
 
 class TestClosedForms:
@@ -278,29 +225,11 @@ class TestClosedForms:
         # Steeper and flatter laws alike: eta is no part of it.
         for eta in (-3.0, 0.0) if brake == "wedge" else (-6.0, 0.0):
             begin = system.replace(eta=eta, F0=0.97 * limit)
-            found = follow(begin, F0=(0.97 * limit, 1.2 * limit))
+            found = follow(begin, F0=(0.97 * limit, 1.2 * limit), step=0.2)
             last = found.bifurcations[-1]
             assert "permanent sticking" in last.bifurcation.effect
             assert last.value == pytest.approx(limit, rel=1e-7)
             assert "permanent sticking" in found.end
-
-    def test_doubled_orbit_parts_as_a_square_root(self) -> None:
-        """The square of the distance of its two points is linear in the parameter."""
-        data = wb.branches(
-            wb.paper.system(eta=-10.0, F0=0.036), switch=1, step=0.005, eta=(-14.0, -17.5)
-        )
-        doubled = data.where(data.order == 2, drop=True)
-        at = float(data.bifurcation_value[list(data.bifurcation_kind.values).index(
-            "period doubling")])  # fmt: skip
-        gaps = (doubled.angle[:, 0] - doubled.angle[:, 1]).values
-        away = np.abs(doubled.eta.values - at)
-        near = (away > 1e-3) & (away < 0.1)
-        assert np.count_nonzero(near) >= 3
-        ratio = gaps[near] ** 2 / away[near]
-        slope = np.polyfit(away[near], ratio, 1)
-        np.testing.assert_allclose(np.polyval(slope, away[near]), ratio, rtol=0.02)
-        assert np.ptp(ratio) < 0.5 * np.mean(ratio)
-        assert np.max(np.abs(gaps)) > 0.0
 
     def test_symmetry_breaking(self) -> None:
         """The symmetric orbit of a symmetric brake goes on beyond it, unstable; a pair leaves.
@@ -359,13 +288,6 @@ class TestEdges:
         assert branch.points[-1].value == pytest.approx(last, abs=1e-12 * first)
         assert branch.end.startswith("left the range")
 
-    def test_kinetic_friction_from_the_static_one_down(self) -> None:
-        """The begin is at the edge of what is allowed, whatever rounding says."""
-        for kinetic in np.linspace(0.2, 0.6, 9):
-            system = CONVENTIONAL.replace(kinetic=float(kinetic), static=float(kinetic))
-            branch = wb.continuation(wb.orbit(system), kinetic=(float(kinetic), 0.1), points=3)
-            assert len(list(branch)) == 3
-
     def test_from_no_torque_at_all(self) -> None:
         """An equilibrium is an orbit: its velocity, zero, is no scale."""
         system = wb.paper.system(eta=1.0, F0=0.067).replace(amplitude=0.0, drive_speed=3.0)
@@ -383,8 +305,7 @@ class TestEdges:
         found = wb.orbit(WEDGE, 1)
         for ends in ((-24.0 - 1e-9, -24.0 + 1e-9), (-1e6, 1e6), (-24.0, 12.0)):
             branch = wb.continuation(found, eta=ends)
-            for _ in branch:
-                pass
+            ended(branch)
             assert branch.points[-1].value == pytest.approx(ends[1], rel=1e-14)
             assert branch.end.startswith("left the range")
 
@@ -453,14 +374,19 @@ class TestDataset:
         assert data.attrs["parameter"] == "eta"
         assert json.loads(data.attrs["system"])["driveline"]["inertia"] == 1.0
 
-    def test_branches_are_contiguous(self, data) -> None:
+    def test_branches_are_contiguous_and_continuous(self, data) -> None:
+        """Which return is the first does not change from point to point."""
         numbers = data["branch"].values
         assert np.all(np.diff(numbers) >= 0)
         assert set(numbers) == set(range(data.sizes["branch_number"]))
-        for number in range(data.sizes["branch_number"]):
+        for number, order in enumerate(data.branch_order.values):
             own = data.isel(point=numbers == number)
-            assert set(own.order.values) == {int(data.branch_order[number])}
+            assert set(own.order.values) == {order}
             assert np.all(np.diff(own.arclength) >= 0.0)
+            moved = np.abs(np.diff(own.angle.values[:, :order], axis=0))
+            assert np.max(moved) <= 0.2 * float(own.angle_amplitude.max())
+            assert np.all(np.isfinite(own.velocity[:, :order]))
+            assert np.all(np.isnan(own.velocity[:, order:]))
 
     def test_bifurcations_are_points(self, data) -> None:
         assert data.sizes["bifurcation"] >= 1
@@ -482,20 +408,6 @@ class TestDataset:
             first = data.isel(point=data["branch"].values == number).eta.values[0]
             assert first == pytest.approx(float(data.bifurcation_value[origin]), abs=1e-7)
             assert data.branch_end.values[number]
-
-    def test_returns_beyond_the_order_are_nan(self, data) -> None:
-        for k in range(0, data.sizes["point"], 7):
-            order = int(data.order[k])
-            assert np.all(np.isfinite(data.angle[k, :order]))
-            assert np.all(np.isnan(data.velocity[k, order:]))
-
-    def test_points_are_continuous_along_a_branch(self, data) -> None:
-        """Which return is the first does not change from point to point."""
-        for number in range(data.sizes["branch_number"]):
-            own = data.isel(point=data["branch"].values == number)
-            angles = own.angle.values[:, : int(own.order[0])]
-            moved = np.max(np.abs(np.diff(angles, axis=0)))
-            assert moved <= 0.2 * float(own.angle_amplitude.max())
 
     def test_amplitudes_are_those_of_a_dense_sampling(self, data) -> None:
         """Half the range of velocity and angle."""
@@ -641,38 +553,28 @@ class TestReviewed:
 class TestNothingTwice:
     """An orbit is followed once, whichever of its periods is the first."""
 
-    @pytest.mark.parametrize("step", [0.02, 0.1, 0.5])
-    def test_a_branch_between_two_doublings_is_gone_once(self, step) -> None:
+    @pytest.mark.parametrize(
+        ("kind", "steps", "of", "count", "room"),
+        [
+            ("period doubling", (0.02, 0.1, 0.5), "the synchronous orbit", 2, 1e-7),
+            ("symmetry breaking", (0.1, 0.5), "a symmetric orbit", 5, 1e-8),
+        ],
+    )
+    def test_a_branch_between_two_bifurcations_is_gone_once(
+        self, kind, steps, of, count, room
+    ) -> None:
         """From the one to the other, where its halves become one, and not back over itself."""
-        synchronous = follow(wb.paper.system(eta=-24.0, F0=0.095), F0=(0.095, 0.01))
-        doublings = [point for point in synchronous.bifurcations
-                     if point.bifurcation.kind.value == "period doubling"]  # fmt: skip
-        met, begin = sorted(doublings, key=lambda point: point.value)[:2]
+        parent = known("wedge, all forces" if kind == "period doubling" else "mirrored")
+        meetings = [p for p in parent.bifurcations if p.bifurcation.kind.value == kind]
+        rising = kind == "symmetry breaking"
+        met, begin = sorted(meetings, key=lambda point: point.value, reverse=rising)[:2]
         ((origin, start),) = leaving(begin)
-        largest = synchronous.largest * step / 0.02
-        branch = Branch(start, synchronous.bounds, False, largest, points=[origin])
-        for _ in branch:
-            pass
-        assert branch.end == "period doubling of the synchronous orbit"
-        assert branch.points[-1].value == pytest.approx(met.value, abs=1e-7)
-        assert [point.bifurcation.kind.value for point in branch.bifurcations] == ["grazing"] * 2
-
-    @pytest.mark.parametrize("step", [0.02, 0.1])
-    def test_a_mirror_pair_between_two_symmetric_orbits_is_gone_once(self, step) -> None:
-        """Beyond the second, it would be its own mirror image on the way back."""
-        system = CONVENTIONAL.replace(eta=-10.0, f=0.55)
-        symmetric = follow(system, f=(0.55, 0.48))
-        met, begin = (point for point in symmetric.bifurcations
-                      if point.bifurcation.kind.value == "symmetry breaking")  # fmt: skip
-        ((origin, start),) = leaving(begin)
-        # In steps of the range from 0.55 to 0.2.
-        largest = symmetric.largest * (0.55 - 0.2) / (0.55 - 0.48) * step / 0.02
-        branch = Branch(start, symmetric.bounds, True, largest, points=[origin])
-        for _ in branch:
-            pass
-        assert branch.end == "symmetry breaking of a symmetric orbit"
-        assert branch.points[-1].value == pytest.approx(met.value, abs=1e-8)
-        assert len(branch.bifurcations) == 5
+        for step in steps:
+            largest = parent.largest * step / 0.02
+            branch = ended(Branch(start, parent.bounds, rising, largest, points=[origin]))
+            assert branch.end == f"{kind} of {of}"
+            assert branch.points[-1].value == pytest.approx(met.value, abs=room)
+            assert len(branch.bifurcations) == count
 
     @pytest.mark.parametrize("step", [0.02, 0.05, 0.1])
     def test_a_branch_that_ends_at_a_doubling_has_no_fold_there(self, step) -> None:
@@ -687,7 +589,8 @@ class TestNothingTwice:
 
     def test_parents_that_are_sheets_of_a_known_branch(self) -> None:
         """The 2T stick-slip goes from the end of the range over folds back to it."""
-        data = wb.branches(wb.paper.system(eta=-24.0, F0=0.036), eta=(-15.0, -36.0))
+        system = wb.paper.system(eta=-24.0, F0=0.036)
+        data = wb.branches(system, switch=1, eta=(-15.0, -36.0))
         found = sorted(
             zip(
                 data.bifurcation_kind.values,
@@ -711,8 +614,7 @@ class TestNothingTwice:
         values = []
         for ends in ((-40.0, -15.0), (-15.0, -40.0)):
             branch = wb.continuation(begin, points=300, eta=ends)
-            for _ in branch:
-                pass
+            ended(branch)
             assert branch.end == "the branch has closed"
             first, last = branch.points[0], branch.points[-1]
             assert last.value == first.value
@@ -722,43 +624,3 @@ class TestNothingTwice:
             assert kinds.count("fold") == 2
             values.append(sorted(point.value for point in branch.bifurcations))
         np.testing.assert_allclose(values[0], values[1], atol=1e-9)
-
-    def test_a_branch_ends_where_another_begins(self) -> None:
-        system = wb.paper.system(eta=-22.0, F0=0.036)
-        known = follow(system, eta=(-22.0, -30.0))
-        branch = wb.continuation(wb.orbit(system.replace(eta=-15.0)), eta=(-15.0, -30.0))
-        branch.marks += marks(known.points, "goes on as branch 1")
-        for _ in branch:
-            pass
-        assert branch.end == "goes on as branch 1"
-        assert branch.points[-1].value == known.points[0].value
-        np.testing.assert_allclose(branch.points[-1].points, known.points[0].points, atol=1e-10)
-        # Against its way it is not gone over.
-        other = wb.continuation(wb.orbit(system, 1), eta=(-22.0, -15.0))
-        other.marks += marks(known.points, "goes on as branch 1")
-        for _ in other:
-            pass
-        assert other.end == "left the range at eta = -15"
-
-    def test_an_orbit_lies_on_its_branch_at_any_shift(self) -> None:
-        """Between its points too, on the sheet that it is on and on no other."""
-        system = wb.paper.system(eta=-18.85, F0=0.036)
-        branch = wb.continuation(wb.orbit(system.replace(eta=-36.0)), eta=(-36.0, -18.0))
-        for point in branch:
-            if point.bifurcation and point.bifurcation.kind.value == "fold":
-                break
-        sheet = list(branch.points)
-        stable = wb.orbit(system, 2, initial=tuple(sheet[-2].points[0]))
-        assert stable.found
-        assert min(abs(point.value + 18.85) for point in sheet) > 1e-3
-        assert lies_on(stable.points, -18.85, sheet)
-        assert lies_on(np.roll(stable.points, 1, axis=0), -18.85, sheet)
-        assert not lies_on(stable.points * 1.001, -18.85, sheet)
-        assert not lies_on(stable.points, -18.9, sheet)
-        # Beyond the fold the other sheet comes by the same value.
-        for point in branch:
-            if point.value < -19.2:
-                break
-        beyond = branch.points[len(sheet) :]
-        assert beyond[0].value > -18.85 > beyond[-1].value
-        assert not lies_on(stable.points, -18.85, beyond)

@@ -6,14 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 import wedgebrake as wb
 from equations import angular_frequency, law
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.orbits.segment_bvp import SegmentBVP, run
-from wedgebrake.orbits.segment_kernel import breakaway, has_mode
-from wedgebrake.orbits.segment_margins import QUANTITIES
+from wedgebrake.orbits.segment_kernel import has_mode
+from wedgebrake.orbits.segment_orbit import QUANTITIES
 from wedgebrake.solvers.event_driven.solve import problem
 
 JUMP = wb.paper.system(static=0.33)
@@ -104,79 +103,6 @@ def test_derivative_agrees_with_differences(name, sequence) -> None:
         # Quotients by the time, or its square, round the velocity and the angle so much more.
         error = np.abs(matrix - _differences(bvp, unknowns, given, step)) / rows
         assert np.max(error) <= 1e-6, (gap, np.argwhere(error > 1e-6))
-
-
-def _expected_end(system, piece, code, state, phase0, phase1):
-    """Angle and velocity by the matrix exponential of (angle, velocity, sin, cos, 1)."""
-    line, omega = system.driveline, angular_frequency(system)
-    j = line.inertia
-    torque = piece.offset + piece.slope * line.drive_speed
-    matrix = np.zeros((5, 5))
-    matrix[0, 1] = 1.0
-    matrix[1] = np.array(
-        [-line.stiffness, -line.damping - piece.slope, system.excitation.amplitude, 0.0, -torque]
-    )
-    matrix[1] /= j
-    matrix[2, 3], matrix[3, 2] = omega, -omega
-    start = np.array([*state, math.sin(phase0), math.cos(phase0), 1.0])
-    end = expm(matrix * (phase1 - phase0) / omega) @ start
-    return end[0], end[1]
-
-
-@pytest.mark.parametrize("name", ["wedge", "static above kinetic", "turning", "overdamped"])
-def test_residual_says_where_the_matrix_exponential_ends(name) -> None:
-    """A reversal that ends in a rest: angle and velocity of the slip, undivided or not."""
-    system = SYSTEMS[name]
-    given, speed = problem(system), -system.driveline.drive_speed
-    omega, stated = angular_frequency(system), law(system)
-    for sequence in ((1, 0, -1, 0), (1, -1, 0), (1, 2, 1, -1)):
-        bvp = SegmentBVP(sequence, 1)
-        unknowns = _unknowns(bvp, np.random.default_rng(5))
-        values, _ = bvp.linearize(unknowns, given)
-        phase0, theta0, phase1, theta1 = unknowns[:4]
-        piece = stated.beside(0.0, 1)
-        angle, velocity = _expected_end(system, piece, 1, (theta0, speed), phase0, phase1)
-        assert values[0] == pytest.approx(angle - theta1, abs=1e-11)
-        tau = (phase1 - phase0) / omega
-        if sequence[1] == 2:
-            assert values[1] == pytest.approx(velocity - (speed + piece.high), rel=1e-10)
-        elif sequence[-1] == 0 and given.brake.upper == pytest.approx(piece.offset):
-            pull = system.excitation.amplitude * math.sin(phase0)
-            pull -= system.driveline.damping * speed + system.driveline.stiffness * theta0
-            begun = (pull - piece.offset) / system.driveline.inertia
-            free = _expected_end(system, piece, 1, (theta0, speed), phase0, phase1)[1]
-            # What the acceleration at its begin makes is taken out: the impulse response.
-            moved = _expected_end(
-                system, piece, 1, (theta0 + 1.0, speed), phase0, phase1
-            )[1] - free  # fmt: skip
-            natural = system.driveline.stiffness / system.driveline.inertia
-            impulse = -moved / natural
-            expected = (free - speed - begun * impulse) / tau**2
-            assert values[1] == pytest.approx(expected, rel=1e-8)
-        else:
-            assert values[1] == pytest.approx((velocity - speed) / tau, rel=1e-10)
-
-
-@pytest.mark.parametrize("name", ["wedge", "table", "turning", "overdamped"])
-def test_limits_of_a_slip_of_no_length(name) -> None:
-    """(w(tau) - w(0))/tau tends to the acceleration, and after a rest to half the jerk."""
-    system = SYSTEMS[name]
-    line, given = system.driveline, problem(system)
-    omega, amplitude = angular_frequency(system), system.excitation.amplitude
-    piece, speed = law(system).beside(0.0, 1) if name != "table" else None, -line.drive_speed
-    offset = piece.offset if piece else float(given.brake.upper)
-    phase, theta = 0.7, 0.004
-    pull = amplitude * math.sin(phase) - line.damping * speed - line.stiffness * theta
-    acceleration = (pull - offset) / line.inertia
-    jerk = (amplitude * omega * math.cos(phase) - line.stiffness * speed) / line.inertia
-    after_rest = breakaway(given, 1) == 0.0
-    for sequence, limit in (((1, -1), acceleration), ((1, 0), 0.5 * jerk)):
-        bvp = SegmentBVP(sequence, 1)
-        expected = acceleration if sequence == (1, 0) and not after_rest else limit
-        for length in (0.0, 1e-12, 1e-9):
-            unknowns = np.array([phase, theta, phase + length, theta])
-            values, _ = bvp.linearize(unknowns, given)
-            assert values[1] == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("sequence", ["reversals", "rest between slips one way"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import shutil
 import signal
@@ -12,7 +11,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -84,12 +83,12 @@ def path(tmp_path: Path) -> Path:
 # Contents
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(data=st.data())
 def test_any_shape_reads_back(data: st.DataObject) -> None:
     """In any chunks written in any order, in whole and in parts."""
     names = data.draw(st.permutations(["eta", "F0", "initial_angle"]))
-    sizes = data.draw(st.lists(st.integers(1, 6), min_size=1, max_size=3))
+    sizes = data.draw(st.lists(st.integers(1, 4), min_size=1, max_size=3))
     axes = {name: np.linspace(0.01, 0.1, size) for name, size in zip(names, sizes, strict=False)}
     follow = data.draw(st.sampled_from([None, names[0]]))
     keep = data.draw(st.booleans())
@@ -209,22 +208,20 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 @forks
-def test_killed_at_random_instants_of_a_sweep(server: Server, tmp_path: Path) -> None:
+def test_killed_at_any_stage_of_a_sweep(server: Server, tmp_path: Path) -> None:
     sweep(tmp_path / "whole.zarr")
     expected = contents(tmp_path / "whole.zarr")
-    rng = np.random.default_rng(20)
-    kills, found, path = 0, set(), tmp_path / "killed0.zarr"
-    stores = [path]
-    while kills < 20:
-        assert len(stores) < 60, "the runs end before they are killed"
+    stores, found = [tmp_path / "killed0.zarr"], set()
+    for chunks in (0, 0, 1, 2, 4, 6, 8, 10, 12):
+        path, patience = stores[-1], time.monotonic() + 60.0
         pid = server.start("sweep", path)
-        time.sleep(rng.uniform(0.0, 0.15))
+        while len(list(path.glob("results/c/0/*"))) < chunks:
+            assert time.monotonic() < patience
+            time.sleep(1e-3)
         os.kill(pid, signal.SIGKILL)
         if server.ended() == 0:
-            path = tmp_path / f"killed{len(stores)}.zarr"
-            stores.append(path)
+            stores.append(tmp_path / f"killed{len(stores)}.zarr")
             continue
-        kills += 1
         files = contents(path) if path.exists() else {}
         found.add(len(files))
         for name in set(files) & set(expected):
@@ -234,45 +231,6 @@ def test_killed_at_random_instants_of_a_sweep(server: Server, tmp_path: Path) ->
         assert contents(path) == expected
     # The kills came at different stages, or this has shown little.
     assert len(found) > 2
-
-
-@forks
-def test_killed_at_every_step_of_a_chunk(
-    server: Server, path: Path, whole: dict[str, bytes]
-) -> None:
-    for step, done in ((0, 0), (1, 0), (2, 1)):
-        server.start(f"die{step}", path)
-        assert server.ended() == -signal.SIGKILL
-        assert len(list(path.rglob("*.partial"))) == (step < 2)
-        xr.open_dataset(path, engine=StoreBackend).load()
-        with reopen(path) as store:
-            assert len(store.completed()) == done
-            assert store.damaged == []
-        assert not list(path.rglob("*.partial"))
-    fill(path)
-    assert contents(path) == whole
-
-
-def test_killed_while_it_is_created(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before all of its files are there, nothing has the name of the store."""
-    real, left = Path.write_bytes, 0
-
-    def write_bytes(self: Path, content: bytes) -> int:
-        nonlocal left
-        left -= 1
-        if left < 0:
-            raise KeyboardInterrupt
-        return real(self, content)
-
-    monkeypatch.setattr(Path, "write_bytes", write_bytes)
-    for before in range(2):
-        left = before
-        with pytest.raises(KeyboardInterrupt):
-            begin(tmp_path / "sweep.zarr")
-        assert list(tmp_path.iterdir()) == []
-    left = 2
-    begin(tmp_path / "sweep.zarr").close()
-    assert left == 0
 
 
 # Damage
@@ -290,6 +248,7 @@ DAMAGES: dict[str, Any] = {
     "three bytes": lambda file: os.truncate(file, 3),
     "four zeros": lambda file: file.write_bytes(bytes(4)),
     "empty": lambda file: os.truncate(file, 0),
+    "missing": Path.unlink,
 }
 
 
@@ -300,21 +259,12 @@ def test_damaged_chunks_are_found_and_repaired(
 ) -> None:
     put(path, whole)
     DAMAGES[damage](path / key(index))
-    with pytest.raises((ValueError, RuntimeError)):
+    missing = damage == "missing"
+    with nullcontext() if missing else pytest.raises((ValueError, RuntimeError)):
         xr.open_dataset(path, engine=StoreBackend)["angle"].load()
     with reopen(path) as store:
         assert store.completed() == set(CHUNKS.indices()) - {index}
-        assert [one.chunk for one in store.damaged] == [index]
-    fill(path)
-    assert contents(path) == whole
-
-
-def test_missing_chunks_are_computed_again(path: Path, whole: dict[str, bytes]) -> None:
-    put(path, whole)
-    (path / key(INNER)).unlink()
-    with reopen(path) as store:
-        assert store.completed() == set(CHUNKS.indices()) - {INNER}
-        assert store.damaged == []
+        assert [one.chunk for one in store.damaged] == ([] if missing else [index])
     fill(path)
     assert contents(path) == whole
 
@@ -326,7 +276,7 @@ def test_any_flipped_bit_is_found_or_harmless(
     put(path, whole)
     expected = xr.open_dataset(path, engine=StoreBackend).load()
     rng = np.random.default_rng(7)
-    for bit in rng.choice(8 * len(whole[name]), 60, replace=False):
+    for bit in rng.choice(8 * len(whole[name]), 20, replace=False):
         altered = bytearray(whole[name])
         altered[bit // 8] ^= 1 << bit % 8
         (path / name).write_bytes(altered)
@@ -336,7 +286,7 @@ def test_any_flipped_bit_is_found_or_harmless(
 
 
 @pytest.mark.parametrize("name", ["zarr.json", "results/zarr.json"])
-@pytest.mark.parametrize("damage", [*DAMAGES, "missing", "of another", "no table"])
+@pytest.mark.parametrize("damage", [*DAMAGES, "of another", "no table"])
 def test_damaged_metadata_is_refused(
     path: Path, whole: dict[str, bytes], name: str, damage: str
 ) -> None:
@@ -346,7 +296,7 @@ def test_damaged_metadata_is_refused(
     elif damage == "no table":
         (path / name).write_text("[1]")
     else:
-        {**DAMAGES, "missing": Path.unlink}[damage](path / name)
+        DAMAGES[damage](path / name)
     before = contents(path)
     with pytest.raises(InputError, match=name):
         reopen(path)
@@ -460,42 +410,6 @@ def test_two_create_at_once(path: Path, monkeypatch: pytest.MonkeyPatch, resume:
 
 
 # Disks
-
-
-def test_a_write_that_fails_leaves_nothing(
-    path: Path, whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The disk is full in the middle of the file of a chunk."""
-    real = Path.open
-
-    class Full:
-        def __init__(self, file: Any) -> None:
-            self.file = file
-
-        def __enter__(self) -> Full:
-            return self
-
-        def __exit__(self, *_: object) -> None:
-            self.file.close()
-
-        def write(self, content: Any) -> None:
-            self.file.write(bytes(content)[: len(content) // 2])
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    def opened(self: Path, *arguments: Any, **options: Any) -> Any:
-        file = real(self, *arguments, **options)
-        return Full(file) if self.suffix == ".partial" else file
-
-    with begin(path, INNER, (0, 0)) as store:
-        before = contents(path)
-        monkeypatch.setattr(Path, "open", opened)
-        for index in (CORNER, INNER):
-            with pytest.raises(OutputError, match="2 of 18 chunks"):
-                store.write(index, results(PLAN, CHUNKS, index))
-        monkeypatch.undo()
-        assert contents(path) == before
-    fill(path)
-    assert contents(path) == whole
 
 
 @pytest.fixture

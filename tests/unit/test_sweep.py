@@ -192,26 +192,6 @@ def test_speeds_at_which_a_law_bends_may_depend_on_swept_parameters(follow) -> N
             assert point["final_angle"] == pytest.approx(alone.attrs["final_angle"], abs=1e-10)
 
 
-def test_a_group_follows_the_law_that_it_refers_to() -> None:
-    """The slope that gives an eta depends on the reference coefficient of the friction law."""
-
-    class Scaled(WideningTable):
-        scale: float = parameter("coefficient", symbol="-", unit="1", example=0.3, gt=0)
-
-        @property
-        def reference(self):
-            return self.scale
-
-    base = SYSTEM.replace(friction=Scaled(width=0.2, drop=0.0, bends=0.0, scale=0.3))
-    found = wb.sweep(base, eta=[-24.0, -10.0], scale=[0.2, 0.4], periods=8, transient=2)
-    for i, eta in enumerate((-24.0, -10.0)):
-        for j, scale in enumerate((0.2, 0.4)):
-            alone = wb.simulate(base.replace(scale=scale, eta=eta), periods=8, times=())
-            assert found["final_angle"][i, j] == pytest.approx(
-                alone.attrs["final_angle"], abs=1e-10
-            )
-
-
 def test_bad_points_say_so_and_end_nothing() -> None:
     """Diverging, self-locking, impossible and event-ridden points among good ones."""
     alphas = wb.sweep(
@@ -231,11 +211,6 @@ def test_bad_points_say_so_and_end_nothing() -> None:
     few = wb.sweep(SYSTEM, eta=[-24.0], max_events=100)
     assert few["status"].values[0] == PointStatus.EVENT_LIMIT
     assert few["motion"].values[0] == MotionClass.UNDECIDED
-
-
-def test_kinetic_beyond_static_is_invalid() -> None:
-    found = wb.sweep(SYSTEM.replace(static=0.32), periods=5, transient=1, kinetic=[0.3, 0.4])
-    assert found["status"].values.tolist() == [PointStatus.COMPLETED, PointStatus.INVALID]
 
 
 def test_follow_goes_up_and_down() -> None:
@@ -415,13 +390,6 @@ def test_time_left_leaves_out_what_came_before_the_first_points(monkeypatch) -> 
     meter.add(10)
     assert seen[-1].left == pytest.approx(8.0)
     assert seen[-1].rate == pytest.approx(20 / 21)
-
-
-def test_progress_counts_every_point() -> None:
-    seen = []
-    wb.sweep(SYSTEM, eta=ETAS, periods=20, transient=10, progress=seen.append)
-    assert seen[-1].done == seen[-1].total == 25
-    assert seen[-1].rate > 0.0
 
 
 def test_an_interrupt_leaves_a_store_to_go_on_with(tmp_path) -> None:

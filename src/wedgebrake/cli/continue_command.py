@@ -19,16 +19,13 @@ from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study
 from wedgebrake.orbits.branch import Branch, check_step
-from wedgebrake.orbits.branch_point import BranchPoint
 from wedgebrake.orbits.codim2 import boundary
-from wedgebrake.orbits.dataset import Followed, assemble
-from wedgebrake.orbits.diagram import follow
-from wedgebrake.orbits.orbit import Orbit, OrbitStatus
+from wedgebrake.orbits.diagram import Followed, assemble, follow
+from wedgebrake.orbits.orbit import BranchPoint, Orbit, OrbitStatus
 from wedgebrake.orbits.problem import Range, make_ranges, value_of
 from wedgebrake.orbits.shooting import check, orbit_to_follow
-from wedgebrake.sweeps.bifurcation import bifurcation
 from wedgebrake.sweeps.progress import Progress
-from wedgebrake.sweeps.regime_map import regime_map
+from wedgebrake.sweeps.sweep import bifurcation, regime_map
 
 if TYPE_CHECKING:
     import xarray as xr

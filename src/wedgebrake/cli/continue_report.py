@@ -9,12 +9,10 @@ import numpy as np
 from wedgebrake.cli.output import describe, header, timed, with_unit
 from wedgebrake.dynamics.enums import MotionClass, motion_word
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.orbits.bifurcation_types import Kind, Scenario
-from wedgebrake.orbits.branch_point import BranchPoint
-from wedgebrake.orbits.dataset import Followed
-from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.bifurcation_types import Kind, Scenario, stability_intervals
+from wedgebrake.orbits.diagram import Followed
+from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.problem import Range
-from wedgebrake.orbits.stability_intervals import stability_intervals
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,10 +17,8 @@ from wedgebrake.model.study import Study
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.validation import shown
 from wedgebrake.sweeps.basins import basins
-from wedgebrake.sweeps.bifurcation import bifurcation
 from wedgebrake.sweeps.progress import Progress
-from wedgebrake.sweeps.regime_map import regime_map
-from wedgebrake.sweeps.sweep import StoreWarning, sweep
+from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,36 +2,22 @@
 
 What an orbit is:
 
-section        where orbits are sampled, and whether two of them agree
-problem        the system, the parameters that vary, and their ranges
-equations      the protocol of an orbit's equations, stated in two ways:
-segment_bvp    set-valued friction: a boundary-value problem of segments, with its kernels
-               ``segment_kernel`` (equations), ``segment_margins`` (distances from where a
-               segment begins or ceases to be) and ``segment_orbit`` (log, extremes, monodromy)
-stroboscopic_map  smooth friction: multiple shooting from period to period
+problem            a system whose parameters vary, in ranges; section, measures, multipliers
+segment_bvp        set-valued friction: a boundary-value problem of segments, with its kernels
+                   ``segment_kernel`` (equations) and ``segment_orbit`` (log, extremes, monodromy
+                   matrix, and distances from where a segment begins or ceases to be)
+stroboscopic_map   smooth friction: multiple shooting from period to period
+curves             an orbit at given parameters; orbits and bifurcations as curves
+orbit              one orbit, and a point of a branch, as results
 
-How it is found and continued:
+How it is found, continued and changes:
 
-curves         an orbit at given parameters; orbits and bifurcations as curves
-palc           pseudo-arclength continuation: Newton's method, tangent and step length
-orbit          one orbit as a result
-shooting       ``orbit``: near a guess, by Newton's method
-branch_point   an orbit on a branch
-branch         ``continuation``: one branch, point by point
-deduplication  orbits and branches that have already been computed
-
-Where it changes:
-
-bifurcation_types      the bifurcations by name
-bifurcation_detection  their location between two points of a branch
-discontinuity_induced  the sequence of segments beyond a bifurcation of friction
-branch_restart         the branch beyond it, and the onset of permanent sticking
-branch_switching       the branches that leave a bifurcation
-
-All together:
-
-diagram        ``branches``: all branches from the ends of a range
-dataset        branches as a dataset
-stability_intervals  where a branch is stable
-codim2         ``boundary`` and ``boundaries``: bifurcations over two parameters
+shooting               ``orbit``: near a guess, by Newton's method
+palc                   pseudo-arclength continuation, and bifurcations between two points
+branch                 ``continuation``: one branch, point by point
+bifurcation_types      the bifurcations by name, and the stable intervals between them
+discontinuity_induced  the segments beyond a bifurcation of friction, and the branch with them
+branch_switching       branches that leave a bifurcation, and those already computed
+diagram                ``branches``: all branches from the ends of a range, as a dataset
+codim2                 ``boundary`` and ``boundaries``: bifurcations over two parameters
 """

@@ -12,34 +12,27 @@ import numpy as np
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
 from wedgebrake.model.validation import check_instance, check_number, check_whole, shown
-from wedgebrake.orbits.bifurcation_detection import (
-    Step,
-    first_vanishing,
-    smooth_bifurcations,
-    tests,
-)
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
-from wedgebrake.orbits.branch_point import BranchPoint
-from wedgebrake.orbits.branch_restart import (
+from wedgebrake.orbits.branch_switching import CLOSED, Mark, reached, way
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
+from wedgebrake.orbits.discontinuity_induced import (
+    ALL_SLIP_ENDS,
     PERMANENT,
     onset_of_permanent_sticking,
     restart,
 )
-from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
-from wedgebrake.orbits.deduplication import CLOSED, Mark, reached, way
-from wedgebrake.orbits.discontinuity_induced import ALL_SLIP_ENDS
-from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.palc import (
     CurvePoint,
     NotConvergedError,
+    Step,
     StepLength,
     corrected,
-    newton,
-    tangent,
+    first_vanishing,
+    smooth_bifurcations,
 )
-from wedgebrake.orbits.problem import OrbitProblem, make_ranges, value_of
-from wedgebrake.orbits.section import FloatArray
-from wedgebrake.orbits.segment_margins import violated
+from wedgebrake.orbits.problem import FloatArray, OrbitProblem, make_ranges, value_of
+from wedgebrake.orbits.segment_orbit import violated
 
 STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
@@ -150,13 +143,12 @@ class Branch(Result, Iterator[BranchPoint]):
         start = self.start
         self._curve = OrbitCurve(start)
         y = self._curve.scaled(start)
-        held = np.zeros(y.size)
-        held[-1] = 1.0 if self.rising else -1.0
-        along = start.direction if start.direction.size else held
-        y, matrix = newton(self._curve, y, along)
-        # Not by the last bit off the value that it is an orbit of.
-        y[-1] = start.values[-1] / self._curve.scales[-1] if not start.direction.size else y[-1]
-        self._now = CurvePoint(y, matrix, tangent(matrix, along))
+        if start.direction.size:
+            self._now = corrected(self._curve, y, start.direction)
+        else:
+            self._now = corrected(self._curve, y, np.eye(y.size)[-1] * (1 if self.rising else -1))
+            # Not by the last bit off the value that it is an orbit of.
+            self._now.y[-1] = start.values[-1] / self._curve.scales[-1]
         # Where a system is symmetric at one value only its orbits are: they meet no parent there.
         self._odd = all(has_odd_symmetry(start.problem.system((bound,))) for bound in self.bounds)
         # A symmetric orbit, or one of one period, meets no parent.
@@ -285,12 +277,11 @@ class Branch(Result, Iterator[BranchPoint]):
         # To the end of the range and no further: beyond, there may be no such system.
         bound = low if guess[-1] < low else high
         share = (bound - before.y[-1]) / before.direction[-1]
-        guess, held = before.y + share * before.direction, np.zeros(guess.size)
-        held[-1] = 1.0
+        guess = before.y + share * before.direction
         guess[-1] = bound
-        y, matrix = newton(self._curve, guess, held)
-        y[-1] = bound
-        return CurvePoint(y, matrix, tangent(matrix, before.direction)), True
+        after = corrected(self._curve, guess, np.eye(guess.size)[-1], before.direction)
+        after.y[-1] = bound
+        return after, True
 
     def _rescale(self) -> None:
         """Take the scales of the present orbit if it has outgrown those of the branch."""
@@ -373,9 +364,9 @@ class Branch(Result, Iterator[BranchPoint]):
         """The bifurcations of the orbit's derivative inside a step, without some kinds."""
         points = []
         for s, kind in smooth_bifurcations(step, until):
+            at = step.at(s)
             if kind in excluded:
                 continue
-            at = step.at(s)
             if kind is Kind.BRANCH_POINT and self._at(at).is_symmetric():
                 kind = Kind.SYMMETRY_BREAKING
             length = float(np.linalg.norm(at.y - step.start.y))
@@ -407,9 +398,8 @@ class Branch(Result, Iterator[BranchPoint]):
             self._queue.append(point)
             self._next_end = beyond.why
             return True
-        here = tests(self._curve, at.y)
         self._curve, self._now = beyond.curve, beyond.point
-        change = _change(here, tests(self._curve, self._now.y))
+        change = _change(point.tests, self._at(self._now).tests)
         told = replace(point, bifurcation=replace(beyond.bifurcation, change=change))
         self._queue.extend([told, self._point(self._now)])
         self._length = StepLength(self.largest)

@@ -12,7 +12,6 @@ import numpy as np
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
-from wedgebrake.orbits.bifurcation_detection import Step, tests
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.branch import (
     COLLAPSED,
@@ -24,28 +23,25 @@ from wedgebrake.orbits.branch import (
     check_step,
     doubling_of,
 )
-from wedgebrake.orbits.branch_point import BranchPoint
 from wedgebrake.orbits.curves import (
     BifurcationCurve,
     OrbitCurve,
     OrbitSolution,
     has_odd_symmetry,
 )
-from wedgebrake.orbits.dataset import multiplier_columns, provenance
-from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow
+from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow, multiplier_columns, provenance
 from wedgebrake.orbits.discontinuity_induced import leading_quantity, transition
+from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import (
     FAILED,
     CurvePoint,
     NotConvergedError,
+    Step,
     StepLength,
     corrected,
-    newton,
-    tangent,
 )
-from wedgebrake.orbits.problem import OrbitProblem, Range, make_ranges, value_of
-from wedgebrake.orbits.section import FloatArray
-from wedgebrake.orbits.segment_margins import violated
+from wedgebrake.orbits.problem import FloatArray, OrbitProblem, Range, make_ranges, value_of
+from wedgebrake.orbits.segment_orbit import violated
 from wedgebrake.orbits.shooting import check
 
 if TYPE_CHECKING:
@@ -176,15 +172,14 @@ def boundaries(
     followed = follow(
         first, over, switch=switch, opposite=opposite, step=step, points=points, progress=progress
     )
-    found = [point for one in followed for point in one.branch.bifurcations]
-    wanted = [
-        point
-        for point in found
+    return [
+        boundary(point, step=step, points=points, **parameters)
+        for one in followed
+        for point in one.branch.bifurcations
         if point.bifurcation is not None
         and point.bifurcation.kind.value in (kinds or allowed)
         and point.can_be_followed
     ]
-    return [boundary(point, step=step, points=points, **parameters) for point in wanted]
 
 
 class _Boundary:
@@ -223,7 +218,7 @@ class _Boundary:
     def _condition(self, y: FloatArray) -> float:
         """The function that vanishes on the curve."""
         if self.bifurcation.kind in _TESTS:
-            return tests(self.orbits, y)[_TESTS[self.bifurcation.kind]]
+            return self.orbits.solution(y).tests[_TESTS[self.bifurcation.kind]]
         quantity = leading_quantity(self.bifurcation.margins)
         margin = next(one for one in self.bifurcation.margins if one.quantity == quantity)
         return float(self.orbits.solution(y).margins[margin.segment][quantity])
@@ -233,15 +228,11 @@ class _Boundary:
         import xarray as xr
 
         (back, begin), (on, end) = self._halves()
-        points = [
-            BranchPoint.of(self.orbits.solution(at.y), at.direction)
-            for at in (*reversed(back[1:]), *on)
-        ]
+        every = [*reversed(back[1:]), *on]
+        points = [BranchPoint.of(self.orbits.solution(at.y), at.direction) for at in every]
         section = np.array([point.points[0] for point in points])
-        values = {
-            one.name: np.array([point.values[i] for point in points])
-            for i, one in enumerate(self.ranges)
-        }
+        values = np.array([point.values for point in points])
+        columns = {one.name: column for one, column in zip(self.ranges, values.T, strict=True)}
         equations, problem = self.orbits.equations, self.orbits.problem
         return xr.Dataset(
             {
@@ -251,7 +242,7 @@ class _Boundary:
                     "point", section[:, 1], {"units": "rad/s", "long_name": "velocity at t = 0"},
                 ),
             },
-            coords={one.dim: ("point", values[one.name], one.attributes()) for one in ranges},
+            coords={one.dim: ("point", columns[one.name], one.attributes()) for one in ranges},
             attrs={
                 "kind": "boundary",
                 "bifurcation": self.bifurcation.kind.value,
@@ -267,12 +258,17 @@ class _Boundary:
         )  # fmt: skip
 
     def _halves(self) -> list[tuple[list[CurvePoint], str]]:
-        """The curve against its direction and along it, and why each half ends."""
+        """The curve against its direction and along it, and why each half ends.
+
+        The first point is solved with either parameter held.
+        """
         size = self.start.size
-        across = np.zeros((2, size))
-        across[0, -2], across[1, -1] = 1.0, 1.0
+        *_, first, second = np.eye(size)
         try:
-            start = self._first_point(across)
+            try:
+                start = corrected(self.curve, self.start, second)
+            except NotConvergedError:
+                start = corrected(self.curve, self.start, first, second)
         except FAILED:
             alone = CurvePoint(self.start, np.empty((0, 0)), np.zeros(size))
             return [([alone], "the curve has no direction here")] * 2
@@ -281,15 +277,8 @@ class _Boundary:
             # One way round is all of it.
             return [([start], _CLOSED), on]
         # If the curve has not quite closed, back only to the end of the other half.
-        return [self._half(_reversed(start), _reversed(on[0][-1])), on]
-
-    def _first_point(self, across: FloatArray) -> CurvePoint:
-        """The first point, solved with either parameter held."""
-        try:
-            y, matrix = newton(self.curve, self.start, across[1])
-        except NotConvergedError:
-            y, matrix = newton(self.curve, self.start, across[0])
-        return CurvePoint(y, matrix, tangent(matrix, across[1]))
+        begin, goal = (at._replace(direction=-at.direction) for at in (start, on[0][-1]))
+        return [self._half(begin, goal), on]
 
     def _half(self, start: CurvePoint, goal: CurvePoint) -> tuple[list[CurvePoint], str]:
         """The curve in one direction, and why it ends.
@@ -336,8 +325,9 @@ class _Boundary:
         def beyond_goal(there: CurvePoint) -> float:
             return float(goal.direction[-2:] @ (there.y - goal.y)[-2:])
 
-        halves = self._half_difference(step.start) * self._half_difference(after)
-        if float(np.sum(halves)) < 0.0:
+        begin, end, last = (self.orbits.solution(at.y) for at in (step.start, after, goal))
+        halves = [one.section.half_difference(one.points) for one in (begin, end)]
+        if np.sum(halves[0] * halves[1]) < 0.0:
             # The halves of the orbit have changed places: the curve has passed through an orbit of
             # half the periods and retraces its own points, half an orbit later. No root is located,
             # because points between may be on the curve of that orbit; the step is shortened until
@@ -345,21 +335,11 @@ class _Boundary:
             raise NotConvergedError
         if beyond_goal(step.start) < 0.0 <= beyond_goal(after):
             at = step.at(step.root(beyond_goal))
-            if self._is_same(at, goal):
+            points, apart = self.orbits.solution(at.y).points, (at.y - goal.y)[-2:]
+            same = last.section.same_orbit(points, last.points, _SAME)
+            if same and np.linalg.norm(apart) <= _SAME:
                 return at
         return None
-
-    def _is_same(self, one: CurvePoint, other: CurvePoint) -> bool:
-        """Return True if two points are one orbit, at any shift by whole periods."""
-        if np.linalg.norm((one.y - other.y)[-2:]) > _SAME:
-            return False
-        first, second = self.orbits.solution(one.y), self.orbits.solution(other.y)
-        return second.section.same_orbit(first.points, second.points, _SAME)
-
-    def _half_difference(self, at: CurvePoint) -> FloatArray:
-        """Difference of the orbit's halves, which vanishes where they are the same."""
-        there = self.orbits.solution(at.y)
-        return there.section.half_difference(there.points)
 
     def _end_at(self, at: CurvePoint) -> str:
         """Why a point is no longer on the curve; empty where it is."""
@@ -383,8 +363,3 @@ class _Boundary:
         if self.bifurcation.kind is Kind.NEIMARK_SACKER and not abs(trace) < 2.0:
             return "both multipliers are real: a resonance 1:1 or 1:2"
         return "" if math.isfinite(trace) else "the multipliers are infinite"
-
-
-def _reversed(at: CurvePoint) -> CurvePoint:
-    """A point of a curve followed in the opposite direction."""
-    return at._replace(direction=-at.direction)

@@ -5,15 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.errors import InputError
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.orbits.equations import Equations, Measures, NoOrbitError
-from wedgebrake.orbits.problem import OrbitProblem
-from wedgebrake.orbits.section import SAME, FloatArray, Records, Section
+from wedgebrake.orbits.problem import (
+    SAME,
+    FloatArray,
+    Measures,
+    NoOrbitError,
+    OrbitProblem,
+    Records,
+    Section,
+)
+from wedgebrake.orbits.segment_orbit import violated
+
+if TYPE_CHECKING:
+    from wedgebrake.orbits.segment_bvp import SegmentBVP
+    from wedgebrake.orbits.stroboscopic_map import StroboscopicMap
 
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small.
 _DIFFERENCE = 1e-6
@@ -32,13 +42,13 @@ class OrbitSolution:
 
     problem: OrbitProblem
     values: tuple[float, ...]
-    equations: Equations
+    equations: SegmentBVP | StroboscopicMap
     unknowns: FloatArray
 
     @cached_property
     def kernel_problem(self) -> Any:
         """The system as the kernels take it; raises ``NoOrbitError`` where there is none."""
-        return _kernel_problem(self.problem, self.values)
+        return self.problem.kernel_problem(self.values)
 
     @cached_property
     def system(self) -> BrakedDriveline:
@@ -70,16 +80,31 @@ class OrbitSolution:
         """Trace and determinant of the monodromy matrix."""
         return self.equations.invariants(self.unknowns, self.kernel_problem)
 
+    @property
+    def tests(self) -> dict[str, float]:
+        """Test functions, which vanish where a multiplier is 1, -1, or a pair has modulus 1."""
+        trace, determinant = self.invariants
+        return {
+            "one": 1.0 - trace + determinant,
+            "minus one": 1.0 + trace + determinant,
+            "torus": determinant - 1.0,
+        }
+
     @cached_property
     def margins(self) -> Records:
-        """Distances from where a solution is no orbit, as of its ``Equations``."""
+        """Distances from where a solution is no orbit: a row of ``MARGINS`` for each segment."""
         return self.equations.margins(self.unknowns, self.kernel_problem)
 
     @property
     def follows_flow(self) -> bool:
-        """Return True if the flow passes through the solution and returns."""
+        """True if the flow passes through the solution and returns."""
         growth = abs(self.invariants[0])
         return self.equations.follows_flow(self.unknowns, self.kernel_problem, growth)
+
+    @property
+    def is_orbit(self) -> bool:
+        """True if the solution of the equations is an orbit of the system."""
+        return not violated(self.margins) and self.follows_flow
 
     def prime_order(self, tolerance: float = SAME) -> int:
         """Fewest periods of the torque after which the orbit repeats."""
@@ -95,13 +120,6 @@ class OrbitSolution:
     def mirror_difference(self, tolerance: float) -> FloatArray:
         """Difference of the orbit to its mirror image half an orbit later."""
         return self.equations.mirror_difference(self.unknowns, self.system, tolerance)
-
-
-def _kernel_problem(problem: OrbitProblem, values: tuple[float, ...]) -> Any:
-    try:
-        return problem.kernel_problem(values)
-    except InputError as error:
-        raise NoOrbitError(str(error)) from None
 
 
 def has_odd_symmetry(system: BrakedDriveline) -> bool:
@@ -149,13 +167,13 @@ class OrbitCurve:
     def residual(self, y: FloatArray) -> FloatArray:
         """F(y)."""
         unknowns, values = self._unscaled(y)
-        return self.equations.residual(unknowns, _kernel_problem(self.problem, values))
+        return self.equations.residual(unknowns, self.problem.kernel_problem(values))
 
     def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F(y) and its derivative; that by the parameters from differences."""
         size, (unknowns, values) = self.equations.size, self._unscaled(y)
-        kernel_problem = _kernel_problem(self.problem, values)
-        residual, matrix = self.equations.linearize(unknowns, kernel_problem)
+        problem = self.problem.kernel_problem(values)
+        residual, matrix = self.equations.linearize(unknowns, problem)
         columns = [matrix * self.scales[:size]]
         columns += [difference(self.residual, y, i)[:, None] for i in range(size, y.size)]
         return residual, np.hstack(columns)
@@ -182,17 +200,15 @@ def difference(
     function: Callable[[FloatArray], FloatArray], y: FloatArray, column: int
 ) -> FloatArray:
     """Derivative by one unknown: a central difference, one-sided where one side has no value."""
-    ends, steps = [], []
+    ends, width = [], 0.0
     for sign in (1.0, -1.0):
         there = y.copy()
         there[column] += sign * _DIFFERENCE
         try:
             ends.append(function(there))
+            width += _DIFFERENCE
         except NoOrbitError:
             ends.append(function(y))
-            steps.append(0.0)
-        else:
-            steps.append(_DIFFERENCE)
-    if sum(steps) == 0.0 or not all(np.all(np.isfinite(end)) for end in ends):
+    if width == 0.0 or not np.all(np.isfinite(ends)):
         raise NoOrbitError
-    return np.asarray((ends[0] - ends[1]) / sum(steps))
+    return np.asarray((ends[0] - ends[1]) / width)

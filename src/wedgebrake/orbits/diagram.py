@@ -1,24 +1,23 @@
-"""The bifurcation diagram: all branches from the ends of a range, and ``branches``."""
+"""``branches``: all branches from the ends of a range, and their dataset."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake._version import __version__
 from wedgebrake.errors import InputError
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole
 from wedgebrake.orbits.branch import LONGEST_STEP, POINTS, STEP, Branch, continuation
-from wedgebrake.orbits.branch_point import BranchPoint
-from wedgebrake.orbits.branch_switching import leaving
-from wedgebrake.orbits.dataset import Followed, assemble
-from wedgebrake.orbits.deduplication import CLOSED, lies_on, marks
-from wedgebrake.orbits.orbit import Orbit
-from wedgebrake.orbits.problem import Range, make_ranges
-from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.branch_switching import CLOSED, leaving, lies_on, marks
+from wedgebrake.orbits.orbit import BranchPoint, Orbit
+from wedgebrake.orbits.problem import FloatArray, Range, make_ranges
 from wedgebrake.orbits.shooting import check, orbit, orbit_to_follow
 
 if TYPE_CHECKING:
@@ -37,6 +36,29 @@ _LIKE = 0.02
 _NEAR = 1e-3
 # How far beside the end of a branch the one that it has met is begun, as a share of the range.
 _ASIDE = 1e-3
+# Measures of a point, with unit and meaning.
+_MEASURES = {
+    "velocity_amplitude": ("rad/s", "half the range of the velocity"),
+    "angle_amplitude": ("rad", "half the range of the angle"),
+    "stick_share": ("1", "share of time at rest relative to the brake"),
+    "sticks_forward": ("1", "sticks entered from v > 0 in a period of the torque"),
+    "sticks_backward": ("1", "sticks entered from v < 0 in a period of the torque"),
+    "events": ("1", "events in a period of the torque"),
+    "peak_torque": ("N m", "largest |R F_mu|"),
+}
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A branch of a bifurcation diagram.
+
+    origin : number, among all bifurcations in their order, of the one it leaves; -1: none
+    begin  : why it begins where it does
+    """
+
+    branch: Branch
+    origin: int
+    begin: str
 
 
 def branches(
@@ -251,3 +273,112 @@ class _Diagram:
         )  # fmt: skip
         if found.found and not self.contains(found.points, value):
             yield found
+
+
+def assemble(system: BrakedDriveline, over: Range, followed: list[Followed]) -> xr.Dataset:
+    """One dataset of all branches, see ``branches``."""
+    import xarray as xr
+
+    points = [point for one in followed for point in one.branch.points]
+    numbers = np.repeat(np.arange(len(followed)), [len(one.branch.points) for one in followed])
+    numbers = numbers.astype(np.int32)
+    places = [place for place, point in enumerate(points) if point.bifurcation is not None]
+    found = [point.bifurcation for point in points if point.bifurcation is not None]
+    words = {
+        "bifurcation_kind": [one.kind.value for one in found],
+        "bifurcation_effect": [one.effect for one in found],
+        "bifurcation_scenario": [one.scenario.value for one in found],
+        "bifurcation_sentence": [one.sentence for one in found],
+    }
+    of_branches: dict[str, tuple[list[Any], Any]] = {
+        "branch_order": ([one.branch.points[-1].order for one in followed], np.int16),
+        "branch_origin": ([one.origin for one in followed], np.int32),
+        "branch_begin": ([one.begin for one in followed], object),
+        "branch_end": ([one.branch.end for one in followed], object),
+    }
+    values = np.array([point.value for point in points])
+    return xr.Dataset(
+        {
+            **_of_points(points),
+            **{
+                name: ("branch_number", np.array(column, dtype=kind))
+                for name, (column, kind) in of_branches.items()
+            },
+            **{
+                name: ("bifurcation", np.array(texts, dtype=object))
+                for name, texts in words.items()
+            },
+            "bifurcation_value": ("bifurcation", values[places], over.attributes()),
+            "bifurcation_point": ("bifurcation", np.array(places, dtype=np.int64)),
+            "bifurcation_branch": ("bifurcation", numbers[places]),
+        },
+        coords={
+            over.dim: ("point", values, over.attributes()),
+            "branch": ("point", numbers, {"long_name": "number of the branch, from 0"}),
+        },
+        attrs={
+            "kind": "orbits",
+            "parameter": over.dim,
+            "range": [over.first, over.last],
+            **provenance(system, points[0].problem.method),
+        },
+    )
+
+
+def provenance(system: BrakedDriveline, method: str) -> dict[str, str]:
+    """Attributes that tell how orbits were computed."""
+    return {
+        "method": method,
+        "system": json.dumps(system.as_dict()),
+        "groups": json.dumps(system.groups.as_dict()),
+        "wedgebrake": __version__,
+    }
+
+
+def multiplier_columns(points: list[BranchPoint]) -> dict[str, Any]:
+    """Real and imaginary parts of the multipliers."""
+    values = np.array([point.multipliers for point in points])
+    words = {"units": "1", "long_name": "Floquet multipliers, the larger modulus first"}
+    dims = ("point", "multiplier")
+    return {
+        "multiplier_real": (dims, values.real, words),
+        "multiplier_imag": (dims, values.imag, words),
+    }
+
+
+def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
+    section = np.full((len(points), max(point.order for point in points), 2), np.nan)
+    for row, point in zip(section, points, strict=True):
+        row[: point.order] = point.points
+    with np.errstate(divide="ignore"):
+        exponents = [
+            np.log(abs(point.multipliers[0])) / point.section.duration(point.order)
+            for point in points
+        ]
+    orders = np.array([point.order for point in points], dtype=np.int16)
+    sequences = np.array([point.sequence for point in points], dtype=object)
+    returns, where = ("point", "return"), "at t = 0, T, 2 T, ..."
+    columns: dict[str, tuple[Any, Any, str, str]] = {
+        "angle": (returns, section[:, :, 0], "rad", f"angle {where}"),
+        "velocity": (returns, section[:, :, 1], "rad/s", f"velocity {where}"),
+        "order": ("point", orders, "1", "periods of the torque in the orbit"),
+        "arclength": (
+            "point", [point.arclength for point in points],
+            "1", "length along the branch, in the scales of its unknowns",
+        ),
+        "largest_exponent": ("point", exponents, "1/s", "largest Lyapunov exponent"),
+    } | {
+        name: ("point", [getattr(point.measures, name) for point in points], unit, meaning)
+        for name, (unit, meaning) in _MEASURES.items()
+    }  # fmt: skip
+    words = "segments in order: + forwards, - backwards, 0 rest, +1 the next piece of the law"
+    stable = {"long_name": "whether small deviations, that keep a rest, die out"}
+    return {
+        "stable": ("point", np.array([point.stable for point in points]), stable),
+        "sequence": ("point", sequences, {"long_name": words}),
+        **multiplier_columns(points),
+        **{
+            name: (dims, values, {"units": unit, "long_name": meaning})
+            for name, (dims, values, unit, meaning) in columns.items()
+        },
+    }

@@ -1,29 +1,42 @@
-"""Discontinuity-induced bifurcations: the segments of an orbit beyond one (docs/theory.md, 13).
+"""Discontinuity-induced bifurcations (docs/theory.md, 13): the segments of an orbit beyond one.
 
 Where a margin of an orbit vanishes a segment begins or ceases to be. The sequence of segments
-beyond is made by inserting a segment of length zero, or by removing one.
+beyond is made by inserting a segment of length zero, or by removing one, and the branch restarts
+with it; or all motion ends.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from wedgebrake.dynamics.harmonic import phase_of
 from wedgebrake.dynamics.problem import torque_rate_at_rest
-from wedgebrake.orbits.bifurcation_types import Kind, Margin
-from wedgebrake.orbits.curves import OrbitSolution
-from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
+from wedgebrake.orbits.palc import FAILED, CurvePoint, corrected
+from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 from wedgebrake.orbits.segment_bvp import Codes, SegmentBVP
 from wedgebrake.orbits.segment_kernel import breakaway
-from wedgebrake.orbits.segment_margins import QUANTITIES
+from wedgebrake.orbits.segment_orbit import QUANTITIES
 
 ALL_SLIP_ENDS = "all slip ends, permanent sticking begins"
 # A slip in the middle of a stick lasts three times as long as the torque takes to its extreme.
 _SHARE_OF_ADDED = 1.0 / 3.0
+PERMANENT = "permanent sticking: every angle that the brake holds is an equilibrium"
+# Lengths [rad] of inserted segments, in the order in which they are tried.
+_LENGTHS = (1e-3, 1e-4, 1e-2, 1e-5, 1e-6, 1e-7)
+# First steps beyond, as shares of the longest.
+_STEPS = (1e-3, 1e-4, 1e-2)
+# Slips shorter than this [rad] approach the onset of permanent sticking, which is no further
+# than this (scaled).
+_SHORT, _REACH = 0.05, 1e-3
+_TWO_SLIPS = (0, 1, 0, -1)
 
 
 class Node(NamedTuple):
@@ -87,19 +100,18 @@ class Transition:
 
 
 class _Place(NamedTuple):
-    """A segment at whose margin an orbit ends, with its neighbours."""
+    """A segment at whose margin an orbit ends, with its neighbours.
+
+    touched : code of the segment beyond the limit that is touched
+    """
 
     segment: int
     quantity: str
     before: int
     code: int
     after: int
+    touched: int
     margins: np.record
-
-    @property
-    def touched(self) -> int:
-        """Code of the segment beyond the limit that is touched."""
-        return self.code + (1 if self.margins["touch_side"] > 0.0 else -1)
 
 
 def transition(solution: OrbitSolution, margins: list[Margin]) -> Transition | None:
@@ -112,41 +124,36 @@ def transition(solution: OrbitSolution, margins: list[Margin]) -> Transition | N
     if equations.half:
         return _transition_of_half(solution, margins)
     quantity = leading_quantity(margins)
-    codes = equations.codes
-    places = [
-        _Place(
-            segment, quantity, codes[segment - 1], codes[segment],
-            codes[(segment + 1) % len(codes)], solution.margins[segment],
-        )
-        for segment in sorted(one.segment for one in margins if one.quantity == quantity)
-    ]  # fmt: skip
+    codes, places = equations.codes, []
+    for segment in sorted(one.segment for one in margins if one.quantity == quantity):
+        before, code, after = codes[segment - 1], codes[segment], codes[(segment + 1) % len(codes)]
+        own = solution.margins[segment]
+        touched = code + (1 if own["touch_side"] > 0.0 else -1)
+        places.append(_Place(segment, quantity, before, code, after, touched, own))
     kinds = {_kind(place) for place in places}
     kind = kinds.pop()
     if kinds or kind is None:
         return None
-    found = Transition(kind)
     if any(_jumps(solution, place) for place in places):
-        found.jump = True
-        return found
+        return Transition(kind, jump=True)
     nodes = [
         Node(code, float(unknowns[2 * i]), float(unknowns[2 * i + 1]))
         for i, code in enumerate(codes)
     ]
     # From the last on, so that numbers before stay what they are, but where the first goes too.
-    begun = [nodes[place.segment] for place in places]
+    begun, turn = [nodes[place.segment] for place in places], 2.0 * math.pi * equations.order
     for place, node in zip(reversed(places), reversed(begun), strict=True):
         if quantity == "duration":
-            nodes = _removed(nodes, nodes.index(node), 2.0 * math.pi * equations.order)
+            nodes = _removed(nodes, nodes.index(node), turn)
         else:
-            _insert(nodes, place, 2.0 * math.pi * equations.order)
+            _insert(nodes, place, turn)
     if len(nodes) > 1 and equations.is_mark(0):
         # An orbit with events needs no mark.
         del nodes[0]
     if not nodes and places[0].before != 0:
         angle, velocity = solution.points[0]
         nodes = [Node(places[0].before, float(velocity), float(angle))]
-    found.nodes = nodes
-    return found
+    return Transition(kind, nodes=nodes)
 
 
 def leading_quantity(margins: list[Margin] | tuple[Margin, ...]) -> str:
@@ -229,15 +236,146 @@ def _removed(nodes: list[Node], segment: int, turn: float) -> list[Node]:
     """Nodes without a segment of length zero; neighbours that are one segment then are joined."""
     count = len(nodes)
     before, after = nodes[segment - 1], nodes[(segment + 1) % count]
-    if before.code != after.code:
-        # The next one begins where this one did.
-        kept = list(nodes)
-        here = nodes[segment]
-        if segment + 1 == count:
-            kept[0] = here._replace(code=after.code, first=here.first - turn)
-        else:
-            kept[segment + 1] = here._replace(code=after.code)
-        del kept[segment]
-        return kept
-    gone = {segment, (segment + 1) % count}
-    return [node for number, node in enumerate(nodes) if number not in gone]
+    following = (segment + 1) % count
+    if before.code == after.code:
+        return [node for number, node in enumerate(nodes) if number not in (segment, following)]
+    # The next one begins where this one did.
+    here = nodes[segment]
+    first = here.first - (turn if following == 0 else 0.0)
+    kept = list(nodes)
+    kept[following] = here._replace(code=after.code, first=first)
+    del kept[segment]
+    return kept
+
+
+class Restart(NamedTuple):
+    """Continuation of a branch beyond a discontinuity-induced bifurcation.
+
+    curve, point : where the branch continues; None where it does not
+    why          : then the reason
+    """
+
+    bifurcation: Bifurcation
+    curve: OrbitCurve | None = None
+    point: CurvePoint | None = None
+    why: str = ""
+
+
+def restart(
+    curve: OrbitCurve, came: float, at: CurvePoint, margins: list[Margin], longest: float
+) -> Restart | None:
+    """The branch beyond a point where some margins vanish; None where it was not found.
+
+    came    : change of the scaled parameter on the way to it. The direction there does not tell:
+              on the side of a short segment it stands square to the parameter.
+    longest : step along the branch
+    """
+    solution = curve.solution(at.y)
+    equations = solution.equations
+    found = transition(solution, margins)
+    if found is None:
+        return None
+    assert isinstance(equations, SegmentBVP)  # noqa: S101 - others have no margins
+    kind, effect, ends = found.kind, found.effect(equations.codes), tuple(margins)
+    if found.jump:
+        why = f"{kind.value}, beyond which the motion jumps"
+        return Restart(Bifurcation(kind, effect, Scenario.JUMP, margins=ends), why=why)
+    if not found.nodes:
+        return Restart(Bifurcation(kind, effect, margins=ends), why=PERMANENT)
+    beyond = replace(
+        solution,
+        equations=SegmentBVP(found.codes, equations.order, half=equations.half),
+        unknowns=found.unknowns,
+    )
+    attempts = _grown(beyond, found) if found.inserted else _further(beyond, longest)
+    for there, point in attempts:
+        if there.solution(point.y).is_orbit:
+            on = came * (point.y[-1] - at.y[-1]) > 0.0
+            scenario = Scenario.PERSISTENCE if on else Scenario.FOLD
+            return Restart(Bifurcation(kind, effect, scenario, margins=ends), there, point)
+    return None
+
+
+def _grown(solution: OrbitSolution, found: Transition) -> Iterator[tuple[OrbitCurve, CurvePoint]]:
+    """Solutions on which the inserted segments last a little."""
+    for length in _LENGTHS:
+        unknowns = solution.unknowns.copy()
+        normal = np.zeros(unknowns.size + len(solution.values))
+        for segment, share in found.inserted:
+            begin, end = 2 * segment, 2 * (segment + 1) % unknowns.size
+            unknowns[begin] -= share * length
+            unknowns[end] += (1.0 - share) * length
+            normal[begin] -= 1.0
+            normal[end] += 1.0
+        guess = replace(solution, unknowns=unknowns)
+        curve = OrbitCurve(guess)
+        normal = normal * curve.scales
+        normal /= np.linalg.norm(normal)
+        try:
+            yield curve, corrected(curve, curve.scaled(guess), normal)
+        except FAILED:
+            continue
+
+
+def _further(solution: OrbitSolution, longest: float) -> Iterator[tuple[OrbitCurve, CurvePoint]]:
+    """Solutions a little further to both sides, on one of which the fewer segments are an orbit."""
+    curve = OrbitCurve(solution)
+    try:
+        at = corrected(curve, curve.scaled(solution), np.eye(curve.scales.size)[-1])
+    except FAILED:
+        return
+    for step in _STEPS:
+        for side in (1.0, -1.0):
+            guess = at.y + side * step * longest * at.direction
+            try:
+                yield curve, corrected(curve, guess, at.direction, side * at.direction)
+            except FAILED:
+                continue
+
+
+def onset_of_permanent_sticking(curve: OrbitCurve, at: CurvePoint) -> OrbitSolution | None:
+    """The orbit whose slips vanish just ahead of a point; None if there is none near.
+
+    Towards it the remaining slips become short together. What they add up to in angle falls like
+    the cube of their durations and is lost in rounding before they vanish; but the parameter is
+    known: the brake at rest holds just the whole swing of the torque, upper - lower = 2 T_e.
+    """
+    solution = curve.solution(at.y)
+    equations, values = solution.equations, solution.values
+    if not isinstance(equations, SegmentBVP) or len(values) != 1:
+        return None
+    codes = np.array(equations.all_codes)
+    durations = solution.margins["duration"]
+    slips = codes[: durations.size] != 0
+    turns = [turn for turn in range(codes.size) if tuple(np.roll(codes, turn)) == _TWO_SLIPS]
+    if not turns or np.any(durations[slips] > _SHORT):
+        return None
+    reach = math.copysign(_REACH * curve.scales[-1], at.direction[-1])
+
+    def spare(value: float) -> float:
+        """Width of the brake's holding interval beyond the swing of the torque [N m]."""
+        problem = curve.problem.kernel_problem((value,))
+        return float(problem.brake.upper - problem.brake.lower - 2.0 * problem.torque.amplitude)
+
+    ends = values[0], values[0] + reach
+    try:
+        if spare(ends[0]) * spare(ends[1]) >= 0.0:
+            return None
+        value = float(brentq(spare, *ends, xtol=1e-300, rtol=1e-15))
+    except NoOrbitError:
+        return None
+    problem = curve.problem.kernel_problem((value,))
+    # Forwards at the torque's crest, backwards at its trough; the angle is that of both.
+    angle = (problem.torque.amplitude - problem.brake.upper) / problem.driveline.stiffness
+    phases = _crests(equations.all_codes, solution.unknowns[0::2])
+    unknowns = np.column_stack((phases, np.full(phases.size, angle))).ravel()
+    return replace(solution, values=(value,), unknowns=unknowns)
+
+
+def _crests(codes: Codes, phases: np.ndarray) -> np.ndarray:
+    """Phase of the torque's crest or trough nearest to each node, by the slip beside it."""
+    crests = np.empty(phases.size)
+    for node, phase in enumerate(phases):
+        crest = 0.5 * math.pi if (codes[node] or codes[node - 1]) > 0 else 1.5 * math.pi
+        crests[node] = crest + 2.0 * math.pi * round((phase - crest) / (2.0 * math.pi))
+    return crests

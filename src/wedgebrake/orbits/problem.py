@@ -1,4 +1,4 @@
-"""The problem of continuation: a system, the parameters that vary, and their ranges."""
+"""What is solved: a system whose parameters vary in ranges, its section, and what is asked."""
 
 from __future__ import annotations
 
@@ -6,17 +6,119 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.display import Tabular
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.sweep_settings import INITIAL, refuse_doubled, sweepable
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import is_finite, is_number, shown
-from wedgebrake.orbits.section import Section
 
+FloatArray = NDArray[np.float64]
+# Of a structured type, as the margins of an orbit.
+Records = NDArray[np.record]
+
+# Points of an orbit nearer than this share of its size are one.
+SAME = 1e-6
+_TINY = 1e-300
 # Differences and Newton's method ask for neighbours in a parameter again and again.
 _REMEMBERED = 16
 # Names of results in a dataset of orbits.
 _TAKEN = ("angle", "velocity")
+
+
+class NoOrbitError(ArithmeticError):
+    """The equations have no value: the run does not last, or the brake lacks a segment."""
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """Stroboscopic section: the states at t = 0, T, 2 T, ..., T being the period of the torque.
+
+    This class alone knows that orbits are sampled once in a period of the torque; all others ask
+    it for the time between returns, for the scales of states, and whether two orbits agree.
+    Points of an orbit are given as an array (order, n) of its successive returns.
+
+    period  : time between two returns [s]
+    weights : (n,) factors that turn the parts of a state into velocities. Either of angle and
+              velocity may vanish at the section.
+    """
+
+    period: float
+    weights: FloatArray
+
+    @classmethod
+    def of(cls, system: BrakedDriveline) -> Section:
+        """Section of a system."""
+        torque = system.excitation
+        return cls(1.0 / torque.frequency, np.array([torque.angular_frequency, 1.0]))
+
+    def duration(self, order: int) -> float:
+        """Duration of an orbit of so many returns [s]."""
+        return order * self.period
+
+    def prime_order(self, points: FloatArray, tolerance: float = SAME) -> int:
+        """Fewest returns after which an orbit repeats, to a share of its size."""
+        order = len(points)
+        for fewer in range(1, order):
+            if order % fewer == 0 and self._agree(np.roll(points, fewer, 0), points, tolerance):
+                return fewer
+        return order
+
+    def half_difference(self, points: FloatArray) -> FloatArray:
+        """Difference of each point to that half an orbit before; empty for an odd order.
+
+        It vanishes where an orbit repeats after half its returns. A branch that goes through such
+        an orbit retraces its own orbits, half an orbit later: the difference then changes sign.
+        """
+        order = len(points)
+        if order % 2:
+            return np.zeros(0)
+        states = points * self.weights
+        return np.asarray(states - np.roll(states, order // 2, axis=0))
+
+    def same_orbit(self, one: FloatArray, other: FloatArray, tolerance: float) -> bool:
+        """Return True if two orbits of one order agree at some shift by whole returns."""
+        return any(self._agree(np.roll(one, k, axis=0), other, tolerance) for k in range(len(one)))
+
+    def _agree(self, one: FloatArray, other: FloatArray, tolerance: float) -> bool:
+        first, second = one * self.weights, other * self.weights
+        size = float(np.max(np.abs(second))) + _TINY
+        return bool(np.all(np.abs(first - second) <= tolerance * size))
+
+
+@dataclass(frozen=True)
+class Measures(Tabular):
+    """Amplitudes, sticking, events and torque of an orbit.
+
+    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
+    stick_share : share of time at rest relative to the brake
+    sticks_forward, sticks_backward, events : in a period of the torque
+    peak_torque : largest |R F_mu| [N m]
+    """
+
+    velocity_amplitude: float
+    angle_amplitude: float
+    stick_share: float
+    sticks_forward: float
+    sticks_backward: float
+    events: float
+    peak_torque: float
+
+
+def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
+    """Eigenvalues of a 2 x 2 monodromy matrix, the larger modulus first."""
+    half = 0.5 * trace
+    split = half * half - determinant
+    if split < 0.0:
+        root = complex(half, (-split) ** 0.5)
+        return root, root.conjugate()
+    # The smaller one as a quotient: a difference would lose its digits.
+    first = half + (split**0.5 if half >= 0.0 else -(split**0.5))
+    # Plus zero, so that no zero is negative.
+    return complex(first + 0.0), complex((determinant / first if first != 0.0 else 0.0) + 0.0)
 
 
 class OrbitProblem:
@@ -54,12 +156,17 @@ class OrbitProblem:
         return Section.of(self.system(values))
 
     def kernel_problem(self, values: tuple[float, ...]) -> Any:
-        """The system as the kernels take it; raises ``InputError`` where there is none."""
+        """The system as the kernels take it; raises ``NoOrbitError`` where there is none."""
         if values not in self._remembered:
             if len(self._remembered) >= _REMEMBERED:
                 del self._remembered[next(iter(self._remembered))]
-            system = self.system(values)
-            self._remembered[values] = system, self._assemble(system)
+            try:
+                system = self.system(values)
+                self._remembered[values] = system, self._assemble(system)
+            except InputError as error:
+                if not values:
+                    raise
+                raise NoOrbitError(str(error)) from None
         return self._remembered[values][1]
 
     def _assemble(self, system: BrakedDriveline) -> Any:
@@ -114,13 +221,11 @@ def make_ranges(system: BrakedDriveline, given: dict[str, Any], count: int) -> l
     Raises ``InputError`` for another number of them, an unknown name, a group beside the
     parameter that it sets, or ends that are not two different numbers that the system takes.
     """
-    words, example = {
-        1: ("one parameter with its ends", "eta=(12, -60)"),
-        2: ("two parameters with their ends", "eta=(12, -60), F0=(0.01, 0.1)"),
-    }[count]
     if len(given) != count:
+        words = "one parameter with its ends" if count == 1 else "two parameters with their ends"
         raise InputError(
-            f"{', '.join(given) or 'no parameter'}: must be {words}, for example {example}."
+            f"{', '.join(given) or 'no parameter'}: must be {words}, for example eta=(12, -60)"
+            f"{', F0=(0.01, 0.1)' if count > 1 else ''}."
         )
     ranges = [_range(system, name, ends) for name, ends in given.items()]
     for name in given:

@@ -12,17 +12,17 @@ from wedgebrake.analysis import accumulators
 from wedgebrake.analysis.saltation import propagate
 from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits import segment_kernel
-from wedgebrake.orbits.equations import Measures, NoOrbitError
-from wedgebrake.orbits.section import FloatArray, Records, Section
-from wedgebrake.orbits.segment_margins import MARGINS, compute_margins
+from wedgebrake.orbits.problem import FloatArray, Measures, NoOrbitError, Records, Section
 from wedgebrake.orbits.segment_orbit import (
-    Extremes,
-    extremes_of,
+    MARGINS,
+    compute_margins,
     monodromy_invariants,
+    widen_by_orbit,
     write_log,
 )
 from wedgebrake.solvers.event_driven import trajectory
@@ -106,7 +106,7 @@ class SegmentBVP:
 
     def scales(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """A radian of phase (at a mark the velocity), and the angle, of the orbit's size."""
-        slowest, fastest, least, greatest = self._extremes(unknowns, problem)
+        (slowest, fastest), (least, greatest) = self._range(unknowns, problem)
         angle, velocity = max(abs(least), abs(greatest)), max(abs(slowest), abs(fastest))
         omega = problem.torque.angular_frequency
         scales = np.empty(self.size)
@@ -116,12 +116,15 @@ class SegmentBVP:
             scales[0] = max(velocity, _SMALL * omega * angle) or 1.0
         return scales
 
-    def _extremes(self, unknowns: FloatArray, problem: Any) -> Extremes:
-        """Least and greatest velocity [rad/s] and angle [rad]."""
-        found = extremes_of(problem, self._all_codes, self.order, self._all(unknowns))
-        if not np.all(np.isfinite(found)):
+    def _range(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """Least and greatest velocity [rad/s], least and greatest angle [rad], (2, 2)."""
+        sums = empty_sums()
+        widen_by_orbit(problem, self._all_codes, self.order, self._all(unknowns), sums)
+        names = ("least_velocity", "greatest_velocity"), ("least_angle", "greatest_angle")
+        ends = np.array([[sums[name] for name in pair] for pair in names])
+        if not np.all(np.isfinite(ends)):
             raise NoOrbitError
-        return Extremes(*found)
+        return ends
 
     def residual(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """F(u)."""
@@ -168,11 +171,11 @@ class SegmentBVP:
         """Amplitudes, sticking, events and torque."""
         sums = accumulators.sums_of(problem, self.log(unknowns, problem))
         events = sum(not self.is_mark(i) for i in range(len(self.all_codes)))
-        slowest, fastest, least, greatest = self._extremes(unknowns, problem)
+        velocity, angle = 0.5 * np.diff(self._range(unknowns, problem)).ravel()
         duration = Section.of(system).duration(self.order)
         return Measures(
-            velocity_amplitude=0.5 * (fastest - slowest),
-            angle_amplitude=0.5 * (greatest - least),
+            velocity_amplitude=float(velocity),
+            angle_amplitude=float(angle),
             stick_share=float(sums["rest_time"]) / duration,
             sticks_forward=float(sums["sticks_forward"]) / self.order,
             sticks_backward=float(sums["sticks_backward"]) / self.order,

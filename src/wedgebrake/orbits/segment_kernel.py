@@ -12,7 +12,7 @@ The velocity at an event is known. The unknowns are two numbers for each node: p
 [rad] (at a mark the velocity) and angle [rad]. Each segment gives two equations, by the closed
 form of its end: in angle and in velocity (at rest, in torque). For a given sequence these are
 smooth functions also where the solution is no orbit: beyond a graze, or with a rest of negative
-length. ``segment_margins`` measures how far a solution is from there.
+length. ``segment_orbit`` measures how far a solution is from there.
 """
 
 import math

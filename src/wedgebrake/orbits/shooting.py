@@ -15,13 +15,10 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
-from wedgebrake.orbits.equations import NoOrbitError
 from wedgebrake.orbits.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
 from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
-from wedgebrake.orbits.problem import OrbitProblem
-from wedgebrake.orbits.section import FloatArray
+from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem
 from wedgebrake.orbits.segment_bvp import from_log, run
-from wedgebrake.orbits.segment_margins import violated
 from wedgebrake.orbits.stroboscopic_map import StroboscopicMap, iterate
 from wedgebrake.solvers.simulate import check_limits, check_state, choose_method
 
@@ -177,7 +174,7 @@ def _near(problem: OrbitProblem, order: int, guesses: list[FloatArray]) -> Orbit
             curve = OrbitCurve(candidate)
             y, _ = newton(curve, curve.scaled(candidate), None, steps)
             solved = curve.solution(y)
-            if not is_orbit(solved):
+            if not solved.is_orbit:
                 continue
         except FAILED:
             continue
@@ -189,11 +186,6 @@ def _near(problem: OrbitProblem, order: int, guesses: list[FloatArray]) -> Orbit
             solved = replace(solved, equations=equations, unknowns=unknowns)
         return Orbit.of(solved, steps)
     return Orbit(problem.base, problem.method, problem.rtol, status, order)
-
-
-def is_orbit(solution: OrbitSolution) -> bool:
-    """Return True if a solution of the equations is an orbit of the system."""
-    return not violated(solution.margins) and solution.follows_flow
 
 
 def _candidates(

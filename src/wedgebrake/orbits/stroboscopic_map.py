@@ -9,9 +9,8 @@ import numpy as np
 from wedgebrake.analysis.sticking import sticks
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.orbits.equations import Measures, NoOrbitError
-from wedgebrake.orbits.section import FloatArray, Records, Section
-from wedgebrake.orbits.segment_margins import MARGINS
+from wedgebrake.orbits.problem import FloatArray, Measures, NoOrbitError, Records, Section
+from wedgebrake.orbits.segment_orbit import MARGINS
 from wedgebrake.solvers.simulate import simulate
 
 _MOST_STEPS = 1_000_000

@@ -1,16 +1,13 @@
 """Sweeps of many systems: bifurcation diagrams, regime maps, basins of attraction.
 
-grid           swept parameters by SI name, group or initial condition; chunks and batches of points
-plan           the complete definition of a sweep
-system_tables  the systems as tables of numbers
-compute        the results of a chunk of points
-executor       threads of this machine, or a Dask cluster
-results        variables of the result: names, units, meanings
-sweep          ``sweep``, in memory or into a store
-bifurcation    ``bifurcation``
-regime_map     ``regime_map``
-basins         ``basins``, with motions grouped by their attractors
-store          a zarr folder from which an interrupted sweep can be resumed
-store_format   its arrays and attributes, and the xarray engine that reads it
-progress       points, rate and time left
+grid          swept parameters by SI name, group or initial condition; chunks and batches of points
+plan          the complete definition of a sweep
+compute       the systems as tables of numbers, and the results of a chunk of points
+executor      threads of this machine, or a Dask cluster
+results       variables of the result: names, units, meanings
+sweep         ``sweep``, in memory or into a store; ``bifurcation`` and ``regime_map``
+basins        ``basins``, with motions grouped by their attractors
+store         a zarr folder from which an interrupted sweep can be resumed
+store_format  its arrays and attributes, and the xarray engine that reads it
+progress      points, rate and time left
 """

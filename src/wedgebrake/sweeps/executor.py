@@ -14,10 +14,9 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from wedgebrake.errors import InputError, WedgebrakeError
-from wedgebrake.sweeps.compute import Chunk, compute
+from wedgebrake.sweeps.compute import Chunk, Parts, compute
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks
 from wedgebrake.sweeps.plan import Plan
-from wedgebrake.sweeps.system_tables import Parts
 
 ChunkResults = tuple[ChunkIndex, dict[str, Any]]
 
@@ -33,13 +32,13 @@ def processors() -> int:
 
 
 def by_threads(
-    plan: Plan, chunks: Chunks, wanted: Sequence[ChunkIndex], threads: int
+    plan: Plan, threads: int | None, chunks: Chunks, wanted: Sequence[ChunkIndex]
 ) -> Iterator[ChunkResults]:
-    """Iterate over the chunks in order; all threads share each of them."""
+    """Iterate over the chunks in order; all threads, by default as many as can run, share each."""
     parts = Parts(plan.system, plan.grid.axes)
     running: deque[tuple[ChunkIndex, Chunk, list[Future[None]]]] = deque()
     waiting = iter(wanted)
-    pool = ThreadPoolExecutor(threads, thread_name_prefix="wedgebrake")
+    pool = ThreadPoolExecutor(threads or processors(), thread_name_prefix="wedgebrake")
     try:
         while True:
             while len(running) < _CHUNKS_AT_ONCE:

@@ -58,10 +58,13 @@ def duration(seconds: float) -> str:
 
 
 class Meter:
-    """Count the points of a run and report progress, at once and then ten times a second."""
+    """Count the points of a run and report progress, at once and then ten times a second.
+
+    done : number of points done
+    """
 
     def __init__(self, total: int, resumed: int, report: Report | None) -> None:
-        self._total, self._resumed, self._done = total, resumed, resumed
+        self._total, self._resumed, self.done = total, resumed, resumed
         self._report = report
         self._start = time.perf_counter()
         self._first: tuple[int, float] | None = None
@@ -69,25 +72,20 @@ class Meter:
         if report is not None:
             report(Progress(resumed, total, resumed, 0.0))
 
-    @property
-    def done(self) -> int:
-        """Number of points done."""
-        return self._done
-
     def add(self, points: int) -> None:
         """Add points that are done."""
-        self._done += points
+        self.done += points
         now = time.perf_counter() - self._start
-        if self._report is None or (now - self._last < _REPORT_PAUSE and self._done < self._total):
+        if self._report is None or (now - self._last < _REPORT_PAUSE and self.done < self._total):
             return
         self._last = now
-        rate = (self._done - self._resumed) / now if now > 0.0 else 0.0
+        rate = (self.done - self._resumed) / now if now > 0.0 else 0.0
         later = 0.0
         if self._first is None:
-            self._first = self._done, now
+            self._first = self.done, now
         elif now > self._first[1]:
-            later = (self._done - self._first[0]) / (now - self._first[1])
-        self._report(Progress(self._done, self._total, self._resumed, rate, later))
+            later = (self.done - self._first[0]) / (now - self._first[1])
+        self._report(Progress(self.done, self._total, self._resumed, rate, later))
 
 
 class Bar:

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _GROUP = "zarr.json"
+# The process that holds the lock, in words.
+_WRITER = f"{RESULTS}/.writer"
 # In stores of an earlier format, which kept an array for each variable.
 _EARLIER = "status/.store/identity.json"
 _MOST_LINES = 8
@@ -66,7 +68,7 @@ class SweepStore:
     damaged : chunks that ``completed`` found damaged
     """
 
-    def __init__(self, path: Path, plan: Plan, lengths: Mapping[str, int], lock: _Lock) -> None:
+    def __init__(self, path: Path, plan: Plan, lengths: Mapping[str, int], lock: FileLock) -> None:
         self.path = path
         self.chunks = Chunks(plan.grid.sizes, lengths)
         self.damaged: list[Damage] = []
@@ -97,15 +99,14 @@ class SweepStore:
                 " resume=True (--resume on the command line), or choose another name."
             )
         lengths = _verified_lengths(target, plan)
-        lock = _Lock(target)
-        lock.acquire()
+        lock = _locked(target)
         try:
             # Files that a killed process was writing.
             for partial in (target / RESULTS).rglob("*.partial"):
                 partial.unlink(missing_ok=True)
             return cls(target, plan, lengths, lock)
         except BaseException:
-            lock.release()
+            _release(target, lock)
             raise
 
     def __enter__(self) -> Self:
@@ -116,7 +117,7 @@ class SweepStore:
 
     def close(self) -> None:
         """Release the store for other writers. ``dataset`` remains usable."""
-        self._lock.release()
+        _release(self.path, self._lock)
 
     def completed(self) -> set[ChunkIndex]:
         """Return the chunks that are complete and intact, after reading all of them.
@@ -168,48 +169,41 @@ class SweepStore:
         return slice(None), *self.chunks.slices(index).values()
 
 
-class _Lock:
-    """The exclusive right to write to a store."""
-
-    def __init__(self, store: Path) -> None:
-        # The thread that closes the store may be another one.
-        self._lock = FileLock(store / RESULTS / ".lock", timeout=0, thread_local=False)
-        # Apart from the file of the lock, which others cannot read on Windows.
-        self._writer = store / RESULTS / ".writer"
-        self._store = store
-
-    def acquire(self) -> None:
-        """Acquire the lock, or raise ``InputError`` with its present holder."""
-        try:
-            self._lock.acquire()
-        except Timeout:
-            raise InputError(
-                f"path = {str(self._store)!r}: {self._holder()} is writing in it. Wait until"
-                " it ends, or end it: what it has finished stays, and resume=True (--resume on"
-                " the command line) goes on with it. Or choose another name."
-            ) from None
-        except (OSError, NotImplementedError) as error:
-            raise OutputError(
-                f"path = {str(self._store)!r}: cannot be locked for writing ({_reason(error)})."
-                " Choose a folder that you may write to, on a disk that supports file locks."
-            ) from None
-        since = datetime.now(UTC).isoformat(sep=" ", timespec="seconds")
-        with suppress(OSError):  # it serves the message above only
-            self._writer.write_text(
-                f"process {os.getpid()} on {socket.gethostname()} (since {since})", "utf-8"
-            )
-
-    def release(self) -> None:
-        """Release the lock if it is held."""
-        if self._lock.is_locked:
-            with suppress(OSError):
-                self._writer.unlink()
-            self._lock.release()
-
-    def _holder(self) -> str:
+def _locked(store: Path) -> FileLock:
+    """Acquire the exclusive right to write to a store, or raise an error with its holder."""
+    # The thread that closes the store may be another one.
+    lock = FileLock(store / RESULTS / ".lock", timeout=0, thread_local=False)
+    # Apart from the file of the lock, which others cannot read on Windows.
+    writer = store / _WRITER
+    try:
+        lock.acquire()
+    except Timeout:
+        holder = ""
         with suppress(OSError, ValueError):
-            return self._writer.read_text("utf-8") or "another process"
-        return "another process"
+            holder = writer.read_text("utf-8")
+        raise InputError(
+            f"path = {str(store)!r}: {holder or 'another process'} is writing in it. Wait until"
+            " it ends, or end it: what it has finished stays, and resume=True (--resume on"
+            " the command line) goes on with it. Or choose another name."
+        ) from None
+    except (OSError, NotImplementedError) as error:
+        raise OutputError(
+            f"path = {str(store)!r}: cannot be locked for writing ({_reason(error)})."
+            " Choose a folder that you may write to, on a disk that supports file locks."
+        ) from None
+    since = datetime.now(UTC).isoformat(sep=" ", timespec="seconds")
+    with suppress(OSError):  # it serves the message above only
+        writer.write_text(
+            f"process {os.getpid()} on {socket.gethostname()} (since {since})", "utf-8"
+        )
+    return lock
+
+
+def _release(store: Path, lock: FileLock) -> None:
+    if lock.is_locked:
+        with suppress(OSError):
+            (store / _WRITER).unlink()
+        lock.release()
 
 
 def _absolute(path: str | os.PathLike[str]) -> Path:

@@ -173,24 +173,19 @@ class _Column(BackendArray):
 def differences(stored: Any, wanted: Any, place: str = "") -> Iterator[str]:
     """Iterate over the differences of two nested JSON values, one line each.
 
-    A line names its place with dots and brackets. A list gives one line: for its length or its
-    first element that differs.
+    A line names its place with dots and brackets. Of a list only the length, or the first element
+    that differs, is compared.
     """
     if isinstance(stored, dict) and isinstance(wanted, dict):
         for name in {**stored, **wanted}:
             inner = f"{place}.{name}" if place else name
             yield from differences(stored.get(name, _ABSENT), wanted.get(name, _ABSENT), inner)
-    elif isinstance(stored, list) and isinstance(wanted, list) and len(stored) != len(wanted):
-        yield f"{place}: {len(stored)} values in the store, {len(wanted)} now"
-    elif isinstance(stored, list) and isinstance(wanted, list):
-        pairs = enumerate(zip(stored, wanted, strict=True))
-        differing = [i for i, (one, other) in pairs if one != other]
-        if differing:
-            first, rest = differing[0], len(differing) - 1
-            *lines, last = differences(stored[first], wanted[first], f"{place}[{first}]")
-            yield from lines
-            yield f"{last} (and {rest} more of its values)" if rest else last
-    elif stored != wanted:
+    elif stored == wanted:
+        return
+    elif isinstance(stored, list) and isinstance(wanted, list) and len(stored) == len(wanted):
+        first = next(i for i, one in enumerate(stored) if one != wanted[i])
+        yield from differences(stored[first], wanted[first], f"{place}[{first}]")
+    else:
         yield f"{place}: {_text(stored)} in the store, {_text(wanted)} now"
 
 
@@ -202,5 +197,7 @@ def canonical(text: bytes) -> str:
 def _text(value: Any) -> str:
     if value is _ABSENT:
         return "nothing"
+    if isinstance(value, list):
+        return f"{len(value)} values"
     text = value if isinstance(value, str) and value else json.dumps(value)
     return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."

@@ -1,4 +1,4 @@
-"""Sweeps over any number of parameters, in memory or into a store."""
+"""Sweeps over any number of parameters, diagrams over one, maps over two."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -120,6 +121,71 @@ def sweep(
     )
 
 
+def bifurcation(system: BrakedDriveline, *, follow: bool = False, **options: Any) -> xr.Dataset:
+    """Compute the bifurcation diagram over one parameter.
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        The system whose parameters are changed.
+    follow : bool
+        Each point starts where its neighbour ended, once up and once down: branches that
+        differ show hysteresis.
+    **options
+        The parameter with its values, for example ``eta=np.linspace(-60, 12, 400)``, and
+        arguments of ``sweep``.
+
+    Returns
+    -------
+    xarray.Dataset
+        As ``sweep``; ``wb.plot`` draws the diagram.
+
+    Raises ``InputError`` as ``sweep``, and for more than one parameter.
+    """
+    parameters, settings, execution = split_options(options)
+    if len(parameters) != 1:
+        raise InputError(
+            f"bifurcation: {len(parameters)} parameters ({', '.join(parameters) or 'none'}), must"
+            " be one, for example eta=np.linspace(-60, 12, 400). For two use regime_map, for any"
+            " number sweep."
+        )
+    check_instance("follow", follow, bool)
+    along = next(iter(parameters)) if follow else None
+    plan = make_plan("bifurcation", system, parameters, follow=along, **settings)
+    return execute(plan, **execution)
+
+
+def regime_map(system: BrakedDriveline, **options: Any) -> xr.Dataset:
+    """Compute the map over two parameters of motion, stick-slip, exponent and peak torque.
+
+    The zero line of ``sliding_damping`` is the limit of linear stability. The Poincare
+    points are not kept (``keep_points=True`` keeps them).
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        The system whose parameters are changed.
+    **options
+        Two parameters with their values, for example ``eta=..., F0=...``, and arguments of
+        ``sweep``.
+
+    Returns
+    -------
+    xarray.Dataset
+        As ``sweep``; ``wb.plot`` draws the map.
+
+    Raises ``InputError`` as ``sweep``, and for other than two parameters.
+    """
+    parameters, settings, execution = split_options(options)
+    if len(parameters) != 2:
+        raise InputError(
+            f"regime_map: {len(parameters)} parameters ({', '.join(parameters) or 'none'}), must"
+            " be two, for example eta=np.linspace(-60, 12, 200), F0=np.linspace(0.01, 0.1, 100)."
+        )
+    settings.setdefault("keep_points", False)
+    return execute(make_plan("regime_map", system, parameters, **settings), **execution)
+
+
 def make_plan(
     kind: str,
     system: BrakedDriveline,
@@ -168,6 +234,8 @@ def execute(
     progress: bool | Report | None = None,
 ) -> xr.Dataset:
     """Compute a plan, in memory or into a store."""
+    from wedgebrake.sweeps.executor import Cluster, by_threads
+
     check_instance("resume", resume, bool)
     if resume and store is None:
         raise InputError("resume = True: needs store, the path of the store to go on with.")
@@ -184,7 +252,9 @@ def execute(
     bar = Bar() if shows and not callable(progress) else None
     report = progress if callable(progress) else bar
 
-    work = _workers(plan, threads, client)  # before a store is created: it may fail
+    work: _Work = partial(by_threads, plan, threads)
+    if client is not None:
+        work = Cluster(plan, client).chunks  # before a store is created: it may fail
     with bar or nullcontext():
         if store is None:
             return _in_memory(plan, work, report)
@@ -201,26 +271,16 @@ def split_options(
     known = set(inspect.signature(sweep).parameters) - {"system", "parameters", "follow"}
     if "follow" in options:
         raise InputError("follow: only bifurcation and sweep follow a parameter.")
-    parameters = {name: value for name, value in options.items() if name not in known}
-    execution = {name: value for name, value in options.items() if name in _EXECUTION}
-    settings = {
-        name: value
-        for name, value in options.items()
-        if name not in parameters and name not in execution
-    }
+    parameters: dict[str, Any] = {}
+    settings: dict[str, Any] = {}
+    execution: dict[str, Any] = {}
+    for name, value in options.items():
+        part = parameters if name not in known else execution if name in _EXECUTION else settings
+        part[name] = value
     return parameters, settings, execution
 
 
 _Work = Callable[[Chunks, list[ChunkIndex]], Iterator[tuple[ChunkIndex, Any]]]
-
-
-def _workers(plan: Plan, threads: int | None, client: Any) -> _Work:
-    """Return a function that computes chunks of a plan, on a cluster or in threads."""
-    from wedgebrake.sweeps.executor import Cluster, by_threads, processors
-
-    if client is not None:
-        return Cluster(plan, client).chunks
-    return lambda chunks, wanted: by_threads(plan, chunks, wanted, threads or processors())
 
 
 def _in_memory(plan: Plan, work: _Work, report: Report | None) -> xr.Dataset:

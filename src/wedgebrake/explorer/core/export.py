@@ -26,8 +26,7 @@ from wedgebrake.model.netcdf import netcdf
 from wedgebrake.model.validation import shown
 from wedgebrake.solvers.simulate import simulate
 from wedgebrake.sweeps.basins import basins
-from wedgebrake.sweeps.bifurcation import bifurcation
-from wedgebrake.sweeps.regime_map import regime_map
+from wedgebrake.sweeps.sweep import bifurcation, regime_map
 
 if TYPE_CHECKING:
     import xarray as xr

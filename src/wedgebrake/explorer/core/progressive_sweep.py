@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.sweeps.compute import Chunk
+from wedgebrake.sweeps.compute import Chunk, Parts
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.sweep import make_plan
-from wedgebrake.sweeps.system_tables import Parts
 
 if TYPE_CHECKING:
     import xarray as xr

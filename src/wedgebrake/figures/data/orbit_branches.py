@@ -14,7 +14,7 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label, runs, swept_parameters
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.orbits.stability_intervals import stability_intervals
+from wedgebrake.orbits.bifurcation_types import stability_intervals
 
 if TYPE_CHECKING:
     import xarray as xr
