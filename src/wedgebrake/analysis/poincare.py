@@ -98,37 +98,14 @@ def poincare(
     if section_time == 0.0 and start_time == 0.0:
         span = {"periods": int(periods)}
     response = simulate(system, **span, initial=initial, method=method, times=times, **options)
-    return _section(response, numbers, section_time, section_time * frequency % 1.0)
-
-
-def _section(
-    response: xr.Dataset, numbers: np.ndarray, section_time: float, phase: float
-) -> xr.Dataset:
-    """Return the samples of the response, numbered by period."""
-    import xarray as xr
-
     reached = numbers[: response.sizes["time"]]
-    dataset = xr.Dataset(
-        {
-            name: ("period", response[name].to_numpy(), response[name].attrs)
-            for name in ("angle", "velocity")
-        },
-        coords={
-            "period": ("period", reached, {"units": "1", "long_name": "number of periods"}),
-            "time": (
-                "period",
-                response["time"].to_numpy(),
-                {"units": "s", "long_name": "time of the section"},
-            ),
-        },
+    number = ("time", reached, {"units": "1", "long_name": "number of periods"})
+    points = response[["angle", "velocity"]].assign_coords(period=number).swap_dims(time="period")
+    return points.assign_attrs(
+        section_time=float(section_time),
+        section_phase=section_time * frequency % 1.0,
+        transient=int(transient),
     )
-    dataset.attrs = {
-        **response.attrs,
-        "section_time": float(section_time),
-        "section_phase": float(phase),
-        "transient": int(numbers[0]),
-    }
-    return dataset
 
 
 def _check_options(options: dict[str, Any]) -> None:

@@ -115,28 +115,25 @@ def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict
 def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, FloatArray]:
     """Variables of a map, point by point."""
     grid = np.broadcast_arrays(*values.values())
-    found = {name: np.full(grid[0].shape, np.nan) for name in ("margin", "growth")}
-    found |= {name: np.zeros(grid[0].shape, dtype=bool) for name in ("stable", "locked")}
     line, ratio = system.driveline, system.groups.static_ratio
     impedance = math.sqrt(line.stiffness * line.inertia)
-    for place in np.ndindex(grid[0].shape):
-        at = {name: float(one[place]) for name, one in zip(values, grid, strict=True)}
-        changes: dict[str, Any] = {k: at[k] for k in ("eta", "alpha") if k in at}
-        changes["damping"] = at["loss_factor"] * impedance
-        if at["kinetic"] != system.friction.reference:
-            changes["kinetic"] = at["kinetic"]
+
+    def at(*numbers: float) -> tuple[float, bool, float, bool]:
+        point = dict(zip(values, numbers, strict=True))
+        changes: dict[str, Any] = {k: point[k] for k in ("eta", "alpha") if k in point}
+        changes["damping"] = point["loss_factor"] * impedance
+        if point["kinetic"] != system.friction.reference:
+            changes["kinetic"] = point["kinetic"]
             if ratio is not None and "static" in type(system.friction).model_fields:
-                changes["static"] = ratio * at["kinetic"]
+                changes["static"] = ratio * point["kinetic"]
         one = stability(system.replace(**changes))
-        ways = [way for way in (one.forward, one.backward) if way.eigenvalues]
-        found["stable"][place] = one.stable
-        found["locked"][place] = one.forward.locked or one.backward.locked
-        if one.margin_eta is not None:
-            found["margin"][place] = one.margin_eta
-        if ways:
-            fastest = max(root.real for way in ways for root in way.eigenvalues or ())
-            found["growth"][place] = fastest / line.natural_frequency
-    return found
+        roots = [root.real for way in (one.forward, one.backward) for root in way.eigenvalues or ()]
+        margin = math.nan if one.margin_eta is None else one.margin_eta
+        growth = max(roots, default=math.nan) / line.natural_frequency
+        return margin, one.stable, growth, one.forward.locked or one.backward.locked
+
+    found = np.vectorize(at, otypes=[float, bool, float, bool])(*grid)
+    return dict(zip(("margin", "stable", "growth", "locked"), found, strict=True))
 
 
 def _axis(name: str, given: ArrayLike) -> FloatArray:
