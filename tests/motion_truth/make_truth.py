@@ -15,10 +15,9 @@ from .systems import PATH, cases, from_tables
 
 ABOUT = (
     "Class of motion by slow methods (tests/motion_truth/judge.py), from `initial` at phase"
-    " zero of the torque. order: torque periods in one of the motion. settled: torque periods"
-    " until all later section points are within 1e-6 of the final orbit. exponent, error: mean"
-    " rate of separation of neighbours and its standard error [1/s]. close_to: what a run of"
-    " some hundred periods may take it for."
+    " zero of the torque. order: torque periods in one of the motion. periods: torque periods"
+    " simulated to find out. exponent, error: mean rate of separation of neighbours and its"
+    " standard error [1/s]."
 )
 
 

@@ -251,16 +251,6 @@ def _average(points):
 
 
 @compiled
-def disagreement(points, weight, size):
-    """Distance of the averages of two halves of the points, over the motion's size."""
-    last = points.shape[0] - 1
-    middle = last // 2
-    angle0, velocity0 = _average(points[:middle])
-    angle1, velocity1 = _average(points[middle:last])
-    return math.hypot(weight * (angle0 - angle1), velocity0 - velocity1) / size
-
-
-@compiled
 def _aperiodic_class(window, mean, error):
     """Class of a motion that does not repeat, from the mean growth of a deviation and its error.
 
@@ -277,8 +267,11 @@ def _aperiodic_class(window, mean, error):
     # be long enough to see that, unless nothing shrinks at all.
     if abs(window.area) * count > _CONSERVED and window.area * count > -4.0:
         return MotionClass.UNDECIDED
-    falling = _trend(points, window.weight) < -_FALLING
-    if falling or disagreement(points, window.weight, window.size) > 0.1 / count:
+    # The averages of both halves of the points must agree.
+    angle0, velocity0 = _average(points[: count // 2])
+    angle1, velocity1 = _average(points[count // 2 : count])
+    apart = math.hypot(window.weight * (angle0 - angle1), velocity0 - velocity1) / window.size
+    if _trend(points, window.weight) < -_FALLING or apart > 0.1 / count:
         return MotionClass.UNDECIDED
     return MotionClass.QUASI_PERIODIC
 

@@ -67,12 +67,11 @@ def _grid(system: BrakedDriveline, axes: dict[str, ArrayLike]) -> dict[str, Floa
     """Values of the groups, to be broadcast: arrays for the axes, scalars of the system."""
     if not axes:
         raise InputError(f"axes: none given. Give at least one of {', '.join(AXES)}.")
-    values: dict[str, FloatArray] = {}
-    for number, (name, given) in enumerate(axes.items()):
+    for name in axes:
         if name not in AXES:
             raise InputError(f"{name}: not an axis of a stability map. {nearest(name, AXES)}")
-        array = _axis(name, given)
-        values[name] = array.reshape([-1 if i == number else 1 for i in range(len(axes))])
+    arrays = np.meshgrid(*map(_axis, axes, axes.values()), indexing="ij", sparse=True)
+    values: dict[str, FloatArray] = dict(zip(axes, arrays, strict=True))
     if "alpha" in values and not isinstance(system.brake, WedgeBrake):
         raise InputError("alpha: an axis of wedge brakes only. Use kinetic or eta.")
     for name in ("eta", "kinetic", "loss_factor"):

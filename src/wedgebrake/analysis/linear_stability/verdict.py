@@ -276,19 +276,18 @@ def _verdict(system: BrakedDriveline, found: Stability) -> str:
     drive = system.driveline.drive_speed
     where = "" if drive == 0.0 else f" at the shaft speed of {drive:.6g} rad/s"
     words = []
-    if found.self_locking == "kinetic":
-        slides = found.forward.damping is not None
+    if found.self_locking == "kinetic" and found.forward.damping is not None:
+        words.append("The brake locks itself forwards wherever the actuator presses it.")
+    elif found.self_locking == "kinetic":
         words.append(
-            "The brake locks itself forwards wherever the actuator presses it."
-            if slides
-            else "The brake locks itself forwards: no forward sliding exists, and no torque breaks"
-            " it loose forwards."
+            "The brake locks itself forwards: no forward sliding exists, and no torque breaks it"
+            " loose forwards."
         )
     elif found.self_locking == "static":
+        fast = " fast enough" if found.forward.locked and drive == 0.0 else ""
         words.append(
             "The brake locks itself at rest: no torque breaks it loose forwards, although it can"
-            " slide forwards once moving"
-            + (" fast enough." if found.forward.locked and drive == 0.0 else ".")
+            f" slide forwards once moving{fast}."
         )
     for name, one in (("forwards", found.forward), ("backwards", found.backward)):
         if one.locked and drive != 0.0:
