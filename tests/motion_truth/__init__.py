@@ -3,9 +3,8 @@
 section      the stroboscopic map, by the exact solver
 irregular    finite-separation exponent, weighted Birkhoff averages, 0-1 test
 judge        the verdict
-systems      the random systems, and systems as tables
-named        cases chosen by hand, with what is known of them
-make_truth   writes truth.json:  python -m tests.motion_truth.make_truth
+systems      the cases of truth.json, random ones and ones chosen by hand
+make_truth   judges them again:  python -m tests.motion_truth.make_truth
 
 No tangent space anywhere: neither saltation nor variational equations.
 """

@@ -1,4 +1,4 @@
-"""The random systems to be judged, and systems as tables of plain values."""
+"""The cases that are judged, as truth.json holds them."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from wedgebrake.model.friction import Friction
 PATH = Path(__file__).parent / "truth.json"
 
 
-def random_systems() -> Iterator[tuple[str, wb.BrakedDriveline, tuple[float, float]]]:
-    """(name, system, initial state) of the 200 in truth.json.
+def cases() -> list[dict[str, Any]]:
+    """All cases with their verdicts; ``known`` is the answer and where it is known from, or None.
 
-    They were drawn once. Drawn again, with logarithms and exponentials, they would differ in
+    Those chosen by hand are systems of the paper with other groups: closed forms, slow settling,
+    chaotic transients, ends, lasting chaos, tori and coexisting attractors. The 200 of the group
+    "random" were drawn once. Drawn again, with logarithms and exponentials, they would differ in
     their last bits on another processor, or with another NumPy.
 
     - brakes: 50 % wedges, 34 % conventional, 8 % band brakes, 8 % leading shoes; self-locking
@@ -27,7 +29,13 @@ def random_systems() -> Iterator[tuple[str, wb.BrakedDriveline, tuple[float, flo
     - torque: f 0.2 to 2.5, half of them below 1, where the motion sticks most
     - start: half at rest, half anywhere within twice the static deflection
     """
-    for one in json.loads(PATH.read_text())["cases"]:
+    found: list[dict[str, Any]] = json.loads(PATH.read_text())["cases"]
+    return found
+
+
+def random_systems() -> Iterator[tuple[str, wb.BrakedDriveline, tuple[float, float]]]:
+    """(name, system, initial state) of the random ones."""
+    for one in cases():
         if one["group"] == "random":
             angle, velocity = one["initial"]
             yield one["name"], from_tables(one["system"]), (angle, velocity)

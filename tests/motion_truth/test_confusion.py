@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
 
@@ -10,10 +9,9 @@ import pytest
 
 import wedgebrake as wb
 
-from .make_truth import PATH
-from .systems import from_tables
+from .systems import cases, from_tables
 
-TRUTH = json.loads(PATH.read_text())["cases"]
+TRUTH = cases()
 RANDOM = [one for one in TRUTH if one["group"] == "random"]
 NAMED = [one for one in TRUTH if one["group"] != "random"]
 

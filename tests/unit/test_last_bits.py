@@ -26,15 +26,18 @@ ON_IT = (-0.04682642281644842, 4.979139039508842)
 def test_order_of_a_free_vibration(f, order, transient) -> None:
     """At the section of 1/f periods both angle and velocity vanish: all of it is rounding."""
     system = wb.paper.system(f=f).replace(kinetic=0.0, static=0.0, damping=0.0, slope=0.0)
-    for amplitude in np.linspace(500.0, 512.0, 20).tolist():
+    for amplitude in np.linspace(500.0, 512.0, 8).tolist():
         found = wb.motion(system.replace(amplitude=amplitude), transient=transient)
         assert (found.order, found.settled) == (order, True), (amplitude, found.verdict)
+        # Nothing grows or decays.
+        exponents = found.largest_exponent, found.second_exponent
+        assert exponents == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-@pytest.mark.parametrize("transient", [1800, 2000, 2600, 4000])
+@pytest.mark.parametrize("transient", [1800, 2600])
 def test_order_of_a_focus(transient) -> None:
     """Its returns after two orbits shrink before those after one do, or not, by where it is."""
-    for turn in np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False).tolist():
+    for turn in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False).tolist():
         start = ON_IT[0] * (1.0 + 1e-3 * math.cos(turn)), ON_IT[1] * (1.0 + 1e-3 * math.sin(turn))
         found = wb.motion(FOCUS, transient + 200, transient=transient, initial=start)
         assert found.word == "2T-periodic", (turn, found.verdict)
@@ -43,24 +46,14 @@ def test_order_of_a_focus(transient) -> None:
 def test_branches_begin_behind_a_chaotic_transient() -> None:
     """The wait ends before the transient for about every other last bit."""
     begins = []
-    for number in range(24):
+    for number in range(8):
         system = FOCUS.replace(amplitude=FOCUS.excitation.amplitude * (1.0 + number * EPS))
         data = wb.branches(system, eta=(-21.0, -22.0), switch=0, opposite=False, points=2)
         begins.append((int(data["order"][0]), bool(data["stable"][0])))
     assert set(begins) <= {(2, True), (4, True)}
 
 
-def test_both_ends_of_a_range_are_begun_at_behind_a_chaotic_transient() -> None:
-    """Where the second end is the chaotic one."""
-    numbers = []
-    for number in range(8):
-        system = FOCUS.replace(amplitude=FOCUS.excitation.amplitude * (1.0 + number * EPS))
-        data = wb.branches(system, eta=(-20.95, -21.0), switch=0, points=2)
-        numbers.append(data.sizes["branch_number"])
-    assert numbers == [2] * len(numbers)
-
-
-@pytest.mark.parametrize("step", [0.02, 0.017, 0.014, 0.01, 0.007])
+@pytest.mark.parametrize("step", [0.02, 0.01])
 def test_boundary_ends_at_the_resonance_whatever_the_step(step) -> None:
     """The torus of the 2T motion, to where both multipliers of the synchronous one are -1."""
     start = wb.orbit(wb.paper.system(eta=-18.0, F0=0.036), 2)

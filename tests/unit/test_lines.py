@@ -62,26 +62,6 @@ class TestInterpolation:
         assert float(found.amplitude[0]) == pytest.approx(2.5, rel=loose)
         assert found.amplitude.units == "rad/s"
 
-    def test_hann_has_the_closed_form(self):
-        n, at = 512, 100.3
-        values = signal([(at / (n * INTERVAL), 1.0, 1.0)], n=n)
-        spectrum = wb.spectrum(values)
-        here, neighbour = spectrum.amplitude.to_numpy()[[100, 101]]
-        ratio = neighbour / here
-        expected = 100 + (2 * ratio - 1) / (ratio + 1)
-        found = spectral_lines(spectrum)
-        in_bins = float(found.frequency[0]) / spectrum.attrs["resolution"]
-        # The closed form is that of a long window.
-        assert in_bins == pytest.approx(expected, abs=1e-4)
-        assert in_bins == pytest.approx(at, abs=1e-5)
-
-    def test_a_long_window_is_represented_by_a_shorter_one(self):
-        n = 60_000
-        frequency = 4000.37 / (n * INTERVAL)
-        found = lines_of((frequency, 1.0, 0.2), n=n)
-        assert float(found.frequency[0]) * n * INTERVAL == pytest.approx(4000.37, abs=1e-5)
-        assert float(found.amplitude[0]) == pytest.approx(1.0, rel=1e-5)
-
     def test_several_lines_strongest_first(self):
         known = [(7.013, 0.2, 0.0), (12.377, 3.0, 1.0), (20.0, 1.0, 2.0), (31.61, 0.05, 3.0)]
         found = lines_of(*known)
@@ -151,10 +131,6 @@ class TestNames:
         np.testing.assert_allclose(found.offset, [1.23, -1.23, 1.23, 1.23], atol=2e-4)
         assert found.denominator.to_numpy().tolist() == [0, 0, 0, 0]
 
-    def test_multiple_that_is_the_natural_frequency(self):
-        assert named(10.0, natural=10.0).label.to_numpy().tolist() == ["f_e = f_n"]
-        assert named(20.0, natural=20.0).label.to_numpy().tolist() == ["2 f_e = f_n"]
-
     def test_tolerance_is_half_the_resolution(self):
         within, beyond = named(10.02), named(10.04)
         assert within.attrs["resolution"] == pytest.approx(0.05)
@@ -204,31 +180,6 @@ class TestMotions:
         np.testing.assert_allclose(
             found.order, found.numerator / found.denominator, rtol=0, atol=1e-7
         )
-
-    def test_linear_forced_and_free_vibration(self):
-        """Without brake: the forced line, and the free one that the start sets off."""
-        damping = 0.01
-        system = wb.paper.system(damping=damping).replace(initial_force=0.0, slope=0.0)
-        w, torque = system.excitation.angular_frequency, system.excitation.amplitude
-        found = spectral_lines(wb.spectrum(wb.simulate(system, duration=25.0)))
-        assert found.label.to_numpy().tolist()[:2] == ["f_e", "f_n"]
-        receptance = torque / (1e4 - w**2)
-        assert float(found.amplitude[0]) == pytest.approx(w * receptance, rel=1e-3)
-        # From rest the free vibration takes the forced velocity away; it decays by 12 % in
-        # 25 s, over which the window takes the mean.
-        t = np.linspace(0.0, 25.0, 5001)
-        decay = np.average(np.exp(-0.5 * damping * t), weights=np.sin(np.pi * t / 25.0) ** 2)
-        assert float(found.amplitude[1]) == pytest.approx(w * receptance * decay, rel=2e-3)
-        assert float(found.frequency[1]) == pytest.approx(100.0 / (2 * math.pi), abs=1e-3)
-        assert np.all(found.amplitude[2:] < 1e-2 * found.amplitude[1])
-
-    def test_of_other_quantities(self):
-        response = wb.simulate(wb.paper.system(eta=0.0, F0=0.09), periods=100)
-        found = spectral_lines(wb.spectrum(response, "angle", start=5.0))
-        assert found.attrs["quantity"] == "angle"
-        assert found.amplitude.units == "rad"
-        # The wedge holds more forwards than backwards: the mean angle is not zero.
-        assert "mean" in found.label.to_numpy()
 
 
 class TestArguments:

@@ -17,17 +17,6 @@ def linear(f: float, damping: float) -> wb.BrakedDriveline:
     return wb.paper.system(f=f).replace(kinetic=0.0, static=0.0, damping=damping, slope=0.0)
 
 
-@pytest.mark.parametrize(("f", "order"), [(1 / 2, 1), (2 / 3, 2), (3 / 4, 3), (4 / 7, 4)])
-@pytest.mark.parametrize("transient", ["auto", 200])
-def test_commensurate_free_vibration(f, order, transient) -> None:
-    found = wb.motion(linear(f, 0.0), transient=transient)
-    assert found.kind == ("synchronous" if order == 1 else "periodic")
-    assert found.order == order
-    # Nothing grows or decays.
-    assert found.largest_exponent == pytest.approx(0.0, abs=1e-9)
-    assert found.second_exponent == pytest.approx(0.0, abs=1e-9)
-
-
 def test_incommensurate_free_vibration_is_quasi_periodic() -> None:
     found = wb.motion(linear(GOLDEN, 0.0))
     assert found.kind == "quasi-periodic"
@@ -50,30 +39,6 @@ def test_slow_settling_is_undecided_and_then_synchronous() -> None:
     seconds = late.settling / system.excitation.frequency
     assert math.log(1e5) / 0.05 == pytest.approx(seconds, rel=0.1)
     assert wb.motion(system, limit=1000).kind == "undecided"
-
-
-def test_friction_that_leaves_a_little_damping() -> None:
-    """The same with a brake: c_eff = c (1 + eta/D) slightly positive while it slides on.
-
-    A turning shaft slides all the time, so that the effective damping is exact.
-    """
-    system = wb.paper.system(eta=-0.05, F0=5.0, brake="conventional", damping=0.1).replace(
-        drive_speed=100.0, amplitude=50.0
-    )
-    rate = -0.5 * 0.1 * (1.0 - 0.05)
-    early = wb.motion(system, 250, transient=200)
-    assert early.kind == "undecided"
-    late = wb.motion(system)
-    assert (late.kind, late.stick_class) == ("synchronous", "non-stick-slip")
-    assert late.largest_exponent == pytest.approx(rate, rel=1e-6)
-
-
-@pytest.mark.parametrize("transient", ["auto", 200])
-def test_forced_two_periods(transient) -> None:
-    found = wb.motion(wb.paper.system(eta=-24.0, F0=0.067), transient=transient)
-    assert (found.kind, found.order) == ("periodic", 2)
-    assert found.stick_class == "unidirectional stick-slip"
-    assert found.second_exponent == -math.inf
 
 
 def test_transient_chaos_ends_on_six_periods() -> None:
@@ -115,29 +80,6 @@ def test_exponents_of_a_periodic_orbit_are_those_of_its_return_map() -> None:
     assert found.second_exponent == pytest.approx(exponents[1], rel=1e-3)
 
 
-def test_chaos_has_the_exponent_of_parting_trajectories() -> None:
-    """Lasting chaos; two trajectories 1e-9 apart, set back each time they have parted."""
-    system = wb.paper.system(eta=-28.0, F0=0.036)
-    found = wb.motion(system, limit=8000)
-    assert found.kind == "chaotic"
-    period = 1.0 / system.excitation.frequency
-    orbit = wb.poincare(system, periods=1500, transient=500)
-    here = np.stack([orbit["angle"], orbit["velocity"]], axis=1)
-    scale, apart = np.array([100.0, 1.0]), 1e-7
-    direction, logs = np.array([1.0, 1.0]) / math.sqrt(2.0), []
-    for k in range(len(here) - 1):
-        start = here[k] + apart * direction / scale
-        end = wb.simulate(system, periods=1, initial=tuple(start), times=()).attrs
-        gap = (np.array([end["final_angle"], end["final_velocity"]]) - here[k + 1]) * scale
-        length = max(float(np.hypot(*gap)), 1e-300)
-        logs.append(math.log(length / apart))
-        direction = gap / length
-    batches = np.array(logs).reshape(10, -1).mean(axis=1)
-    parting, error = batches.mean() / period, batches.std(ddof=1) / math.sqrt(10) / period
-    assert abs(found.largest_exponent - parting) < 4.0 * math.hypot(error, found.exponent_error)
-    assert found.largest_exponent > 10.0 * found.exponent_error
-
-
 def test_rest() -> None:
     found = wb.motion(wb.paper.system(eta=0.0, F0=0.5))
     assert (found.kind, found.stick_class) == ("at rest", "at rest")
@@ -157,13 +99,6 @@ def test_without_a_spring_the_angle_does_not_matter() -> None:
     assert found.second_exponent == pytest.approx(-1.0, rel=1e-6)
 
 
-def test_without_friction_at_all_nothing_sticks() -> None:
-    system = linear(0.63, 0.0)
-    found = wb.motion(system, 500, transient=0)
-    assert found.largest_exponent == pytest.approx(0.0, abs=1e-9)
-    assert found.second_exponent == pytest.approx(0.0, abs=1e-9)
-
-
 def test_ends_that_are_answers() -> None:
     grown = wb.motion(wb.paper.system(eta=-24.0, damping=1.0, release=False))
     assert (grown.kind, grown.status) == ("diverged", "diverged")
@@ -180,31 +115,19 @@ def test_smooth_friction_agrees_where_nothing_is_steep() -> None:
     """Synchronous sliding without a stop: both laws have the same exponents."""
     exact = wb.motion(wb.paper.system(eta=-10.0, F0=0.036))
     smooth = wb.motion(wb.paper.system(eta=-10.0, F0=0.036, friction="smoothed"))
+    two = wb.motion(wb.paper.system(eta=-24.0, F0=0.067, friction="smoothed"), 120, transient=80)
+    assert (two.kind, two.order) == ("periodic", 2)
+    assert math.isnan(two.second_exponent) or two.second_exponent < -10.0
     assert exact.kind == smooth.kind == "synchronous"
     assert smooth.peak_torque == pytest.approx(exact.peak_torque, rel=0.02)
     assert smooth.friction_power == pytest.approx(exact.friction_power, rel=0.02)
     assert smooth.largest_exponent == pytest.approx(exact.largest_exponent, rel=0.1)
 
 
-def test_smooth_friction_two_periods() -> None:
-    found = wb.motion(wb.paper.system(eta=-24.0, F0=0.067, friction="smoothed"), 120, transient=80)
-    assert (found.kind, found.order) == ("periodic", 2)
-    assert math.isnan(found.second_exponent) or found.second_exponent < -10.0
-
-
-def test_smooth_friction_with_slow_forcing() -> None:
-    """Many free vibrations in a period of the torque: sampled as finely as they need."""
-    system = wb.paper.system(eta=0.0, F0=0.09, f=0.02, friction="smoothed")
-    found = wb.motion(system, 12, transient=8)
-    work = wb.energy(wb.simulate(system, periods=12, samples_per_period=4000), start=8 * 3.15)
-    assert found.peak_torque == pytest.approx(work.attrs["largest_peak_torque"], rel=0.01)
-    assert found.friction_power == pytest.approx(work.attrs["mean_friction_power"], rel=0.05)
-
-
 @pytest.mark.parametrize(
     ("changes", "periods"),
-    [({"F0": 0.036}, 10), ({"static": 0.33}, 10), ({"drive_speed": 3.0}, 10), ({}, 130)],
-    ids=["series", "static peak", "turning", "many windows"],
+    [({"F0": 0.036}, 10), ({"static": 0.33, "drive_speed": 3.0}, 10), ({}, 130)],
+    ids=["series", "static peak, turning", "many windows"],
 )
 def test_smooth_sums_are_those_of_the_response(changes, periods) -> None:
     """Integrals along the solver's own steps, and over the samples of a response."""
@@ -265,14 +188,14 @@ def test_exponents_that_doubles_can_hardly_hold() -> None:
 def test_overdamped_in_no_time(damping) -> None:
     """A layer of a microsecond at each reversal costs no more than any other slip."""
     system = wb.BrakedDriveline(
-        driveline=wb.Driveline(inertia=1e-6, damping=damping, stiffness=100.0),
+        driveline=wb.Driveline(inertia=1e-5, damping=damping, stiffness=100.0),
         brake=wb.ConventionalBrake(radius=0.2),
         friction=wb.CoulombFriction(kinetic=0.3),
         actuation=wb.Actuation(initial_force=30.0, slope=0.1),
         excitation=wb.HarmonicTorque(amplitude=500.0, frequency=1.0),
     )
-    found = wb.motion(system, 6, transient=3)
-    work = wb.energy(wb.simulate(system, periods=6, samples_per_period=10_000), start=3.0).attrs
+    found = wb.motion(system, 1, transient=0)
+    work = wb.energy(wb.simulate(system, periods=1, samples_per_period=2100)).attrs
     assert found.friction_power == pytest.approx(work["mean_friction_power"], rel=1e-5)
     assert found.peak_torque == pytest.approx(work["largest_peak_torque"], rel=1e-5)
 
@@ -284,15 +207,6 @@ def test_fixed_step_scheme_is_judged_too() -> None:
     )  # fmt: skip
     assert found.kind == "synchronous"
     assert math.isnan(found.largest_exponent)
-
-
-def test_the_chatter_of_the_fixed_step_is_no_chaos() -> None:
-    found = wb.motion(wb.paper.system(eta=-18.0), 100, transient=60, method="ode14x")
-    assert found.kind != "chaotic"
-
-
-def test_a_run_that_was_stopped_says_so() -> None:
-    assert "event_limit" in wb.motion(wb.paper.system(), max_events=5).verdict
 
 
 @pytest.mark.parametrize(
@@ -310,11 +224,6 @@ def test_a_run_that_was_stopped_says_so() -> None:
 def test_wrong_arguments(arguments, words) -> None:
     with pytest.raises(wb.InputError, match=words):
         wb.motion(wb.paper.system(), **arguments)
-
-
-def test_wrong_system() -> None:
-    with pytest.raises(wb.InputError, match="system = 3: must be a BrakedDriveline"):
-        wb.motion(3)
 
 
 def test_verdict_reads_well() -> None:

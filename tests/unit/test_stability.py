@@ -28,14 +28,6 @@ def test_a_map_agrees_with_the_verdict_point_by_point():
                 assert float(here.growth) == pytest.approx(worst, rel=1e-9, abs=1e-12)
 
 
-def test_a_map_of_a_brake_without_an_angle():
-    base = wb.paper.system().replace(brake=wb.BandBrake(wrap_angle=4.0, radius=0.2))
-    chart = wb.stability_map(base, kinetic=[0.2, 0.3], eta=[-0.1])
-    for m in (0.2, 0.3):
-        one = wb.stability(base.replace(kinetic=m, static=m).replace(eta=-0.1))
-        assert float(chart.margin.sel(kinetic=m)[0]) == pytest.approx(one.margin_eta, rel=1e-12)
-
-
 @pytest.mark.parametrize(
     ("axes", "name"),
     [
@@ -123,57 +115,6 @@ def test_without_friction_or_spring():
     assert free.forward.eigenvalues[0] == 0.0
 
 
-def test_damping_at_a_speed_is_that_of_stability_where_friction_is_constant():
-    for brake in ("wedge", "conventional"):
-        system = wb.paper.system(eta=-0.5, brake=brake)
-        verdict = wb.stability(system)
-        assert damping_at(system, 1.0) == pytest.approx(verdict.forward.damping, rel=1e-12)
-        assert damping_at(system, -1.0) == pytest.approx(verdict.backward.damping, rel=1e-12)
-        beyond = system.actuation.release_speed
-        assert damping_at(system, 1.001 * beyond) == system.driveline.damping
-
-
-@pytest.mark.parametrize("speed", [0.4, 2.0, -0.7])
-@pytest.mark.parametrize("law", ["tabulated", "smoothed"])
-def test_damping_at_a_speed_is_how_small_vibration_fades_or_grows(law, speed):
-    """Beside steady sliding the deviation goes as exp(-d t/2J): measured on the response."""
-    laws = {
-        "tabulated": wb.TabulatedFriction(speeds=(0, 0.2, 1.0), coefficients=(0.4, 0.33, 0.3)),
-        "smoothed": wb.SmoothedFriction(kinetic=0.3, static=0.4, decay=4.0),
-    }
-    system = wb.BrakedDriveline(
-        driveline=wb.Driveline(inertia=1.0, damping=0.1, stiffness=400.0, drive_speed=speed),
-        brake=wb.ConventionalBrake(radius=0.2),
-        friction=laws[law],
-        actuation=wb.Actuation(initial_force=300.0, slope=2.0),
-        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=20.0 / (2.0 * np.pi)),
-    )
-    coefficient = 0.2 * (300.0 + 2.0 * abs(speed))
-    friction = laws[law]
-    if law == "smoothed":
-        coefficient *= friction.coefficient(0.2 * speed)
-    else:
-        mu = np.interp(0.2 * abs(speed), friction.speeds, friction.coefficients)
-        # The torque, not the coefficient, is linear between the points of a table.
-        ends = [0.2 * (300.0 + 2.0 * v / 0.2) * m for v, m in ((0, 0.4), (0.2, 0.33), (1.0, 0.3))]
-        coefficient = np.sign(speed) * np.interp(0.2 * abs(speed), (0, 0.2, 1.0), ends)
-        assert mu == pytest.approx(abs(coefficient) / (0.2 * (300 + 2 * abs(speed))), rel=1e-2)
-    # J theta'' + c theta' + k theta + R F_mu = 0 with theta' = 0.
-    rest = -coefficient / 400.0
-    small = 1e-5
-    response = wb.simulate(
-        system,
-        duration=2.0,
-        initial=(rest + small, 0.0),
-        rtol=1e-12 if law == "smoothed" else 1e-9,
-        times=np.linspace(0, 2.0, 4001),
-    )
-    time, angle = response["time"].values, response["angle"].values - rest
-    peaks = np.flatnonzero((angle[1:-1] > angle[:-2]) & (angle[1:-1] > angle[2:])) + 1
-    rate = np.polyfit(time[peaks], np.log(angle[peaks]), 1)[0]
-    assert -2.0 * rate == pytest.approx(damping_at(system, speed), abs=0.02, rel=0.02)
-
-
 def test_damping_where_the_brake_locks_or_rests():
     locked = wb.paper.system(alpha=0.9)
     assert damping_at(locked, 1.0) == np.inf
@@ -209,15 +150,6 @@ def test_at_the_release_the_worse_side_counts(law):
     assert np.abs(response["velocity"].values).max() > 1.0
 
 
-def test_at_a_corner_of_a_table_the_worse_side_counts():
-    friction = wb.TabulatedFriction(
-        speeds=(0.0, 0.2, 0.5, 1.0), coefficients=(0.4, 0.35, 0.3, 0.32)
-    )
-    system = _turning(friction, 2.5, slope=0.0)
-    left = 0.1 + 0.2 * 300.0 * (0.30 - 0.35) / (0.3 / 0.2)
-    assert damping_at(system, 2.5) == pytest.approx(left, rel=1e-9)
-
-
 def test_a_table_locks_only_where_friction_is_high():
     """Locked near rest, sliding at speed: no locking in motion."""
     table = wb.TabulatedFriction(speeds=(0.0, 0.2, 1.0), coefficients=(0.4, 0.3, 0.2))
@@ -251,13 +183,6 @@ def test_of_a_turning_shaft_the_sliding_at_its_speed_decides():
     assert beyond.stable
     assert beyond.backward.speed == 6.0
     assert not wb.stability(FALLING.replace(stiffness=0.0, drive_speed=6.0)).stable
-
-
-def test_of_a_turning_shaft_at_whose_speed_the_brake_locks():
-    found = wb.stability(wb.paper.system(alpha=0.9).replace(drive_speed=1.0))
-    assert found.forward.locked
-    assert found.damping == np.inf
-    assert not found.stable
 
 
 def test_a_table_that_locks_near_rest_alone_is_not_locked_at_the_speed_of_the_shaft():
@@ -370,13 +295,6 @@ def test_the_damping_changes_sign_at_the_slope_of_the_hopf_point(friction, drive
     assert about[0] < 0.0 < about[1]
 
 
-def test_beyond_the_release_the_driveline_alone_damps():
-    turning = wb.stability(wb.paper.system().replace(drive_speed=10.0))
-    assert turning.damping == 0.1
-    assert turning.margin_slope is None
-    assert turning.forward.released
-
-
 @pytest.mark.parametrize(
     "friction", [wb.CoulombFriction(kinetic=0.36), wb.SmoothedFriction(kinetic=0.36)]
 )
@@ -397,12 +315,3 @@ def test_a_released_brake_locks_nothing(friction, drive_speed):
     assert float(chart.growth) == pytest.approx(-0.05 / 100.0)
     free = system.replace(amplitude=0.0)
     assert wb.simulate(free, periods=3).attrs["status"] == "completed"
-
-
-def test_a_brake_without_force_is_released_next_to_rest():
-    system = wb.paper.system().replace(initial_force=0.0, slope=-4.0)
-    found = wb.stability(system)
-    assert found.forward.released
-    assert found.damping == 0.1
-    chart = wb.stability_map(system, eta=[system.groups.eta]).isel(eta=0)
-    assert bool(chart.stable) == found.stable

@@ -68,7 +68,7 @@ def test_derivative_agrees_with_differences(name) -> None:
     line = system.driveline
     weight = line.natural_frequency or system.excitation.angular_frequency
     checked = 0
-    for _ in range(40):
+    for _ in range(25):
         size = 10.0 ** rng.uniform(0.0, 1.3)
         state = (size / weight * rng.normal(), size * rng.normal() - line.drive_speed)
         outcome, matrix, logdet, ranked = _derivative(system, state)
@@ -89,14 +89,14 @@ def test_derivative_agrees_with_differences(name) -> None:
         else:
             assert abs(np.linalg.det(matrix)) <= rounding
         checked += 1
-    assert checked >= 20, (name, checked)
+    assert checked >= 12, (name, checked)
 
 
 def test_log_in_pieces_gives_the_same_sum() -> None:
     """A log that fills up again and again changes neither the sums nor the derivative."""
     system = wb.paper.system(eta=-24.0, F0=0.036)
     settings = evaluate_point.Settings(40, 20, 100, 10**6)
-    results = np.empty(3, dtype=evaluate_point.RESULT)
+    results = evaluate_point.EMPTY.repeat(3)
     for rows, result in zip((3, 17, 4000), results, strict=True):
         arrays = evaluate_point.arrays_for(settings, rows)
         evaluate_point.evaluate(problem(system), 0.0, 0.0, settings, arrays, result)

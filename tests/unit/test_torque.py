@@ -7,7 +7,6 @@ of motion, the rest from dense samples.
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -60,11 +59,6 @@ def window(system: wb.BrakedDriveline, first: int, last: int) -> dict[str, float
     return {"start": first * period, "stop": last * period}
 
 
-def _smoothed(steepness: float, method: str):
-    friction = wb.SmoothedFriction(kinetic=0.3, steepness=steepness)
-    return wb.simulate(PAPER.replace(friction=friction, eta=-6.0), periods=20, method=method)
-
-
 class TestMean:
     @pytest.mark.parametrize("name", SYSTEMS)
     def test_satisfies_the_equation_of_motion(self, name):
@@ -73,30 +67,6 @@ class TestMean:
         found = wb.brake_torque(wb.simulate(system, periods=9, samples_per_period=40), **where)
         dense = wb.simulate(system, periods=9, samples_per_period=4000)
         assert found.mean == pytest.approx(balance(system, dense, **where), abs=1e-7 * found.peak)
-
-    def test_over_a_part_of_a_period(self):
-        """With bounds between samples."""
-        where = {"start": 0.3003, "stop": 0.3501}
-        found = wb.brake_torque(wb.simulate(PAPER, periods=9, samples_per_period=70), **where)
-        dense = wb.simulate(PAPER, times=np.linspace(*where.values(), 20_001), periods=9)
-        assert found.mean == pytest.approx(balance(PAPER, dense, **where), abs=1e-6 * found.peak)
-
-    def test_of_smooth_friction(self):
-        system = wb.paper.system(friction="smoothed")
-        where = window(system, 3, 9)
-        found = wb.brake_torque(wb.simulate(system, periods=9), **where)
-        dense = wb.simulate(system, periods=9, samples_per_period=4000, rtol=1e-12)
-        assert found.mean == pytest.approx(balance(system, dense, **where), abs=1e-4 * found.peak)
-
-    def test_adds_up(self):
-        response = wb.simulate(PAPER, periods=9, samples_per_period=50)
-        cuts = [0.1, 0.23456, 0.3, 0.52, 0.525, 0.7]
-        for name in ("mean", "mean_size"):
-            parts = sum(
-                (b - a) * getattr(wb.brake_torque(response, a, b), name) for a, b in pairwise(cuts)
-            )
-            whole = getattr(wb.brake_torque(response, 0.1, 0.7), name)
-            assert parts / 0.6 == pytest.approx(whole, rel=1e-7)
 
 
 class TestClosedForms:
@@ -152,40 +122,6 @@ class TestAgainstDenseSamples:
         largest = float(np.max(torque))  # beside a jump, samples miss the largest
         assert largest * (1.0 - 1e-6) <= found.peak <= largest * (1.0 + 5e-4)
 
-    @pytest.mark.parametrize("name", SYSTEMS)
-    def test_sampling_does_not_matter(self, name):
-        system = SYSTEMS[name]
-        few, many = (
-            wb.brake_torque(wb.simulate(system, periods=9, samples_per_period=n), 0.1, 0.6)
-            for n in (40, 400)
-        )
-        assert few.mean == pytest.approx(many.mean, abs=1e-7 * many.peak)
-        assert few.mean_size == pytest.approx(many.mean_size, rel=2e-6)
-        assert few.peak == pytest.approx(many.peak, rel=1e-5)
-
-    def test_negative_force_is_seen(self):
-        """The torque of this case drives the motion for a while."""
-        response = wb.simulate(SYSTEMS["negative force"], periods=9)
-        torque = response["brake_torque"].to_numpy()
-        assert np.any(torque * response["velocity"].to_numpy() < -1.0)
-
-    def test_steep_smoothed_friction_agrees_with_coulomb(self):
-        found = wb.brake_torque(_smoothed(1e4, "smooth"), **window(PAPER, 10, 20))
-        coulomb = wb.simulate(PAPER.replace(eta=-6.0), periods=20)
-        exact = wb.brake_torque(coulomb, **window(PAPER, 10, 20))
-        assert found.mean == pytest.approx(exact.mean, rel=2e-3)
-        assert found.mean_size == pytest.approx(exact.mean_size, rel=2e-3)
-        assert found.peak == pytest.approx(exact.peak, rel=2e-3)
-
-    def test_fixed_step_agrees(self):
-        one, other = (
-            wb.brake_torque(_smoothed(100.0, method), **window(PAPER, 10, 20))
-            for method in ("smooth", "ode14x")
-        )
-        assert other.mean == pytest.approx(one.mean, rel=2e-3)
-        assert other.mean_size == pytest.approx(one.mean_size, rel=2e-3)
-        assert other.peak == pytest.approx(one.peak, rel=2e-3)
-
     def test_is_the_peak_of_motion_and_energy(self):
         response = wb.simulate(PAPER, periods=60)
         found = wb.brake_torque(response, **window(PAPER, 20, 60))
@@ -204,14 +140,6 @@ class TestRuns:
         response = wb.simulate(wb.paper.system(damping=1.0, release=False), periods=250)
         assert response.attrs["status"] == "diverged"
         assert wb.brake_torque(response).peak > 1e4
-
-    def test_that_begin_late(self):
-        where = {"start": 5.0, "stop": 5.5}
-        one = wb.simulate(PAPER, duration=1.0, start_time=5.0)
-        late = wb.simulate(PAPER, duration=0.5, start_time=5.0)
-        assert wb.brake_torque(one, **where).mean == pytest.approx(
-            wb.brake_torque(late).mean, rel=1e-9
-        )
 
     def test_bounds_may_miss_by_rounding(self):
         response = wb.simulate(PAPER, periods=50)

@@ -13,8 +13,8 @@ spectral_peaks         lines of a spectrum, named by f_e and f_n
 sticking               intervals of rest and class of stick-slip
 energy                 work, losses and heat in every period
 torque                 mean and peak of the brake torque
-segments, dense_motion, closed_form, system_from_response
-                       motion and brake torque between the recorded states
+segments, dense_motion motion and brake torque between the recorded states
+datasets               labels of the results
 
 Of trajectories, compiled:
 

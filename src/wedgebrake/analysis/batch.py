@@ -8,7 +8,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.evaluate_point import RESULT, Settings, arrays_for, clear, evaluate
+from wedgebrake.analysis.evaluate_point import EMPTY, RESULT, Settings, arrays_for, evaluate
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.assemble import Machine, assemble, workspace
 from wedgebrake.dynamics.brake_torque import LAW
@@ -89,12 +89,6 @@ def _machine(tables, choice):
     )
 
 
-@compiled
-def _is_valid(machine):
-    parts = machine.driveline.inertia + machine.radius + machine.breakaway
-    return not math.isnan(parts + machine.actuator.initial_force + machine.torque.amplitude)
-
-
 def _run(law, tables, choices, states, follow, settings, divergence_factor, results, record):
     """Evaluate every point of a batch, in order.
 
@@ -111,39 +105,31 @@ def _run(law, tables, choices, states, follow, settings, divergence_factor, resu
     arrays = arrays_for(settings, ROWS)
     angle, velocity = 0.0, 0.0
     for i in range(choices.size):
+        results[i] = EMPTY[0]
         result = results[i]
-        clear(result)
         machine = _machine(tables, choices[i])
-        if not _is_valid(machine):
+        parts = machine.driveline.inertia + machine.radius + machine.breakaway
+        if math.isnan(parts + machine.actuator.initial_force + machine.torque.amplitude):
             continue
         if not (follow and i > 0 and results[i - 1].outcome == Outcome.COMPLETED):
             angle, velocity = states[i, ANGLE], states[i, VELOCITY]
         problem = assemble(law, machine, angle, velocity, divergence_factor, work)
         begin, end = evaluate(problem, angle, velocity, settings, arrays, result)
         angle, velocity = result.final_angle, result.final_velocity
-        if i < record.shape[0]:
-            for k in range(begin, end):
-                record[i, k - begin, ANGLE] = arrays.points[k, ANGLE]
-                record[i, k - begin, VELOCITY] = arrays.points[k, VELOCITY]
+        for k in range(begin, end if i < record.shape[0] else begin):
+            record[i, k - begin, ANGLE] = arrays.points[k, ANGLE]
+            record[i, k - begin, VELOCITY] = arrays.points[k, VELOCITY]
 
 
 def _signature():
     """One signature, so that the cache serves all brakes."""
     real, whole = types.float64, types.int64
     vector, matrix = types.Array(real, 1, "C"), types.Array(real, 2, "C")
-
-    tables = types.NamedTuple(
-        (
-            array_of(DRIVELINE),
-            array_of(BRAKE),
-            vector,
-            matrix,
-            matrix,
-            array_of(ACTUATION),
-            array_of(EXCITATION),
-        ),
-        Tables,
-    )
+    columns = (
+        array_of(DRIVELINE), array_of(BRAKE), vector, matrix, matrix, array_of(ACTUATION),
+        array_of(EXCITATION),
+    )  # fmt: skip
+    tables = types.NamedTuple(columns, Tables)
     settings = types.NamedUniTuple(whole, 4, Settings)
     return (
         LAW, tables, array_of(CHOICE), matrix, types.boolean, settings, real, array_of(RESULT),

@@ -78,6 +78,9 @@ class Verdict(NamedTuple):
     second: float
 
 
+UNKNOWN = Verdict(MotionClass.UNDECIDED, 0, math.nan, math.nan, math.nan, math.nan)
+
+
 @compiled
 def distance(points, i, j, weight):
     """Distance of two Poincare points [rad/s]."""
@@ -86,22 +89,16 @@ def distance(points, i, j, weight):
 
 
 @compiled
-def farthest(points, weight):
-    """Largest distance of a Poincare point from the origin, or a little more [rad/s]."""
-    angle, velocity = 0.0, 0.0
-    for k in range(points.shape[0]):
-        angle = max(angle, abs(points[k, ANGLE]))
-        velocity = max(velocity, abs(points[k, VELOCITY]))
-    return weight * angle + velocity
-
-
-@compiled
 def rounding_of(points, weight, size):
     """Rounding error of a distance between points [rad/s].
 
     A state near the origin is a sum of terms as large as the motion, with their rounding errors.
     """
-    return ROUNDING * max(farthest(points, weight), size)
+    angle, velocity = 0.0, 0.0
+    for k in range(points.shape[0]):
+        angle = max(angle, abs(points[k, ANGLE]))
+        velocity = max(velocity, abs(points[k, VELOCITY]))
+    return ROUNDING * max(weight * angle + velocity, size)
 
 
 @compiled
@@ -254,16 +251,6 @@ def _average(points):
 
 
 @compiled
-def disagreement(points, weight, size):
-    """Distance of the averages of two halves of the points, over the motion's size."""
-    last = points.shape[0] - 1
-    middle = last // 2
-    angle0, velocity0 = _average(points[:middle])
-    angle1, velocity1 = _average(points[middle:last])
-    return math.hypot(weight * (angle0 - angle1), velocity0 - velocity1) / size
-
-
-@compiled
 def _aperiodic_class(window, mean, error):
     """Class of a motion that does not repeat, from the mean growth of a deviation and its error.
 
@@ -280,8 +267,11 @@ def _aperiodic_class(window, mean, error):
     # be long enough to see that, unless nothing shrinks at all.
     if abs(window.area) * count > _CONSERVED and window.area * count > -4.0:
         return MotionClass.UNDECIDED
-    falling = _trend(points, window.weight) < -_FALLING
-    if falling or disagreement(points, window.weight, window.size) > 0.1 / count:
+    # The averages of both halves of the points must agree.
+    angle0, velocity0 = _average(points[: count // 2])
+    angle1, velocity1 = _average(points[count // 2 : count])
+    apart = math.hypot(window.weight * (angle0 - angle1), velocity0 - velocity1) / window.size
+    if _trend(points, window.weight) < -_FALLING or apart > 0.1 / count:
         return MotionClass.UNDECIDED
     return MotionClass.QUASI_PERIODIC
 
@@ -290,23 +280,23 @@ def _aperiodic_class(window, mean, error):
 def classify(window):
     """First ``Verdict`` on a motion from a ``Window``; ``conclude`` is the last."""
     mean, error = mean_growth(window.growth)
-    if window.resting:
-        return Verdict(MotionClass.AT_REST, np.int64(0), 0.0, mean, error, window.area - mean)
-    order, returned = order_of(window.points, window.weight, window.size)
-    class_ = MotionClass.PERIODIC if order > 1 else MotionClass.SYNCHRONOUS
-    if order == 0:
-        class_ = _aperiodic_class(window, mean, error)
+    class_, order, returned = MotionClass.AT_REST, np.int64(0), 0.0
+    if not window.resting:
+        order, returned = order_of(window.points, window.weight, window.size)
+        class_ = MotionClass.PERIODIC if order > 1 else MotionClass.SYNCHRONOUS
+        if order == 0:
+            class_ = _aperiodic_class(window, mean, error)
     return Verdict(class_, order, returned, mean, error, window.area - mean)
 
 
 @compiled
-def attracts(first, returned, window):
+def _attracts(first, returned, window):
     """Return True if a motion that returns to ``returned`` of its size is on an orbit to stay.
 
-    first : logarithm of the largest multiplier. What is left to come is a geometric series
-            of it, so that a slow passage by the ghost of an orbit, where it is almost 1, is
-            not taken for one. What returns to rounding only must not be unstable. Where it is
-            not known (nan), the return is all the evidence.
+    What is left to come is a geometric series of the largest multiplier, exp(first), so that a
+    slow passage by the ghost of an orbit, where it is almost 1, is not taken for one. What returns
+    to rounding only must not be unstable. Where it is not known (nan), the return is all the
+    evidence.
     """
     if math.isnan(first):
         return True
@@ -320,7 +310,7 @@ def attracts(first, returned, window):
 def conclude(window, verdict, first, second):
     """``Verdict`` on a motion that repeats, from the logarithms of its orbit's multipliers."""
     order = verdict.order
-    if attracts(first, verdict.return_distance, window):
+    if _attracts(first, verdict.return_distance, window):
         error = math.nan if math.isnan(first) else 0.0
         return Verdict(
             verdict.motion, order, verdict.return_distance, first / order, error, second / order

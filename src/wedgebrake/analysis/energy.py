@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.datasets import attributes, dataset_over
 from wedgebrake.analysis.dense_motion import DenseMotion
-from wedgebrake.analysis.segments import Segments, segments_between
+from wedgebrake.analysis.segments import (
+    ResponseSystem,
+    Segments,
+    segments_between,
+    system_from_response,
+)
 from wedgebrake.analysis.sticking import inside, span
-from wedgebrake.analysis.system_from_response import ResponseSystem, system_from_response
 from wedgebrake.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,6 +33,8 @@ _SAME = 1e-12
 _LEAST_EXCHANGE = 1e-6
 
 _SPEC = {
+    "period": ("1", "number of the period"),
+    "time": ("s", "beginning"),
     "torque_work": ("J", "work of the torque"),
     "drive_work": ("J", "work of the shaft's drive against the brake"),
     "viscous_loss": ("J", "heat of the viscous damping"),
@@ -38,7 +45,7 @@ _SPEC = {
     "peak_torque": ("N m", "largest magnitude of the brake torque, also at rest"),
     "amplification": ("1", "mean |F_mu|/F_a while the pressed brake slides"),
 }
-_BALANCE = tuple(_SPEC)[:6]
+_BALANCE = tuple(name for name, (unit, _) in _SPEC.items() if unit == "J")
 _INTEGRALS = (*_BALANCE[:4], "amplification_time", "amplification_integral", "peak_torque")
 
 
@@ -94,94 +101,97 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     low = begin if start is None else inside(start, begin, end)
     period = given.excitation.period
     first, last = _periods(response, low, period)
-    times = response["poincare_time"].to_numpy()[first : last + 1]
+    times, angle, velocity, numbers = (
+        response[name].to_numpy()[first : last + 1]
+        for name in ("poincare_time", "poincare_angle", "poincare_velocity", "period")
+    )
     segments = segments_between(response, times[0], times[-1], _SAME * period)
     check_gaps(segments, given, period, "the energy balance")
     parts = _integrals(response, given, segments, times)
-    angle = response["poincare_angle"].to_numpy()[first : last + 1]
-    velocity = response["poincare_velocity"].to_numpy()[first : last + 1]
     line = given.driveline
     stored = 0.5 * line.inertia * velocity**2 + 0.5 * line.stiffness * angle**2
     parts["stored_change"] = np.diff(stored)
-    return _dataset(response, given, parts, times, first, float(np.max(stored)))
+    supplied = parts["torque_work"] + parts["drive_work"]
+    taken = parts["viscous_loss"] + parts["friction_heat"] + parts["stored_change"]
+    pressed, ratio = parts["amplification_time"], parts["amplification_integral"]
+    values = parts | {
+        "period": numbers[:-1],
+        "time": times[:-1],
+        "residual": supplied - taken,
+        "friction_power": parts["friction_heat"] / np.diff(times),
+        "amplification": _ratio(ratio, pressed),
+    }
+    dataset = dataset_over("period", _SPEC, values).set_coords("time")
+    dataset.attrs = {
+        "start": float(times[0]),
+        "stop": float(times[-1]),
+        **{f"total_{name}": float(np.sum(values[name])) for name in _BALANCE},
+        "mean_friction_power": float(np.sum(parts["friction_heat"]) / (times[-1] - times[0])),
+        "mean_amplification": float(_ratio(np.sum(ratio), np.sum(pressed))),
+        "largest_peak_torque": float(np.max(parts["peak_torque"])),
+        "error": _error(values, float(np.max(stored))),
+        "law": "samples" if given.system is None else "system",
+        **attributes(response, "method", "status", "message"),
+    }
+    return dataset
 
 
 def _integrals(
     response: xr.Dataset, given: ResponseSystem, segments: Segments, times: FloatArray
 ) -> dict[str, FloatArray]:
-    """Integrals over each period, computed in blocks of segments to limit the memory."""
+    """Integrals over each period, and its peak torque."""
     motion = DenseMotion(response, given, segments)
-    number, count = np.searchsorted(times, segments.middle) - 1, times.size - 1
-    sums = {name: np.zeros(count) for name in _INTEGRALS}
+    number = np.searchsorted(times, segments.middle) - 1
+    sums = {name: np.zeros(times.size - 1) for name in _INTEGRALS}
     for group in motion.quadrature_groups():
         rule = motion.select(group).quadrature()
-        # Blocks of whole periods, so that the result does not depend on their size.
-        several = max(1, _BLOCK * count // (group.size * rule[0].size))
-        cuts = np.searchsorted(number[group], np.arange(several, count, several))
-        for rows in filter(np.size, np.split(group, cuts)):
-            first, last = number[rows[0]], number[rows[-1]] + 1
-            block = _Block(motion.select(rows), rule, number[rows] - first, last - first)
-            for name, values in block.integrals().items():
+        # In blocks, to limit the memory.
+        blocks = min(group.size, 1 + group.size * rule[0].size // _BLOCK)
+        for rows in np.array_split(group, blocks):
+            for name, values in _over_segments(motion.select(rows), *rule).items():
                 add = np.maximum if name == "peak_torque" else np.add
-                add(sums[name][first:last], values, out=sums[name][first:last])
+                add.at(sums[name], number[rows], values)
     return sums
 
 
-class _Block(NamedTuple):
-    """Segments of a motion that lie in ``periods`` periods.
+def _over_segments(
+    motion: DenseMotion, x: FloatArray, weights: FloatArray
+) -> dict[str, FloatArray]:
+    """Integrals over each segment, by nodes and weights (m,), and its peak torque."""
+    given, drive_speed = motion.given, motion.given.driveline.drive_speed
+    velocity, sliding, torque = motion.state(x)
+    force = given.force(sliding)
+    counts = (force > 0.0) & ~motion.sticking[:, None]
+    powers: dict[str, Any] = {
+        "torque_work": motion.excitation(x) * velocity,
+        "drive_work": drive_speed * torque,
+        "viscous_loss": given.driveline.damping * velocity**2,
+        "friction_heat": torque * sliding,
+        "amplification_time": counts,
+        "amplification_integral": np.abs(torque) / (given.radius * np.where(counts, force, np.inf)),
+    }
+    share = motion.segments.duration[:, None] * weights
+    found = {name: np.sum(share * power, axis=1) for name, power in powers.items()}
+    return found | {"peak_torque": _peak(motion, x, np.abs(torque))}
 
-    rule   : nodes and weights (m,) of the quadrature over a segment
-    period : (n,) index of the period of each segment
-    """
 
-    motion: DenseMotion
-    rule: tuple[FloatArray, FloatArray]
-    period: NDArray[np.intp]
-    periods: int
-
-    def integrals(self) -> dict[str, FloatArray]:
-        """Integrals over each period, and its peak torque."""
-        motion, given = self.motion, self.motion.given
-        line, (x, weights) = given.driveline, self.rule
-        velocity, sliding, torque = motion.state(x)
-        share = motion.segments.duration[:, None] * weights
-        force = given.force(sliding)
-        counts = (force > 0.0) & ~motion.sticking[:, None]
-        ratio = np.abs(torque) / (given.radius * np.where(counts, force, np.inf))
-        return {
-            "torque_work": self._sum(share * motion.excitation(x) * velocity),
-            "drive_work": self._sum(share * line.drive_speed * torque),
-            "viscous_loss": self._sum(share * line.damping * velocity**2),
-            "friction_heat": self._sum(share * torque * sliding),
-            "amplification_time": self._sum(share * counts),
-            "amplification_integral": self._sum(share * ratio),
-            "peak_torque": self._peak(np.abs(torque)),
-        }
-
-    def _sum(self, values: FloatArray) -> FloatArray:
-        """Sum over the segments of each period."""
-        return np.asarray(np.bincount(self.period, values.sum(axis=1), self.periods), dtype=float)
-
-    def _peak(self, inner: FloatArray) -> FloatArray:
-        """Largest |torque| in each period, given |torque| at the nodes."""
-        ends = np.array([0.0, 1.0])
-        outer = np.abs(self.motion.state(ends)[2])
-        x = np.concatenate(([0.0], self.rule[0], [1.0]))
-        torque = np.column_stack((outer[:, 0], inner, outer[:, 1]))
-        # And the vertex of the parabola through the largest value and its neighbours.
-        top = np.clip(np.argmax(torque, axis=1), 1, x.size - 2)
-        rows = np.arange(top.size)
-        left, right = x[top - 1] - x[top], x[top + 1] - x[top]
-        here = torque[rows, top]
-        fall, rise = (torque[rows, top - 1] - here) / left, (torque[rows, top + 1] - here) / right
-        bend = (rise - fall) / (right - left)
-        hollow = bend < -1e-12 * here  # else flat, or rising towards an end
-        step = np.where(hollow, 0.5 * (left - fall / np.where(hollow, bend, 1.0)), 0.0)
-        vertex = x[top] + np.clip(step, left, right)
-        turning = np.abs(self.motion.state(vertex[:, None])[2])[:, 0]
-        peak = np.zeros(self.periods)
-        np.maximum.at(peak, self.period, np.maximum(torque.max(axis=1), turning))
-        return peak
+def _peak(motion: DenseMotion, nodes: FloatArray, inner: FloatArray) -> FloatArray:
+    """Largest |torque| in each segment, given |torque| at the nodes."""
+    outer = np.abs(motion.state(np.array([0.0, 1.0]))[2])
+    x = np.concatenate(([0.0], nodes, [1.0]))
+    torque = np.column_stack((outer[:, 0], inner, outer[:, 1]))
+    # And the vertex of the parabola through the largest value and its neighbours.
+    top = np.clip(np.argmax(torque, axis=1), 1, x.size - 2)
+    rows = np.arange(top.size)
+    left, right = x[top - 1] - x[top], x[top + 1] - x[top]
+    here = torque[rows, top]
+    fall, rise = (torque[rows, top - 1] - here) / left, (torque[rows, top + 1] - here) / right
+    bend = (rise - fall) / (right - left)
+    hollow = bend < -1e-12 * here  # else flat, or rising towards an end
+    step = np.where(hollow, 0.5 * (left - fall / np.where(hollow, bend, 1.0)), 0.0)
+    vertex = x[top] + np.clip(step, left, right)
+    turning = np.abs(motion.state(vertex[:, None])[2])[:, 0]
+    return np.asarray(np.maximum(torque.max(axis=1), turning))
 
 
 def _periods(response: xr.Dataset, low: float, period: float) -> tuple[int, int]:
@@ -190,19 +200,17 @@ def _periods(response: xr.Dataset, low: float, period: float) -> tuple[int, int]
     points = response["poincare_time"].to_numpy()
     margin = _FORCED * period
     if times.size:
-        good = (points >= max(low - 1e-9 * period, times[0] - margin)) & (
-            points <= times[-1] + margin
-        )
-        found = np.flatnonzero(good)
+        early, late = max(low - 1e-9 * period, times[0] - margin), times[-1] + margin
+        found = np.flatnonzero((points >= early) & (points <= late))
         if found.size >= 2:
             return int(found[0]), int(found[-1])
     covered = f"{times[0]:g} s to {times[-1]:g} s" if times.size else "none at all"
     ended = response.attrs.get("status", "completed")
-    early = "" if ended == "completed" else f" The run ended early ({ended})."
+    stopped = "" if ended == "completed" else f" The run ended early ({ended})."
     raise InputError(
         f"response: no whole period of the torque from {low:g} s on was sampled (a period is"
         f" {period:g} s, from n/f_e to (n + 1)/f_e; samples: {covered}). Simulate at least two"
-        f" periods, or choose an earlier start.{early}"
+        f" periods, or choose an earlier start.{stopped}"
     )
 
 
@@ -221,56 +229,8 @@ def check_gaps(segments: Segments, given: ResponseSystem, period: float, what: s
         )
 
 
-def _dataset(
-    response: xr.Dataset,
-    given: ResponseSystem,
-    parts: dict[str, FloatArray],
-    times: FloatArray,
-    first: int,
-    largest_stored: float,
-) -> xr.Dataset:
-    """Return the integrals as a labelled dataset.
-
-    largest_stored : largest stored energy [J]
-    """
-    import xarray as xr
-
-    supplied = parts["torque_work"] + parts["drive_work"]
-    taken = parts["viscous_loss"] + parts["friction_heat"] + parts["stored_change"]
-    pressed, ratio = parts["amplification_time"], parts["amplification_integral"]
-    values = parts | {
-        "residual": supplied - taken,
-        "friction_power": parts["friction_heat"] / np.diff(times),
-        "amplification": _ratio(ratio, pressed),
-    }
-    numbers = response["period"].to_numpy()[first : first + times.size - 1]
-    dataset = xr.Dataset(
-        {
-            name: ("period", values[name], {"units": unit, "long_name": meaning})
-            for name, (unit, meaning) in _SPEC.items()
-        },
-        coords={
-            "period": ("period", numbers, {"units": "1", "long_name": "number of the period"}),
-            "time": ("period", times[:-1], {"units": "s", "long_name": "beginning"}),
-        },
-    )
-    dataset.attrs = {
-        "start": float(times[0]),
-        "stop": float(times[-1]),
-        **{f"total_{name}": float(np.sum(values[name])) for name in _BALANCE},
-        "mean_friction_power": float(np.sum(parts["friction_heat"]) / (times[-1] - times[0])),
-        "mean_amplification": float(_ratio(np.sum(ratio), np.sum(pressed))),
-        "largest_peak_torque": float(np.max(parts["peak_torque"])),
-        "error": _error(values, largest_stored),
-        "law": "samples" if given.system is None else "system",
-    }
-    kept = ("method", "status", "message")
-    dataset.attrs |= {name: response.attrs[name] for name in kept if name in response.attrs}
-    return dataset
-
-
 def _ratio(part: Any, whole: Any) -> Any:
-    """Return part/whole, nan where the whole is zero."""
+    """part/whole, nan where the whole is zero."""
     return np.where(whole > 0.0, part / np.where(whole > 0.0, whole, 1.0), np.nan)
 
 

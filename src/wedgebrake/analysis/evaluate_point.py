@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.analysis import accumulators
 from wedgebrake.analysis.classify import (
     LONGEST,
+    UNKNOWN,
     Verdict,
     Window,
     classify,
@@ -23,8 +24,7 @@ from wedgebrake.analysis.saltation import propagate
 from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import FlowForm, MotionClass, Outcome, StickClass
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.motion_sums import SUMS
-from wedgebrake.dynamics.motion_sums import clear as clear_sums
+from wedgebrake.dynamics.motion_sums import SUMS, clear
 from wedgebrake.dynamics.piecewise_linear import CORNER, pieces_about
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY, Instant, State, angle_weight
 from wedgebrake.dynamics.records import record
@@ -60,6 +60,12 @@ RESULT = record(
         ("final_velocity", np.float64),  # [rad/s]
     ]
 )
+EMPTY = np.zeros(1, dtype=RESULT)
+"""The record of an invalid machine, to be copied before a run."""
+for _name in RESULT.names or ():
+    if RESULT[_name] == np.float64:
+        EMPTY[_name] = math.nan
+EMPTY["outcome"] = EMPTY["motion"] = EMPTY["stick_class"] = -1
 
 
 class Settings(NamedTuple):
@@ -114,23 +120,12 @@ def arrays_for(settings, rows):
 
 
 @compiled
-def clear(result):
-    """Set a record of ``RESULT`` to that of an invalid machine."""
-    result.outcome = result.motion = result.stick_class = -1
-    result.order = result.transient = result.judged = result.events = 0
-    result.sticks_forward = result.sticks_backward = result.stick_share = math.nan
-    result.largest_exponent = result.second_exponent = result.exponent_error = math.nan
-    result.return_distance = result.size = result.settling = math.nan
-    result.peak_torque = result.friction_power = result.sliding_damping = math.nan
-    result.final_angle = result.final_velocity = math.nan
-
-
-@compiled
 def _advance(problem, state, last, max_events, arrays, sums, deviations, growth):
-    """Run to the return number ``last``, adding up what passes: a ``_Passage``.
+    """Run to the return number ``last``, with new sums of what passes: a ``_Passage``.
 
     growth : as for ``propagate``, counted from the state's period
     """
+    clear(sums)
     first = state.period
     log, points = arrays.log, arrays.points
     determinant, full_rank, scale, events = 0.0, True, 0.0, 0
@@ -150,24 +145,12 @@ def _advance(problem, state, last, max_events, arrays, sums, deviations, growth)
 
 
 @compiled
-def _record(problem, state, last, max_events, arrays):
-    """``_advance`` from fresh sums, with the growth of a deviation in no special direction."""
-    weight = angle_weight(problem.driveline, problem.torque)
-    clear_sums(arrays.sums[0])
-    deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
-    return _advance(
-        problem, state, last, max_events, arrays, arrays.sums[0], deviation, arrays.growth
-    )
-
-
-@compiled
 def _orbit(problem, state, order, max_events, arrays):
     """Logarithms of the moduli of both multipliers of a periodic orbit; -inf: rank lost.
 
     The second sums receive what one orbit adds up to.
     """
     weight = angle_weight(problem.driveline, problem.torque)
-    clear_sums(arrays.sums[1])
     there = _advance(
         problem, state, state.period + order, max_events, arrays, arrays.sums[1],
         Deviations(1.0, 0.0, 0.0, weight), arrays.growth[:0],
@@ -185,38 +168,6 @@ def _orbit(problem, state, order, max_events, arrays):
         return 0.5 * there.log_determinant, 0.5 * there.log_determinant
     first = math.log(abs(half) + math.sqrt(split)) + there.log_scale
     return first, there.log_determinant - first
-
-
-@compiled
-def _distance_weight(problem):
-    """Weight of the angle in distances [1/s]: without a spring the angle does not matter."""
-    stiff = problem.driveline.stiffness > 0.0
-    return angle_weight(problem.driveline, problem.torque) if stiff else 0.0
-
-
-@compiled
-def _size(sums, weight):
-    """Half the range of velocity and weighted angle together [rad/s]."""
-    width = sums.greatest_velocity - sums.least_velocity
-    return 0.5 * (width + weight * (sums.greatest_angle - sums.least_angle))
-
-
-@compiled
-def _rest_lasts(problem):
-    """Return True if rest can last: on a turning shaft the spring ends it."""
-    driveline = problem.driveline
-    return driveline.rest_velocity == 0.0 or driveline.stiffness == 0.0
-
-
-@compiled
-def _stick_class(sums, resting):
-    """Class of stick-slip of what some sums add up."""
-    if resting:
-        return StickClass.AT_REST
-    forward, backward = sums.sticks_forward > 0.0, sums.sticks_backward > 0.0
-    if forward and backward:
-        return StickClass.BIDIRECTIONAL
-    return StickClass.UNIDIRECTIONAL if forward or backward else StickClass.NON_STICK_SLIP
 
 
 @compiled
@@ -243,15 +194,16 @@ def _sliding_damping(problem):
 
 
 @compiled
-def _judge(problem, there, begin, max_events, arrays):
+def _judge(problem, there, begin, ruler, max_events, arrays):
     """``Verdict`` on the periods from ``begin`` to the end of a passage."""
-    sums, orbit = arrays.sums[0], arrays.sums[1]
-    weight, end = _distance_weight(problem), there.state.period
+    driveline, sums, end = problem.driveline, arrays.sums[0], there.state.period
     count = end - begin
     area = there.log_determinant / count if there.full_rank else -math.inf
-    resting = _rest_lasts(problem) and sums.last_slip <= end - 1.0
+    # On a turning shaft the spring ends every rest.
+    lasting = driveline.rest_velocity == 0.0 or driveline.stiffness == 0.0
+    resting = lasting and sums.last_slip <= end - 1.0
     window = Window(
-        arrays.points[begin : end + 1], weight, _size(sums, weight), arrays.growth[:count], area,
+        arrays.points[begin : end + 1], ruler, size_of(sums, ruler), arrays.growth[:count], area,
         resting,
     )  # fmt: skip
     verdict = classify(window)
@@ -260,7 +212,7 @@ def _judge(problem, there, begin, max_events, arrays):
     order = max(verdict.order, 1)
     first, second = _orbit(problem, there.state, order, max_events, arrays)
     whole = return_time(problem.torque) * (1.0 - 1e-12)
-    if resting or (order == 1 and _rest_lasts(problem) and orbit.rest_time >= whole):
+    if resting or (order == 1 and lasting and arrays.sums[1].rest_time >= whole):
         # Every angle that the brake holds is an equilibrium; deviations of speed die at once.
         return Verdict(
             MotionClass.AT_REST, np.int64(0), verdict.return_distance, 0.0, 0.0, -math.inf
@@ -269,39 +221,24 @@ def _judge(problem, there, begin, max_events, arrays):
 
 
 @compiled
-def _settle(problem, state, settings, arrays, result):
-    """Run windows, each as long as all before it, until the motion has settled in one.
-
-    Returns (outcome, state, verdict); ``result`` receives events, judged periods and settling.
-    """
-    verdict = Verdict(MotionClass.UNDECIDED, np.int64(0), math.nan, math.nan, math.nan, math.nan)
-    outcome, max_events = Outcome.COMPLETED, settings.max_events
-    while state.period < settings.limit:
-        begin = state.period
-        last = next_window(begin, settings.limit)
-        there = _record(problem, state, last, max_events - result.events, arrays)
-        outcome, state = there.outcome, there.state
-        result.events += there.events
-        if outcome != Outcome.COMPLETED:
-            break
-        verdict = _judge(problem, there, begin, max_events, arrays)
-        result.judged, result.settling = state.period - begin, begin
-        if verdict.motion == MotionClass.AT_REST:
-            result.settling = max(0.0, math.ceil(arrays.sums[0].last_slip))
-            break
-        if verdict.order > 0:
-            weight = _distance_weight(problem)
-            size = _size(arrays.sums[0], weight)
-            result.settling = settling_of(arrays.points, verdict.order, state.period, weight, size)
-            break
-    return outcome, state, verdict
+def size_of(sums, ruler):
+    """Half the range of velocity and weighted angle together [rad/s]."""
+    width = sums.greatest_velocity - sums.least_velocity
+    return 0.5 * (width + ruler * (sums.greatest_angle - sums.least_angle))
 
 
 @compiled
-def report(result, verdict, interval):
-    """Write class, order and exponents into a result; ``interval`` between returns [s]."""
-    result.motion, result.order = verdict.motion, verdict.order
-    result.return_distance = verdict.return_distance
+def report(result, outcome, verdict, interval):
+    """Write outcome, class, order and exponents into a result; ``interval`` between returns [s]."""
+    result.outcome, result.motion = outcome, verdict.motion
+    if outcome != Outcome.COMPLETED:
+        result.motion, result.settling = MotionClass.UNDECIDED, math.nan
+        if outcome == Outcome.DIVERGED:
+            result.motion = MotionClass.DIVERGED
+        elif outcome == Outcome.NO_FORWARD_SOLUTION:
+            result.motion = MotionClass.SELF_LOCKED
+        return
+    result.order, result.return_distance = verdict.order, verdict.return_distance
     result.largest_exponent = verdict.largest / interval
     result.second_exponent = verdict.second / interval
     if verdict.error < math.inf:
@@ -309,67 +246,62 @@ def report(result, verdict, interval):
 
 
 @compiled
-def report_end(result, outcome):
-    """Write the outcome of a run into a result, and the class that follows from it."""
-    result.outcome, result.motion = outcome, MotionClass.UNDECIDED
-    if outcome == Outcome.DIVERGED:
-        result.motion = MotionClass.DIVERGED
-    elif outcome == Outcome.NO_FORWARD_SOLUTION:
-        result.motion = MotionClass.SELF_LOCKED
-
-
-@compiled
-def _report_sums(problem, verdict, recorded, arrays, result):
-    """Write what adds up over the record, or over one orbit, into a result."""
-    interval = return_time(problem.torque)
-    resting = verdict.motion == MotionClass.AT_REST
-    sums, counted = arrays.sums[0], recorded
-    if verdict.order > 0 or resting:
-        # One whole orbit, where the record may hold a broken number of them, or its end.
-        sums, counted = arrays.sums[1], max(verdict.order, 1)
-    result.stick_class = _stick_class(sums, resting)
-    result.sticks_forward = sums.sticks_forward / counted
-    result.sticks_backward = sums.sticks_backward / counted
-    result.stick_share = min(1.0, sums.rest_time / (counted * interval))
-    result.size = _size(arrays.sums[0], _distance_weight(problem))
+def report_sums(result, sums, periods, interval, resting):
+    """Write sticks, torque and power of what some periods add up to into a result."""
+    forward, backward = sums.sticks_forward > 0.0, sums.sticks_backward > 0.0
+    result.stick_class = StickClass.NON_STICK_SLIP + forward + backward
+    if resting:
+        result.stick_class = StickClass.AT_REST
+    result.sticks_forward = sums.sticks_forward / periods
+    result.sticks_backward = sums.sticks_backward / periods
+    result.stick_share = min(1.0, sums.rest_time / (periods * interval))
     result.peak_torque = sums.peak_torque
-    result.friction_power = sums.heat / (counted * interval)
+    result.friction_power = sums.heat / (periods * interval)
 
 
 @compiled
 def evaluate(problem, angle, velocity, settings, arrays, result):
     """Run one machine from a state at t = 0, and evaluate its motion.
 
-    arrays : as from ``arrays_for``;  result : a record of ``RESULT``
+    With an automatic transient windows run, each as long as all before it, until the motion has
+    settled in one; then the record.
+
+    arrays : as from ``arrays_for``;  result : a copy of ``EMPTY``
 
     Returns (begin, end): ``arrays.points[begin:end]`` is the record.
     """
-    transient, max_events = settings.transient, settings.max_events
-    clear(result)
+    automatic, max_events, sums = settings.transient < 0, settings.max_events, arrays.sums[0]
+    weight = angle_weight(problem.driveline, problem.torque)
+    # Without a spring the angle does not matter.
+    ruler = weight if problem.driveline.stiffness > 0.0 else 0.0
     arrays.points[0, ANGLE], arrays.points[0, VELOCITY] = angle, velocity
     # A plain 0 would be a type of its own, and all that it reaches be compiled once more.
     state = State(np.int64(0), 0.0, angle, velocity)
-    verdict = Verdict(MotionClass.UNDECIDED, np.int64(0), math.nan, math.nan, math.nan, math.nan)
-    if transient >= 0:
-        returns = arrays.points[1 : transient + 1]
-        found = run(problem, state, Instant(transient, 0.0), max_events, arrays.log[:0], returns)
+    outcome, verdict, recording, settled = Outcome.COMPLETED, UNKNOWN, not automatic, False
+    if not automatic:
+        returns = arrays.points[1 : settings.transient + 1]
+        found = run(
+            problem, state, Instant(settings.transient, 0.0), max_events, arrays.log[:0], returns
+        )
         outcome, state, result.events = found.outcome, found.state, found.events
-    else:
-        outcome, state, verdict = _settle(problem, state, settings, arrays, result)
     begin = state.period
-    result.transient = begin
-    result.sliding_damping = _sliding_damping(problem)
-    if outcome == Outcome.COMPLETED:
-        last = begin + settings.recorded
-        there = _record(problem, state, last, max_events - result.events, arrays)
+    while outcome == Outcome.COMPLETED:
+        begin = state.period
+        last = begin + settings.recorded if recording else next_window(begin, settings.limit)
+        deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
+        there = _advance(
+            problem, state, last, max_events - result.events, arrays, sums, deviation,
+            arrays.growth,
+        )  # fmt: skip
         outcome, state = there.outcome, there.state
         result.events += there.events
-        if outcome == Outcome.COMPLETED and transient >= 0:
-            result.judged = settings.recorded
-            verdict = _judge(problem, there, begin, max_events, arrays)
-        elif outcome == Outcome.COMPLETED and (
-            verdict.motion == MotionClass.AT_REST or verdict.order > 0
-        ):
+        if outcome != Outcome.COMPLETED:
+            break
+        if not recording or not automatic:
+            verdict = _judge(problem, there, begin, ruler, max_events, arrays)
+            settled = verdict.motion == MotionClass.AT_REST or verdict.order > 0
+            result.judged = state.period - begin
+        elif settled:
             # Of the orbit, or the rest, as it is in the end.
             order = max(verdict.order, 1)
             first, second = _orbit(problem, state, order, max_events, arrays)
@@ -378,11 +310,26 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
                     verdict.motion, order, verdict.return_distance, first / order, 0.0,
                     second / order,
                 )  # fmt: skip
+        if recording:
+            break
+        result.settling = begin
+        if verdict.motion == MotionClass.AT_REST:
+            result.settling = max(0.0, math.ceil(sums.last_slip))
+        elif settled:
+            size = size_of(sums, ruler)
+            result.settling = settling_of(arrays.points, verdict.order, state.period, ruler, size)
+        recording = settled or state.period >= settings.limit
+    if not recording:
+        begin = state.period
+    interval = return_time(problem.torque)
+    result.transient = begin
+    result.sliding_damping = _sliding_damping(problem)
     result.final_angle, result.final_velocity = state.angle, state.velocity
-    report_end(result, outcome)
+    report(result, outcome, verdict, interval)
     if outcome != Outcome.COMPLETED:
-        result.settling = math.nan
         return begin, state.period + 1 if state.period > begin else begin
-    report(result, verdict, return_time(problem.torque))
-    _report_sums(problem, verdict, settings.recorded, arrays, result)
-    return begin, begin + settings.recorded + 1
+    # One whole orbit, where the record may hold a broken number of them, or its end.
+    row, periods = (1, max(verdict.order, 1)) if settled else (0, settings.recorded)
+    report_sums(result, arrays.sums[row], periods, interval, verdict.motion == MotionClass.AT_REST)
+    result.size = size_of(sums, ruler)
+    return begin, state.period + 1

@@ -87,10 +87,8 @@ class Motion(Result):
             text += f": {self.judged} periods are too few to tell"
         if math.isnan(self.largest_exponent):
             return f"{text}."
-        text += f"; largest exponent {self.largest_exponent:.4g}"
-        if self.exponent_error > 0.0:
-            text += f" +- {self.exponent_error:.1g}"
-        return f"{text} 1/s."
+        error = f" +- {self.exponent_error:.1g}" if self.exponent_error > 0.0 else ""
+        return f"{text}; largest exponent {self.largest_exponent:.4g}{error} 1/s."
 
     @property
     def settled(self) -> bool:
@@ -150,13 +148,9 @@ def motion(
     check_instance("system", system, BrakedDriveline)
     chosen = choose_method(system, method)
     state = check_state("initial", initial)
-    limits: dict[str, Any] = {
-        "rtol": rtol,
-        "step": step,
-        "max_events": max_events,
-        "max_steps": max_steps,
-    }
-    wanted = protocol(periods, transient, limit, **limits)
+    wanted = protocol(
+        periods, transient, limit, rtol=rtol, step=step, max_events=max_events, max_steps=max_steps
+    )
     from wedgebrake.analysis.classify_run import classify_run
 
     result, _ = interruptible(lambda: classify_run(system, state, chosen, wanted))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole
@@ -16,8 +17,7 @@ from wedgebrake.solvers.simulate import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-# Largest number of points, equal to that of samples of a simulation.
-_MOST = 50_000_000
+_MOST = 5_000_000
 # Options of ``simulate`` that the section sets, and the arguments to use instead.
 _DECIDED = {
     "duration": "periods",
@@ -73,13 +73,9 @@ def poincare(
     """
     check_instance("system", system, BrakedDriveline)
     _check_options(options)
-    check_whole("periods", periods, 0, _MOST)
+    check_whole("periods", periods, 1, _MOST)
     check_whole("transient", transient, 0, _MOST)
-    if transient >= periods:
-        raise InputError(
-            f"transient = {transient!r}: must be below periods = {periods!r}, or no point is"
-            f" left. Raise periods, for example periods={transient + 50}, or lower transient."
-        )
+    protocol(periods, transient)
     seconds = "a number of seconds in [0, 1e+12]"
     check_number("section_time", section_time, 0.0, 1e12, seconds)
     start_time = options.get("start_time", 0.0)
@@ -98,37 +94,14 @@ def poincare(
     if section_time == 0.0 and start_time == 0.0:
         span = {"periods": int(periods)}
     response = simulate(system, **span, initial=initial, method=method, times=times, **options)
-    return _section(response, numbers, section_time, section_time * frequency % 1.0)
-
-
-def _section(
-    response: xr.Dataset, numbers: np.ndarray, section_time: float, phase: float
-) -> xr.Dataset:
-    """Return the samples of the response, numbered by period."""
-    import xarray as xr
-
     reached = numbers[: response.sizes["time"]]
-    dataset = xr.Dataset(
-        {
-            name: ("period", response[name].to_numpy(), response[name].attrs)
-            for name in ("angle", "velocity")
-        },
-        coords={
-            "period": ("period", reached, {"units": "1", "long_name": "number of periods"}),
-            "time": (
-                "period",
-                response["time"].to_numpy(),
-                {"units": "s", "long_name": "time of the section"},
-            ),
-        },
+    number = ("time", reached, {"units": "1", "long_name": "number of periods"})
+    points = response[["angle", "velocity"]].assign_coords(period=number).swap_dims(time="period")
+    return points.assign_attrs(
+        section_time=float(section_time),
+        section_phase=section_time * frequency % 1.0,
+        transient=int(transient),
     )
-    dataset.attrs = {
-        **response.attrs,
-        "section_time": float(section_time),
-        "section_phase": float(phase),
-        "transient": int(numbers[0]),
-    }
-    return dataset
 
 
 def _check_options(options: dict[str, Any]) -> None:

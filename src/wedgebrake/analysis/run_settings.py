@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from wedgebrake.errors import InputError
@@ -62,49 +62,36 @@ class Protocol:
 
 
 def protocol(
-    periods: int | None,
-    transient: int | str,
-    limit: int = LIMIT,
-    *,
-    rtol: float = 1e-9,
-    step: float = 1e-4,
-    max_events: int = 10_000_000,
-    max_steps: int = 100_000_000,
+    periods: int | None, transient: int | str, limit: int = LIMIT, **limits: Any
 ) -> Protocol:
     """The protocol that a user asks for.
 
     periods   : with a number for ``transient``, the number of the last period (default 250);
                 with "auto", how many are recorded after the transient (default 50)
     transient : number of the first recorded period, or "auto"
-    rtol ...  : as for ``simulate``
+    limits    : rtol, step, max_events and max_steps as for ``simulate``
 
     Raises ``InputError`` for what makes no sense.
     """
-    check_limits(rtol, step, max_events, max_steps)
-    limits: dict[str, Any] = {
-        "rtol": rtol,
-        "step": step,
-        "max_events": max_events,
-        "max_steps": max_steps,
-    }
+    asked = Protocol(AUTO, RECORDED, limit, **limits)
+    check_limits(asked.rtol, asked.step, asked.max_events, asked.max_steps)
     why = " It is the longest wait for a motion to settle, in periods."
     check_whole("limit", limit, 1, _MOST, why=why)
+    automatic = isinstance(transient, str)
+    if automatic and transient != AUTO:
+        raise InputError(
+            f"transient = {transient!r}: must be a number of periods or 'auto', which runs"
+            " until the motion has settled."
+        )
+    last = periods if periods is not None else RECORDED if automatic else PERIODS
+    why = " With transient='auto', those recorded after settling." if automatic else ""
+    check_whole("periods", last, 1, _MOST, why=why)
     if isinstance(transient, str):
-        if transient != AUTO:
-            raise InputError(
-                f"transient = {transient!r}: must be a number of periods or 'auto', which runs"
-                " until the motion has settled."
-            )
-        recorded = RECORDED if periods is None else periods
-        why = " With transient='auto', those recorded after settling."
-        check_whole("periods", recorded, 1, _MOST, why=why)
-        return Protocol(AUTO, int(recorded), int(limit), **limits)
-    last = PERIODS if periods is None else periods
-    check_whole("periods", last, 1, _MOST)
+        return replace(asked, recorded=int(last))
     check_whole("transient", transient, 0, _MOST)
     if transient >= last:
         raise InputError(
             f"transient = {transient!r}: must be below periods = {last!r}, or nothing is left to"
             f" look at. Raise periods, for example periods={transient + 50}, or lower transient."
         )
-    return Protocol(int(transient), int(last - transient), int(limit), **limits)
+    return replace(asked, transient=int(transient), recorded=int(last - transient))

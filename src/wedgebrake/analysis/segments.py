@@ -1,4 +1,4 @@
-"""Segments of a response: the motion between neighbouring states that it holds.
+"""System and segments of a response: the motion between neighbouring states that it holds.
 
 Samples, events and Poincare points are merged. Every segment is smooth, since the brake torque
 jumps or bends only where two segments meet.
@@ -6,11 +6,20 @@ jumps or bends only where two segments meet.
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.driveline import Driveline
+from wedgebrake.model.excitation import HarmonicTorque
+from wedgebrake.model.friction import Friction, SetValuedFriction
+from wedgebrake.model.study import parse_study
+from wedgebrake.model.system import PARTS, BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,3 +107,49 @@ def segments_between(response: xr.Dataset, low: float, high: float, shortest: fl
     long = to[0] - at[0] > shortest
     at, to = at[:, long], to[:, long]
     return Segments(at[0], to[0] - at[0], at[1], to[1] - at[1], at[2], to[2])
+
+
+@dataclass(frozen=True)
+class ResponseSystem:
+    """Parts of the system that a response describes.
+
+    system : the whole system; None if the response does not contain its laws
+    """
+
+    driveline: Driveline
+    actuation: Actuation
+    excitation: HarmonicTorque
+    radius: float
+    set_valued: bool
+    system: BrakedDriveline | None
+
+    def force(self, speed: FloatArray) -> FloatArray:
+        """Actuation force [N] at sliding velocities [rad/s] (eq. 3)."""
+        return np.asarray(np.vectorize(self.actuation.force, otypes=[float])(speed))
+
+
+def system_from_response(response: xr.Dataset) -> ResponseSystem:
+    """Read the system of a response from its attributes.
+
+    Raises ``InputError`` if the response does not describe one.
+    """
+    try:
+        tables: dict[str, Any] = json.loads(response.attrs["system"])
+        parts = (
+            Driveline(**tables["driveline"]),
+            Actuation(**tables["actuation"]),
+            HarmonicTorque(**tables["excitation"]),
+        )
+        radius, kind = float(tables["brake"]["radius"]), tables["friction"]["kind"]
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise InputError(
+            f"response = {type(response).__name__}: must be a dataset that describes its system in"
+            " attrs['system']. Use the result of wb.simulate(...)."
+        ) from None
+    try:
+        system = parse_study({name: tables[name] for name in PARTS}).system
+    except InputError:  # laws of the user's own, which tables do not hold
+        known = Friction.kinds.get(kind, Friction)
+        set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)
+        return ResponseSystem(*parts, radius, set_valued, None)
+    return ResponseSystem(*parts, radius, isinstance(system.friction, SetValuedFriction), system)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.datasets import attributes, dataset_over
 from wedgebrake.analysis.spectrum import window_weights
 from wedgebrake.errors import InputError
 from wedgebrake.model.validation import check_number, check_whole
@@ -29,7 +30,8 @@ _MOST_LINES = 10**9
 # Fractions p/q of f_e are tried up to this q.
 _LARGEST_Q = 12
 
-_SPEC = {
+_SPEC: dict[str, tuple[str, str]] = {
+    "line": ("1", "rank of the line"),
     "frequency": ("Hz", "frequency of the line"),
     "amplitude": ("", "amplitude of the line"),
     "order": ("1", "frequency / f_e"),
@@ -40,9 +42,19 @@ _SPEC = {
     "natural": ("1", "s, where the frequency is a f_e + s f_n with a whole number a; else 0"),
     "label": ("1", "name of the line"),
 }
+# What ``_describe`` returns of a line.
+_DESCRIPTION: dict[str, Any] = {
+    "order": float,
+    "multiple": np.int64,
+    "offset": float,
+    "numerator": np.int64,
+    "denominator": np.int64,
+    "natural": np.int8,
+    "label": str,
+}
 
 
-class _Names(NamedTuple):
+class _Known(NamedTuple):
     """Known frequencies and what counts as equal to them [Hz]; 0 where not known."""
 
     forcing: float
@@ -95,29 +107,34 @@ def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -
     InputError
         For a dataset that is no spectrum, a count below 1 or a floor outside [0, 1).
     """
-    _check(spectrum, count, floor)
-    attrs = spectrum.attrs
-    resolution = float(attrs["resolution"])
-    bins, amplitudes = _peaks(spectrum, int(count), float(floor))
-    found = bins * resolution
-    names = _Names(
-        float(attrs.get("forcing_frequency", 0.0)),
-        float(attrs.get("natural_frequency", 0.0)),
-        0.5 * resolution,
-    )
-    return _dataset(spectrum, found, amplitudes, names, float(floor))
-
-
-def _check(spectrum: Any, count: Any, floor: Any) -> None:
-    attrs = getattr(spectrum, "attrs", {})
-    known = {"window", "resolution", "samples"} <= set(attrs)
-    if "amplitude" not in getattr(spectrum, "data_vars", {}) or not known:
+    attrs: dict[str, Any] = getattr(spectrum, "attrs", {})
+    complete = {"window", "resolution", "samples"} <= set(attrs)
+    if "amplitude" not in getattr(spectrum, "data_vars", {}) or not complete:
         raise InputError(
             f"spectrum = {type(spectrum).__name__}: must be the result of wb.spectrum(response)."
         )
     check_whole("count", count, 1, _MOST_LINES)
     share = "a share of the strongest line in [0, 1), for example 1e-3"
     check_number("floor", floor, 0.0, math.nextafter(1.0, 0.0), share)
+    resolution = float(attrs["resolution"])
+    bins, amplitudes = _peaks(spectrum, int(count), float(floor))
+    forcing, natural = (attrs.get(f"{name}_frequency", 0.0) for name in ("forcing", "natural"))
+    known = _Known(float(forcing), float(natural), 0.5 * resolution)
+    described = [_describe(float(f), known) for f in bins * resolution]
+    values = {
+        "line": np.arange(1, bins.size + 1),
+        "frequency": bins * resolution,
+        "amplitude": amplitudes,
+    }
+    for i, (name, kind) in enumerate(_DESCRIPTION.items()):
+        values[name] = np.array([one[i] for one in described], dtype=kind)
+    unit = spectrum["amplitude"].attrs.get("units", "1")
+    spec = _SPEC | {"amplitude": (unit, "amplitude of the line")}
+    dataset = dataset_over("line", spec, values)
+    dataset["natural"].attrs |= {"flag_values": [-1, 0, 1], "flag_meanings": "minus neither plus"}
+    kept = ("quantity", "window", "resolution", "forcing_frequency", "natural_frequency")
+    dataset.attrs = attributes(spectrum, *kept)
+    return dataset.assign_attrs(tolerance=known.tolerance, floor=float(floor))
 
 
 def _peaks(spectrum: xr.Dataset, count: int, floor: float) -> tuple[FloatArray, FloatArray]:
@@ -190,66 +207,18 @@ def _interpolated(height: FloatArray, k: int, window: _Window) -> tuple[float, f
     return place, float(height[k]) / window.at(distance)
 
 
-def _dataset(
-    spectrum: xr.Dataset, found: FloatArray, amplitudes: FloatArray, names: _Names, floor: float
-) -> xr.Dataset:
-    """Return the lines as a labelled dataset."""
-    import xarray as xr
-
-    described = [_describe(float(f), names) for f in found]
-    values: dict[str, Any] = {"frequency": found, "amplitude": amplitudes}
-    for name in _Line._fields:
-        values[name] = np.array([getattr(one, name) for one in described], dtype=_TYPES[name])
-    unit = spectrum["amplitude"].attrs.get("units", "1")
-    dataset = xr.Dataset(
-        {
-            name: ("line", values[name], {"units": units or unit, "long_name": meaning})
-            for name, (units, meaning) in _SPEC.items()
-        },
-        coords={"line": ("line", np.arange(1, found.size + 1), {"long_name": "rank of the line"})},
-    )
-    dataset["natural"].attrs |= {"flag_values": [-1, 0, 1], "flag_meanings": "minus neither plus"}
-    kept = ("quantity", "window", "resolution", "forcing_frequency", "natural_frequency")
-    dataset.attrs = {name: spectrum.attrs[name] for name in kept if name in spectrum.attrs}
-    dataset.attrs |= {"tolerance": names.tolerance, "floor": floor}
-    return dataset
-
-
-class _Line(NamedTuple):
-    """Description of a line; the fields are variables of the dataset."""
-
-    order: float
-    multiple: int
-    offset: float
-    numerator: int
-    denominator: int
-    natural: int
-    label: str
-
-
-_TYPES: dict[str, Any] = {
-    "order": float,
-    "multiple": np.int64,
-    "offset": float,
-    "numerator": np.int64,
-    "denominator": np.int64,
-    "natural": np.int8,
-    "label": str,
-}
-
-
-def _describe(f: float, names: _Names) -> _Line:
-    """Describe a line at a frequency [Hz]."""
-    forcing, tolerance = names.forcing, names.tolerance
+def _describe(f: float, known: _Known) -> tuple[Any, ...]:
+    """Describe a line at a frequency [Hz], as ``_DESCRIPTION``."""
+    forcing, tolerance = known.forcing, known.tolerance
     if forcing <= 0.0:
-        free = names.natural > 0.0 and abs(f - names.natural) <= tolerance
-        label = "mean" if f == 0.0 else "f_n" if free else _hertz(f, names)
-        return _Line(math.nan, 0, math.nan, 0, 0, int(free), label)
+        free = known.natural > 0.0 and abs(f - known.natural) <= tolerance
+        label = "mean" if f == 0.0 else "f_n" if free else _hertz(f, known)
+        return math.nan, 0, math.nan, 0, 0, int(free), label
     # Half way between two, the lower one, also where rounding lifts the line a little.
     multiple = math.ceil((f - tolerance) / forcing - 0.5)
     offset = f - multiple * forcing
     fraction = _fraction(f / forcing, tolerance / forcing)
-    side, whole = _side_band(f, names)
+    side, whole = _side_band(f, known)
     if f == 0.0:
         label = "mean"
     elif fraction[1] == 1 and multiple:
@@ -259,13 +228,14 @@ def _describe(f: float, names: _Names) -> _Line:
     elif fraction[1] > 1:
         label = f"{fraction[0]}/{fraction[1]} f_e"
     elif side:
-        label = _side_band_label(side, whole)
+        times = _times(abs(whole), "f_e")
+        label = f"f_n - {times}" if whole < 0 else f"{times} {'+' if side > 0 else '-'} f_n"
     elif multiple:
         sign = "+" if offset > 0.0 else "-"
-        label = f"{_times(multiple, 'f_e')} {sign} {_hertz(abs(offset), names)}"
+        label = f"{_times(multiple, 'f_e')} {sign} {_hertz(abs(offset), known)}"
     else:
-        label = _hertz(f, names)
-    return _Line(f / forcing, multiple, offset, *fraction, side, label)
+        label = _hertz(f, known)
+    return f / forcing, multiple, offset, *fraction, side, label
 
 
 def _fraction(order: float, tolerance: float) -> tuple[int, int]:
@@ -278,9 +248,9 @@ def _fraction(order: float, tolerance: float) -> tuple[int, int]:
     return 0, 0
 
 
-def _side_band(f: float, names: _Names) -> tuple[int, int]:
+def _side_band(f: float, known: _Known) -> tuple[int, int]:
     """Return (s, a) such that f = a f_e + s f_n, with s = 0 if there is none."""
-    forcing, natural, tolerance = names
+    forcing, natural, tolerance = known
     if natural > 0.0:
         for side in (1, -1):
             whole = round((f - side * natural) / forcing)
@@ -289,17 +259,11 @@ def _side_band(f: float, names: _Names) -> tuple[int, int]:
     return 0, 0
 
 
-def _side_band_label(side: int, whole: int) -> str:
-    if whole < 0:
-        return f"f_n - {_times(-whole, 'f_e')}"
-    return f"{_times(whole, 'f_e')} {'+' if side > 0 else '-'} f_n"
-
-
 def _times(number: int, symbol: str) -> str:
     return symbol if number == 1 else f"{number} {symbol}"
 
 
-def _hertz(f: float, names: _Names) -> str:
+def _hertz(f: float, known: _Known) -> str:
     """Format a frequency [Hz] to a tenth of the tolerance."""
-    digits = max(0, math.ceil(-math.log10(0.1 * names.tolerance)))
+    digits = max(0, math.ceil(-math.log10(0.1 * known.tolerance)))
     return f"{f:.{digits}f} Hz"

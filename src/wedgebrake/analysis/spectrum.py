@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.datasets import attributes, dataset_over
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.validation import SECONDS, check_number
 
@@ -19,8 +20,6 @@ FloatArray = NDArray[np.float64]
 
 # Times count as equally spaced if no step differs by more than this share of a step.
 _UNIFORM = 1e-6
-# Attributes of a response that say what was computed.
-_COMPUTED = ("method", "options", "system", "groups")
 
 
 def spectrum(
@@ -67,8 +66,6 @@ def spectrum(
         For an unknown quantity or window, fewer than two samples, values that are not
         finite, or times that are not equally spaced.
     """
-    import xarray as xr
-
     times, values = _samples(response, quantity, start, stop)
     interval = _interval(times)
     known = frequencies(response)
@@ -86,22 +83,9 @@ def spectrum(
     # Every line but 0 Hz and, for even n, the Nyquist frequency stands for two.
     amplitude[1 : (n + 1) // 2] *= 2.0
     unit = response[quantity].attrs.get("units", "1")
-    dataset = xr.Dataset(
-        {
-            "amplitude": (
-                "frequency",
-                amplitude,
-                {"units": unit, "long_name": f"amplitude of {quantity}"},
-            )
-        },
-        coords={
-            "frequency": (
-                "frequency",
-                np.fft.rfftfreq(n, interval),
-                {"units": "Hz", "long_name": "frequency"},
-            )
-        },
-    )
+    spec = {"frequency": ("Hz", "frequency"), "amplitude": (unit, f"amplitude of {quantity}")}
+    columns = {"frequency": np.fft.rfftfreq(n, interval), "amplitude": amplitude}
+    dataset = dataset_over("frequency", spec, columns)
     dataset.attrs = {
         "quantity": quantity,
         "window": str(window),
@@ -112,7 +96,7 @@ def spectrum(
         "sample_interval": interval,
         "start": float(times[0]),
         "stop": float(times[n - 1]),
-        **{name: response.attrs[name] for name in _COMPUTED if name in response.attrs},
+        **attributes(response, "method", "options", "system", "groups"),
         **known,
     }
     return dataset
@@ -143,10 +127,7 @@ def frequencies(response: xr.Dataset) -> dict[str, float]:
         tables = json.loads(response.attrs["system"])
         line, torque = tables["driveline"], tables["excitation"]
         natural = math.sqrt(line["stiffness"] / line["inertia"]) / (2.0 * math.pi)
-        return {
-            "forcing_frequency": float(torque["frequency"]),
-            "natural_frequency": natural,
-        }
+        return {"forcing_frequency": float(torque["frequency"]), "natural_frequency": natural}
     except (KeyError, TypeError, ValueError):
         return {}
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.analysis.datasets import attributes, dataset_over
+from wedgebrake.dynamics.enums import StickClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.validation import SECONDS, check_number
 from wedgebrake.solvers.solution import SIDE_FLAGS
@@ -14,11 +16,9 @@ from wedgebrake.solvers.solution import SIDE_FLAGS
 if TYPE_CHECKING:
     import xarray as xr
 
-AT_REST = "at rest"
-NON_STICK_SLIP = "non-stick-slip"
-UNIDIRECTIONAL = "unidirectional stick-slip"
-BIDIRECTIONAL = "bidirectional stick-slip"
-
+AT_REST, NON_STICK_SLIP, UNIDIRECTIONAL, BIDIRECTIONAL = (
+    one.word for one in StickClass if one is not StickClass.NONE
+)
 # The paper simulates 25 s and takes the last 5 s as the steady motion (its section 4).
 STEADY_SHARE = 0.2
 # Slip for less than this fraction of a window is rounding.
@@ -62,19 +62,12 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     InputError
         For a dataset without sticks' variables, or a start outside the response.
     """
-    import xarray as xr
-
     begin, end = span(response)
     low = begin if start is None else inside(start, begin, end)
     class_start = steady_start(response) if start is None else low
     data = _window(response, low, end)
     entered = data["entry"][data["start"] >= low]
-    dataset = xr.Dataset(
-        {
-            name: ("stick", data[name], {"units": unit, "long_name": meaning})
-            for name, (unit, meaning) in _SPEC.items()
-        }
-    )
+    dataset = dataset_over("stick", _SPEC, data)
     for name in ("entry", "exit"):
         dataset[name].attrs.update(SIDE_FLAGS)
     dataset.attrs = {
@@ -86,9 +79,7 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         "share": _share(data, low, end),
         "class": stick_slip_class(response, class_start),
         "class_start": class_start,
-    }
-    dataset.attrs |= {
-        name: response.attrs[name] for name in ("status", "message") if name in response.attrs
+        **attributes(response, "status", "message"),
     }
     return dataset
 
@@ -136,29 +127,25 @@ def steady_start(response: xr.Dataset) -> float:
     return end - STEADY_SHARE * (end - begin)
 
 
-def inside(start: Any, begin: float, end: float) -> float:
-    """Return ``start`` [s]; raise ``InputError`` if it is not a time of the response."""
-    check_number("start", start, allowed=SECONDS)
-    if not begin <= start <= end:
+def inside(value: Any, begin: float, end: float, name: str = "start") -> float:
+    """Return a time [s]; raise ``InputError`` if it is not a time of the response."""
+    check_number(name, value, allowed=SECONDS)
+    if not begin <= value <= end:
         raise InputError(
-            f"start = {start!r}: must be a time of the response, {begin:g} s to {end:g} s."
-            " Choose an earlier one, or simulate for longer."
+            f"{name} = {value!r}: must be a time of the response, {begin:g} s to {end:g} s."
+            " Choose one there, or simulate for longer."
         )
-    return float(start)
+    return float(value)
 
 
 def _window(response: xr.Dataset, low: float, end: float) -> dict[str, Any]:
     """Sticks that overlap the window between low and end."""
-    starts = response["stick_start"].to_numpy()
-    ends = response["stick_end"].to_numpy()
+    names = ("start", "end", "entry", "exit")
+    data = {name: response[f"stick_{name}"].to_numpy() for name in names}
+    data["duration"] = data["end"] - data["start"]
+    starts, ends = data["start"], data["end"]
     part = (starts <= end) & ((ends > low) | (starts >= low) | (ends >= end))
-    return {
-        "start": starts[part],
-        "end": ends[part],
-        "duration": ends[part] - starts[part],
-        "entry": response["stick_entry"].to_numpy()[part],
-        "exit": response["stick_exit"].to_numpy()[part],
-    }
+    return {name: values[part] for name, values in data.items()}
 
 
 def _share(data: dict[str, Any], low: float, end: float) -> float:

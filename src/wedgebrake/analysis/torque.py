@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.dense_motion import DenseMotion
 from wedgebrake.analysis.energy import check_gaps
-from wedgebrake.analysis.segments import NODES, WEIGHTS, Segments, segments_between
-from wedgebrake.analysis.system_from_response import system_from_response
+from wedgebrake.analysis.segments import segments_between, system_from_response
+from wedgebrake.analysis.sticking import inside
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Tabular
-from wedgebrake.model.validation import SECONDS, check_number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,8 +44,8 @@ def brake_torque(
     """Mean, mean magnitude and peak of the brake torque (docs/theory.md, section 10).
 
     The integrals are computed from the motion between the recorded states. For "exact" responses
-    the mean is exact: between events the torque is linear in the velocity, whose integral is the
-    angle. Otherwise torque laws and accuracy are those of ``energy``.
+    they are exact to rounding, since the motion between events is known. Otherwise torque laws and
+    accuracy are those of ``energy``.
 
     response    : as ``simulate`` gives it
     start, stop : ends of the window [s], for example whole periods; default: the sampled range
@@ -60,64 +59,41 @@ def brake_torque(
     low, high = _window(response, start, stop, period)
     times = response["time"].to_numpy()
     segments = segments_between(response, times[0], times[-1], _SAME * period)
-    segments = segments.select(slice(*_overlapping(segments, low, high)))
+    first = int(np.searchsorted(segments.start, low, side="right")) - 1
+    behind = int(np.searchsorted(segments.start, high))
+    segments = segments.select(slice(max(first, 0), max(behind, 1)))
     check_gaps(segments, given, period, "the torque of the brake")
     motion = DenseMotion(response, given, segments)
     # Fractions of the first and last segment inside the window.
     begin = np.clip((low - segments.start) / segments.duration, 0.0, 1.0)
     end = np.clip((high - segments.start) / segments.duration, 0.0, 1.0)
-    return _between(motion, begin, end, response.attrs.get("method") == "exact")
+    return _between(motion, begin, end)
 
 
-def _overlapping(segments: Segments, low: float, high: float) -> tuple[int, int]:
-    """Slice bounds of the segments that overlap a window."""
-    first = int(np.searchsorted(segments.start, low, side="right")) - 1
-    behind = int(np.searchsorted(segments.start, high))
-    return max(first, 0), max(behind, 1)
-
-
-def _between(motion: DenseMotion, begin: FloatArray, end: FloatArray, exact: bool) -> BrakeTorque:
+def _between(motion: DenseMotion, begin: FloatArray, end: FloatArray) -> BrakeTorque:
     """Torque between the fractions ``begin`` and ``end`` of the segments, (n,) each."""
-    duration = motion.segments.duration
     ends = motion.state(np.column_stack((begin, end)))[2]
-    # The integral over a whole segment of an exact solution is known, and so is that of the
-    # magnitude unless the sign changes inside.
-    known = np.full(duration.size, exact and motion.given.system is not None)
-    known &= (begin == 0.0) & (end == 1.0)
-    changes = np.flatnonzero(known & (ends[:, 0] * ends[:, 1] < 0.0))
-    at = ends[changes, 0] / (ends[changes, 0] - ends[changes, 1])
-    known[changes] = False
-    others = np.flatnonzero(~known)
-    others = others[~np.isin(others, changes)]
-    rows = np.concatenate((others, changes, changes))
-    low = np.concatenate((begin[others], np.zeros(at.size), at))
-    high = np.concatenate((end[others], at, np.ones(at.size)))
-    integrals = (duration * _means(motion))[known]
-    torque = motion.select(rows).state(low[:, None] + (high - low)[:, None] * NODES)[2]
-    shares = ((high - low) * duration[rows])[:, None] * WEIGHTS
-    span = float(np.sum((end - begin) * duration))
-    sizes = (np.abs(ends), np.abs(torque), np.abs(_extremes(motion, begin, end)))
-    return BrakeTorque(
-        mean=float(np.sum(integrals) + np.sum(shares * torque)) / span,
-        mean_size=float(np.sum(np.abs(integrals)) + np.sum(shares * sizes[1])) / span,
-        peak=max(float(np.max(size, initial=0.0)) for size in sizes),
-    )
-
-
-def _means(motion: DenseMotion) -> FloatArray:
-    """Mean torque over each segment of an exact solution [N m].
-
-    A torque that is linear in the velocity has its mean at the mean velocity. At rest it is what
-    equilibrium demands of a shaft that turns evenly.
-    """
-    segments, given = motion.segments, motion.given
-    line, drive = given.driveline, given.excitation
-    even = segments.rotation / segments.duration
-    middle = drive.angular_frequency * (motion.local_time + 0.5 * segments.duration)
-    held = drive.amplitude * np.sin(middle) * np.sinc(drive.frequency * segments.duration)
-    held = held - line.damping * even - line.stiffness * (segments.angle + 0.5 * segments.rotation)
-    slid = motion.law((even + line.drive_speed)[:, None])[:, 0]
-    return np.where(motion.at_rest, held, slid)
+    peaks = [np.abs(ends), np.abs(_extremes(motion, begin, end))]
+    # A segment in which the sign changes is integrated in two parts.
+    changes = np.flatnonzero(ends[:, 0] * ends[:, 1] < 0.0)
+    share = ends[changes, 0] / (ends[changes, 0] - ends[changes, 1])
+    at = begin[changes] + share * (end - begin)[changes]
+    rows = np.concatenate((np.arange(begin.size), changes))
+    low, high = np.concatenate((begin, at)), np.concatenate((end, end[changes]))
+    high[changes] = at
+    parts = motion.select(rows)
+    total = size = time = 0.0
+    for group in parts.quadrature_groups():
+        some = parts.select(group)
+        x, weights = some.quadrature()
+        length = (high - low)[group, None]
+        torque = some.state(low[group, None] + length * x)[2]
+        shares = length * some.segments.duration[:, None] * weights
+        total, size = total + np.sum(shares * torque), size + np.sum(shares * np.abs(torque))
+        time += np.sum(shares)
+        peaks.append(np.abs(torque))
+    peak = max(float(np.max(one, initial=0.0)) for one in peaks)
+    return BrakeTorque(mean=float(total / time), mean_size=float(size / time), peak=peak)
 
 
 def _extremes(motion: DenseMotion, begin: FloatArray, end: FloatArray) -> FloatArray:
@@ -146,16 +122,13 @@ def _window(response: xr.Dataset, start: Any, stop: Any, period: float) -> tuple
         )
     first, last = float(times[0]), float(times[-1])
     beside = (last - first) / (times.size - 1)
-    bounds = []
-    for name, given, default in (("start", start, first), ("stop", stop, last)):
-        value = default if given is None else given
-        check_number(name, value, allowed=SECONDS)
-        if not first - beside < value < last + beside:
-            raise InputError(
-                f"{name} = {shown(value)}: must be a time of the response that was sampled,"
-                f" {first:g} s to {last:g} s. Choose one there, or simulate for longer."
-            )
-        bounds.append(float(min(max(value, first), last)))
+    bounds = [
+        min(max(inside(value, first - beside, last + beside, name), first), last)
+        for name, value in (
+            ("start", first if start is None else start),
+            ("stop", last if stop is None else stop),
+        )
+    ]
     if not bounds[1] - bounds[0] > _SAME * period:
         raise InputError(
             f"start = {bounds[0]!r} and stop = {bounds[1]!r}: there is nothing between them. Make"

@@ -75,11 +75,9 @@ def velocity_scale(driveline, torque, breakpoints, offsets, angle, velocity):
             push = max(push, abs(offset))
     for breakpoint_ in breakpoints:
         farthest = max(farthest, abs(breakpoint_))
-    scale = abs(velocity) + natural * abs(angle) + abs(driveline.rest_velocity)
-    scale += (torque.amplitude + push) / (
-        driveline.inertia * max(natural, torque.angular_frequency)
-    )
-    scale += farthest
+    scale = abs(velocity) + natural * abs(angle) + abs(driveline.rest_velocity) + farthest
+    fastest = max(natural, torque.angular_frequency)
+    scale += (torque.amplitude + push) / (driveline.inertia * fastest)
     return scale if scale > 0.0 else 1.0
 
 
@@ -91,12 +89,11 @@ def problem_of(driveline, torque, work, count, first_forward, limits, divergence
     """
     breakpoints, offsets = work.breakpoints[: count - 1], work.offsets[:count]
     slopes, pieces = work.slopes[:count], work.pieces[:count]
-    drive_speed = -driveline.rest_velocity
     for i in range(count - 1):
-        breakpoints[i] -= drive_speed
+        breakpoints[i] += driveline.rest_velocity
     for i in range(count):
         if slopes[i] != 0.0:
-            offsets[i] += slopes[i] * drive_speed
+            offsets[i] -= slopes[i] * driveline.rest_velocity
     prepare(driveline, torque, slopes, offsets, pieces)
     brake = PiecewiseLinearBrake(breakpoints, pieces, first_forward, limits[0], limits[1])
     return Problem(driveline, torque, brake, divergence_velocity)

@@ -19,8 +19,6 @@ SHAPE_SIZE = 4
 SHAPE = types.UniTuple(types.float64, SHAPE_SIZE)
 LAW_SIGNATURE = types.float64(types.float64, SHAPE)
 LAW = types.FunctionType(LAW_SIGNATURE)
-LAWS = types.ListType(LAW)
-SHAPES = types.UniTuple(SHAPE, 2)
 
 actuator_force = compiled(actuator.force)
 
@@ -54,15 +52,6 @@ def brake_torque(brake, v):
         return 0.0
     friction = brake.friction(brake.radius * v, brake.friction_shape)
     return brake.radius * force * brake.amplification(friction, brake.amplification_shape)
-
-
-@compiled
-def smooth_brake(laws, numbers):
-    """``SmoothBrake`` from (m, its shape, g, its shape) and (radius, force, slope, release)."""
-    friction, friction_shape, amplification, amplification_shape = laws
-    radius, initial_force, slope, release = numbers
-    given = Actuator(initial_force, slope, release)
-    return SmoothBrake(friction, friction_shape, amplification, amplification_shape, radius, given)
 
 
 def _gather(friction, brake):

@@ -11,7 +11,7 @@ _REACH = 300.0
 
 
 class Deviations(NamedTuple):
-    """Two small deviations, each of angle and velocity."""
+    """Two small deviations of angle and velocity."""
 
     angle1: float
     velocity1: float

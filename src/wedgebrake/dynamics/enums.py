@@ -93,16 +93,10 @@ class StickClass(IntEnum):
     @property
     def word(self) -> str:
         """Name in text."""
-        return _STICK_WORDS[self]
-
-
-_STICK_WORDS = {
-    StickClass.NONE: "not computed",
-    StickClass.AT_REST: "at rest",
-    StickClass.NON_STICK_SLIP: "non-stick-slip",
-    StickClass.UNIDIRECTIONAL: "unidirectional stick-slip",
-    StickClass.BIDIRECTIONAL: "bidirectional stick-slip",
-}
+        if self in (StickClass.UNIDIRECTIONAL, StickClass.BIDIRECTIONAL):
+            return f"{self.name.lower()} stick-slip"
+        names = {StickClass.NONE: "not computed", StickClass.AT_REST: "at rest"}
+        return names.get(self, "non-stick-slip")
 
 
 def motion_word(motion: int, order: int = 0) -> str:

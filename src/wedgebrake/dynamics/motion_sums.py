@@ -50,10 +50,8 @@ def widen(sums, angle, velocity):
 @compiled
 def count_stick(sums, side):
     """Count a stick that was entered from a side."""
-    if side > 0.0:
-        sums.sticks_forward += 1.0
-    elif side < 0.0:
-        sums.sticks_backward += 1.0
+    sums.sticks_forward += side > 0.0
+    sums.sticks_backward += side < 0.0
 
 
 def empty_sums() -> Any:

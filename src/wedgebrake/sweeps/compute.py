@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis import batch as kernel
 from wedgebrake.analysis.batch import CHOICE, Tables, tables_of
-from wedgebrake.analysis.evaluate_point import RESULT, clear
+from wedgebrake.analysis.evaluate_point import EMPTY, RESULT
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
@@ -223,7 +223,7 @@ class Chunk:
                 initial = before
             before = None
             if system is None:
-                clear(self._points[number])
+                self._points[number] = EMPTY[0]
                 continue
             result, record = classify_run(
                 system, initial, plan.method, plan.protocol, transients.get(number)

@@ -104,22 +104,21 @@ def is_constant(friction: Friction, speed: float) -> bool:
 
 
 def _torque_slope(system: BrakedDriveline, actuation: Actuation, at: Sliding) -> float:
-    """d(R F_mu)/dv for an actuation [N m s/rad]; inf if the brake locks itself."""
-    if isinstance(system.friction, SetValuedFriction):
-        return _slope_of_lines(system, system.friction, actuation, at)
-    assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - the only other family
-    return _slope_of_curve(system, system.friction, actuation, at)
+    """d(R F_mu)/dv for an actuation [N m s/rad]; inf if the brake locks itself.
 
-
-def _slope_of_lines(
-    system: BrakedDriveline, friction: SetValuedFriction, actuation: Actuation, at: Sliding
-) -> float:
-    """Smallest slope of the linear pieces of the brake torque that contain a speed."""
-    brake, nodes = system.brake, friction.nodes()
+    With set-valued friction the smallest slope of the pieces of the torque that contain the speed.
+    """
+    brake, friction = system.brake, system.friction
+    if not isinstance(friction, SetValuedFriction):
+        assert isinstance(friction, SmoothFriction)  # noqa: S101 - the only other family
+        return _slope_of_curve(system, friction, actuation, at)
+    nodes = friction.nodes()
     near = piecewise_linear.CORNER * at.speed
     # The pieces depend only on the nodes on both sides of the speed.
-    first = _nodes_up_to(nodes, (at.speed - near) * brake.radius) - 1
-    last = _nodes_up_to(nodes, (at.speed + near) * brake.radius) + 1
+    first, last = (
+        bisect_right(nodes, (at.speed + way * near) * brake.radius, key=itemgetter(0)) + way
+        for way in (-1, 1)
+    )
     about = np.array(nodes[max(first, 0) : last])
     lines = np.empty(about.shape[0] + 1, dtype=piecewise_linear.LINE)
     count = piecewise_linear.half(
@@ -130,11 +129,6 @@ def _slope_of_lines(
     offsets, slopes = (lines[name][low : high + 1] for name in ("offset", "slope"))
     slopes = at.direction * slopes
     return float(slopes.min()) if np.all(np.isfinite(offsets)) else math.inf
-
-
-def _nodes_up_to(nodes: tuple[tuple[float, float], ...], speed: float) -> int:
-    """Number of nodes of a friction law at or below a speed [m/s]."""
-    return bisect_right(nodes, speed, key=itemgetter(0))
 
 
 def _slope_of_curve(
@@ -184,13 +178,8 @@ def lines_over_slope(system: BrakedDriveline, at: Sliding) -> list[DampingLine]:
         edges.insert(1, -actuation.initial_force / end)
     found = []
     for low, high in pairwise(edges):
-        if math.isinf(high):
-            one = max(low, 0.0) + (1.0 if low >= 0.0 else 0.0)
-            other = one + 1.0
-        elif math.isinf(low):
-            one, other = high - 2.0, high - 1.0
-        else:
-            one, other = low + 0.25 * (high - low), low + 0.75 * (high - low)
+        begin, end = max(low, min(high, 0.0) - 4.0), min(high, max(low, 0.0) + 4.0)
+        one, other = (begin + part * (end - begin) for part in (0.25, 0.75))
         if not one < other:
             continue
         slopes = [

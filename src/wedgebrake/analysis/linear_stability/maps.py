@@ -67,12 +67,11 @@ def _grid(system: BrakedDriveline, axes: dict[str, ArrayLike]) -> dict[str, Floa
     """Values of the groups, to be broadcast: arrays for the axes, scalars of the system."""
     if not axes:
         raise InputError(f"axes: none given. Give at least one of {', '.join(AXES)}.")
-    values: dict[str, FloatArray] = {}
-    for number, (name, given) in enumerate(axes.items()):
+    for name in axes:
         if name not in AXES:
             raise InputError(f"{name}: not an axis of a stability map. {nearest(name, AXES)}")
-        array = _axis(name, given)
-        values[name] = array.reshape([-1 if i == number else 1 for i in range(len(axes))])
+    arrays = np.meshgrid(*map(_axis, axes, axes.values()), indexing="ij", sparse=True)
+    values: dict[str, FloatArray] = dict(zip(axes, arrays, strict=True))
     if "alpha" in values and not isinstance(system.brake, WedgeBrake):
         raise InputError("alpha: an axis of wedge brakes only. Use kinetic or eta.")
     for name in ("eta", "kinetic", "loss_factor"):
@@ -115,28 +114,25 @@ def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict
 def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, FloatArray]:
     """Variables of a map, point by point."""
     grid = np.broadcast_arrays(*values.values())
-    found = {name: np.full(grid[0].shape, np.nan) for name in ("margin", "growth")}
-    found |= {name: np.zeros(grid[0].shape, dtype=bool) for name in ("stable", "locked")}
     line, ratio = system.driveline, system.groups.static_ratio
     impedance = math.sqrt(line.stiffness * line.inertia)
-    for place in np.ndindex(grid[0].shape):
-        at = {name: float(one[place]) for name, one in zip(values, grid, strict=True)}
-        changes: dict[str, Any] = {k: at[k] for k in ("eta", "alpha") if k in at}
-        changes["damping"] = at["loss_factor"] * impedance
-        if at["kinetic"] != system.friction.reference:
-            changes["kinetic"] = at["kinetic"]
+
+    def at(*numbers: float) -> tuple[float, bool, float, bool]:
+        point = dict(zip(values, numbers, strict=True))
+        changes: dict[str, Any] = {k: point[k] for k in ("eta", "alpha") if k in point}
+        changes["damping"] = point["loss_factor"] * impedance
+        if point["kinetic"] != system.friction.reference:
+            changes["kinetic"] = point["kinetic"]
             if ratio is not None and "static" in type(system.friction).model_fields:
-                changes["static"] = ratio * at["kinetic"]
+                changes["static"] = ratio * point["kinetic"]
         one = stability(system.replace(**changes))
-        ways = [way for way in (one.forward, one.backward) if way.eigenvalues]
-        found["stable"][place] = one.stable
-        found["locked"][place] = one.forward.locked or one.backward.locked
-        if one.margin_eta is not None:
-            found["margin"][place] = one.margin_eta
-        if ways:
-            fastest = max(root.real for way in ways for root in way.eigenvalues or ())
-            found["growth"][place] = fastest / line.natural_frequency
-    return found
+        roots = [root.real for way in (one.forward, one.backward) for root in way.eigenvalues or ()]
+        margin = math.nan if one.margin_eta is None else one.margin_eta
+        growth = max(roots, default=math.nan) / line.natural_frequency
+        return margin, one.stable, growth, one.forward.locked or one.backward.locked
+
+    found = np.vectorize(at, otypes=[float, bool, float, bool])(*grid)
+    return dict(zip(("margin", "stable", "growth", "locked"), found, strict=True))
 
 
 def _axis(name: str, given: ArrayLike) -> FloatArray:

@@ -141,18 +141,8 @@ class Stability(Result):
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        return {
-            "stable": self.stable,
-            "damping": self.damping,
-            "margin_eta": self.margin_eta,
-            "margin_slope": self.margin_slope,
-            "self_locking": self.self_locking,
-            "kinetic_locking_angle": self.kinetic_locking_angle,
-            "static_locking_angle": self.static_locking_angle,
-            "verdict": self.verdict,
-            "forward": self.forward.as_dict(),
-            "backward": self.backward.as_dict(),
-        }
+        ways = {"forward": self.forward.as_dict(), "backward": self.backward.as_dict()}
+        return {name: value for name, value in vars(self).items() if name not in ways} | ways
 
 
 def stability(system: BrakedDriveline) -> Stability:
@@ -168,18 +158,24 @@ def stability(system: BrakedDriveline) -> Stability:
     check_instance("system", system, BrakedDriveline)
     forward, backward = (_direction(system, side) for side in (1, -1))
     existing = [d for d in (forward, backward) if d.damping is not None]
-    etas = [d.margin_eta for d in existing if d.margin_eta is not None]
-    slopes = [d.margin_slope for d in existing if d.margin_slope is not None]
+    coefficients = _locking_coefficients(system)
     wedge = isinstance(system.brake, WedgeBrake)
-    angles = [math.atan(one) if wedge else None for one in _locking_coefficients(system)]
+    angles = [math.atan(one) if wedge else None for one in coefficients]
+    locked = [system.brake.locks(one) for one in coefficients]
+
+    def least(name: str) -> float | None:
+        values = [getattr(one, name) for one in existing]
+        return min((one for one in values if one is not None), default=None)
+
+    damping = least("damping")
     found = Stability(
         forward=forward,
         backward=backward,
         stable=bool(existing) and all(bool(d.stable) for d in existing),
-        damping=min((d.damping for d in existing if d.damping is not None), default=math.inf),
-        margin_eta=min(etas, default=None),
-        margin_slope=min(slopes, default=None),
-        self_locking=_self_locking(system),
+        damping=math.inf if damping is None else damping,
+        margin_eta=least("margin_eta"),
+        margin_slope=least("margin_slope"),
+        self_locking="kinetic" if locked[0] else "static" if locked[1] else "none",
         verdict="",
         kinetic_locking_angle=angles[0],
         static_locking_angle=angles[1],
@@ -211,13 +207,10 @@ def _direction(system: BrakedDriveline, side: int) -> DirectionStability:
     rate = -damping / (2.0 * line.inertia)
     points: dict[str, float | None] = {}
     impedance = 2.0 * math.sqrt(line.stiffness * line.inertia)
+    wanted = {"hopf": 0.0, "node_focus_stable": impedance, "node_focus_unstable": -impedance}
     curve = lines_over_slope(system, at)
-    for name, wanted in (
-        ("hopf", 0.0),
-        ("node_focus_stable", impedance),
-        ("node_focus_unstable", -impedance),
-    ):
-        points[f"{name}_slope"] = _nearest_slope(curve, wanted, slope)
+    for name, level in wanted.items():
+        points[f"{name}_slope"] = _nearest_slope(curve, level, slope)
         points[f"{name}_eta"] = _as_eta(system, points[f"{name}_slope"])
     margins = dict.fromkeys(("margin_slope", "margin_eta"))
     released = at.actuated >= system.actuation.release_speed
@@ -271,13 +264,6 @@ def _as_eta(system: BrakedDriveline, slope: float | None) -> float | None:
     return slope * system.brake.radius * system.friction.reference / system.driveline.damping
 
 
-def _self_locking(system: BrakedDriveline) -> str:
-    kinetic, static = _locking_coefficients(system)
-    if system.brake.locks(kinetic):
-        return "kinetic"
-    return "static" if system.brake.locks(static) else "none"
-
-
 def _locking_coefficients(system: BrakedDriveline) -> tuple[float, float]:
     """Friction coefficients that decide on self-locking during sliding and at rest."""
     kinetic = system.friction.reference
@@ -290,19 +276,18 @@ def _verdict(system: BrakedDriveline, found: Stability) -> str:
     drive = system.driveline.drive_speed
     where = "" if drive == 0.0 else f" at the shaft speed of {drive:.6g} rad/s"
     words = []
-    if found.self_locking == "kinetic":
-        slides = found.forward.damping is not None
+    if found.self_locking == "kinetic" and found.forward.damping is not None:
+        words.append("The brake locks itself forwards wherever the actuator presses it.")
+    elif found.self_locking == "kinetic":
         words.append(
-            "The brake locks itself forwards wherever the actuator presses it."
-            if slides
-            else "The brake locks itself forwards: no forward sliding exists, and no torque breaks"
-            " it loose forwards."
+            "The brake locks itself forwards: no forward sliding exists, and no torque breaks it"
+            " loose forwards."
         )
     elif found.self_locking == "static":
+        fast = " fast enough" if found.forward.locked and drive == 0.0 else ""
         words.append(
             "The brake locks itself at rest: no torque breaks it loose forwards, although it can"
-            " slide forwards once moving"
-            + (" fast enough." if found.forward.locked and drive == 0.0 else ".")
+            f" slide forwards once moving{fast}."
         )
     for name, one in (("forwards", found.forward), ("backwards", found.backward)):
         if one.locked and drive != 0.0:
