@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.dynamics.segment_log import REST
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.solvers.solution import Clock, Events, FloatArray, Returns, Sticks
 
 SHORTEST_STICK = 0.01
@@ -14,6 +17,16 @@ SHORTEST_STICK = 0.01
 
 Log = NDArray[np.record]
 Mask = NDArray[np.bool_]
+
+
+def logged(rows: int, run: Callable[[Log], Any]) -> tuple[Log, Any]:
+    """The log of a kernel and what it returns, with more room whenever ``rows`` do not suffice."""
+    while True:
+        log = empty_log(rows)
+        ended = run(log)
+        if ended.outcome != Outcome.LOG_FULL:
+            return log[: ended.rows].copy(), ended
+        rows *= 4
 
 
 def log_times(log: Log, clock: Clock, end: float) -> FloatArray:
