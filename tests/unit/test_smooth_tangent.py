@@ -13,12 +13,10 @@ from scipy.linalg import expm
 import wedgebrake as wb
 from equations import angular_frequency, gain, right_side
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.solvers.smooth import taylor, variational
+from wedgebrake.solvers.smooth import variational
 from wedgebrake.solvers.smooth.assemble import laws, problem
 from wedgebrake.solvers.smooth.problem import joined
-from wedgebrake.solvers.smooth.simd_codegen import Plain
 from wedgebrake.solvers.smooth.solve_periods import advance
-from wedgebrake.solvers.smooth.steps import Point
 
 MOST = 10**6
 
@@ -173,23 +171,6 @@ def test_slope_of_the_torque_never_looks_across_a_kink(system, beyond):
             got = variational.torque_slope(brake, v, low, high, arm)
             nearest = sign * min(max(sign * v, 0.0), inside)
             assert got == pytest.approx(torque_slope(system, nearest), rel=1e-9)
-
-
-@pytest.mark.parametrize("system", [paper(), CONVENTIONAL], ids=["wedge", "conventional"])
-def test_slope_of_the_torque_of_a_series(system):
-    """In closed form, from far below the layer to the release."""
-    given, inputs = problem(system, 1e-9).problem, np.ones((taylor.INPUT_ROWS, 1))
-    driveline, inertia = given.driveline, given.driveline.inertia
-    taylor.load(driveline, given.torque, given.law, inputs, 0)
-    for v in np.geomspace(1e-9, 0.999 * system.actuation.release_speed, 40):
-        for side in (-1.0, 1.0):
-            slope = side * given.law.actuator.slope / inertia
-            taylor.aim(inputs, 0, slope, given.torque, Point(0.0, 0.0, side * v, 0.0))
-            numbers = taylor.Inputs(*inputs[:, 0])
-            series = taylor.expand(Plain, numbers)
-            pressed = numbers.force + numbers.slope * side * v
-            got = numbers.slope * series.gains[0] + pressed * series.rates[0]
-            assert got * inertia == pytest.approx(torque_slope(system, side * v), rel=1e-12)
 
 
 def variational_solution(system, state):

@@ -22,7 +22,7 @@ POLE = 0.5 * math.pi
 
 
 class LawNumbers(NamedTuple):
-    """The numbers of friction and brake; their functions m and g are passed beside, in a list."""
+    """Numbers of friction and brake; their functions m and g are passed beside, in a list."""
 
     friction_shape: tuple[float, ...]
     amplification_shape: tuple[float, ...]

@@ -21,7 +21,8 @@ _CONTRACT = ("contract",)
 class Plain:
     """Mathematics of floats; ``signed(size, by)`` is ``size`` with the sign of ``by``."""
 
-    sqrt, exp, signed = map(staticmethod, (math.sqrt, math.exp, math.copysign))
+    sqrt, exp = staticmethod(math.sqrt), staticmethod(math.exp)
+    signed = staticmethod(math.copysign)
     smaller, larger = staticmethod(min), staticmethod(max)
 
 

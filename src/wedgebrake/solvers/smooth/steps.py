@@ -16,7 +16,7 @@ from wedgebrake.dynamics.jit import chosen_by_class, compiled, inlined
 from wedgebrake.dynamics.linear_flow import acceleration, forcing_of
 from wedgebrake.solvers.event_driven.event_search import Motion, slip
 from wedgebrake.solvers.smooth import taylor as series
-from wedgebrake.solvers.smooth.continuous_extension import crossing_share
+from wedgebrake.solvers.smooth.continuous_extension import STAGES, crossing_share
 from wedgebrake.solvers.smooth.problem import AnyLaw, TanhLaw, Tolerances
 from wedgebrake.solvers.smooth.runge_kutta import (
     RungeKutta,
@@ -153,7 +153,7 @@ def _runge_kutta_point(method, point):
     return Point(point.time, point.angle, point.velocity, a)
 
 
-@compiled
+@inlined
 def _series_step(taylor, point, h, limits):  # noqa: ARG001 - one signature
     """``Advance`` by one step by series; ``taylor.outputs`` holds it."""
     inputs, outputs = taylor.inputs, taylor.outputs
@@ -184,9 +184,10 @@ def _attempt(method, point, h):
 @compiled
 def _first_kink(method, point, end, h, limits):
     """(share of the step, end) of the first kink that a step crosses."""
-    margin = 0.5 * (end.highest - end.lowest)
-    low = limits.low if end.lowest - margin <= limits.low else -math.inf
-    high = limits.high if end.highest + margin >= limits.high else math.inf
+    met = method.stages["velocity"][: STAGES + 1]
+    margin = 0.5 * (met.max() - met.min())
+    low = limits.low if met.min() - margin <= limits.low else -math.inf
+    high = limits.high if met.max() + margin >= limits.high else math.inf
     if math.isinf(low) and math.isinf(high):
         return 2.0, SearchEnd.TIME
     extend(method, point.time, point.angle, point.velocity, h)

@@ -227,7 +227,7 @@ def drive(inputs, lane, forcing, phase):
     inputs[INPUT.drive_rate, lane] = rate(forcing, phase)
 
 
-@compiled
+@inlined
 def aim(inputs, lane, slope, forcing, point):
     """Set time, angle and velocity of the next step's begin, and the slope of the force there."""
     inputs[INPUT.slope, lane] = slope

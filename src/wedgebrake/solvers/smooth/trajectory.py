@@ -189,7 +189,7 @@ def run(functions, problem, start, end, max_steps, samples, log, trail, stop):
                 rows = write(
                     log, rows, kind, period, point.time, point.angle, velocity, stretch, side
                 )
-        elif not here.linear:
+        elif not here.linear and not here.low < velocity < here.high:
             stretch = stretch_at(stretches, velocity, point.acceleration > 0.0)
         if here.linear and not stretches[stretch].linear:
             point = first_point(method, point)
