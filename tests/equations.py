@@ -7,6 +7,7 @@ built on it are independent of its model and of its solvers.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import wedgebrake as wb
@@ -85,3 +86,34 @@ def law(system: wb.BrakedDriveline, number: type = float, lib: Any = math) -> La
 def angular_frequency(system: wb.BrakedDriveline) -> float:
     """omega_e = 2 pi f_e [rad/s]."""
     return 2.0 * math.pi * system.excitation.frequency
+
+
+def coefficient(friction: wb.SmoothedFriction | wb.CustomFriction, speed: float) -> float:
+    """m(v_r), eqs. 14 and 15 with the factor mu_k that the paper leaves out."""
+    if isinstance(friction, wb.CustomFriction):
+        return friction.law(speed)
+    peak = (friction.static - friction.kinetic) * math.exp(-friction.decay * abs(speed))
+    return (friction.kinetic + peak) * math.tanh(friction.steepness * speed)
+
+
+def right_side(system: wb.BrakedDriveline, wall: float = 1e-9) -> Callable[..., tuple[Any, Any]]:
+    """(t, (theta, theta')) -> (theta', theta''), eq. 1 with smooth friction.
+
+    Beyond the wall of a self-locking brake the torque goes on as large as at ``wall`` of it.
+    """
+    line, force = system.driveline, system.actuation
+    radius, omega = system.brake.radius, angular_frequency(system)
+
+    def slope(t: float, y: Any) -> tuple[Any, Any]:
+        v = y[1] + line.drive_speed
+        m = coefficient(system.friction, radius * v)
+        pressing = force.initial_force + force.slope * abs(v)
+        if force.release:
+            pressing = max(pressing, 0.0)
+        g = gain(system.brake, m)
+        if math.isinf(g):
+            g = m / wall
+        torque = system.excitation.amplitude * math.sin(omega * t) - radius * pressing * g
+        return y[1], (torque - line.damping * y[1] - line.stiffness * y[0]) / line.inertia
+
+    return slope

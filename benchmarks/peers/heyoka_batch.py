@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from peers import heyoka_events
 from peers.brake import Brake
-from peers.heyoka_events import COOLDOWN, smoothed_equations
-from peers.peer import LAWS, Answers, Peer, absent
+from peers.heyoka_events import COOLDOWN, Heyoka, smoothed_equations
+from peers.peer import Answers, Peer
 
 
 def lanes_here() -> int:
@@ -19,23 +20,17 @@ def lanes_here() -> int:
     return 8 if wide else 4
 
 
-class HeyokaBatch(Peer):
+class HeyokaBatch(Heyoka):
     """A vector of trajectories at a time; a brake at rest is a mode of the equations."""
 
     def __init__(self, law: str, tolerance: float) -> None:
-        self.law, self.tolerance = law, tolerance
+        super().__init__(law, tolerance)
         self.lanes = lanes_here()
-        self.name = f"heyoka, terminal events, {self.lanes} lanes"
-        self.asked = f"tol {tolerance:g}"
-
-    def missing(self) -> str:
-        return absent("heyoka")
+        self.name += f", {self.lanes} lanes"
 
     @cached_property
     def run(self) -> Callable[[Sequence[Brake], float], np.ndarray]:
-        """Compiled once; everything of a brake is a parameter."""
-        make = {"coulomb": coulomb, "smoothed": smoothed}[self.law]
-        return make(self.tolerance, self.lanes)
+        return {"coulomb": coulomb, "smoothed": smoothed}[self.law](self.tolerance, self.lanes)
 
     def solve(self, brakes: Sequence[Brake], until: float) -> Answers:
         run, count = self.run, len(brakes)
@@ -149,6 +144,5 @@ def coulomb(tolerance: float, lanes: int) -> Callable[[Sequence[Brake], float], 
 
 
 def peers() -> list[Peer]:
-    """At the tolerance of the task and at its best."""
-    tolerances = {"coulomb": (1e-15,), "smoothed": (1e-8, 1e-10)}
-    return [HeyokaBatch(law, tolerance) for law in LAWS for tolerance in tolerances[law]]
+    """Those of one trajectory at a time, in lanes."""
+    return heyoka_events.peers(HeyokaBatch)

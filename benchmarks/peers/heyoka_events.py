@@ -18,8 +18,8 @@ COOLDOWN = 1e-7
 State = tuple[float, float]
 
 
-class HeyokaEvents(Peer):
-    """One trajectory at a time; pieces are switched by callbacks."""
+class Heyoka(Peer):
+    """A law at a tolerance, compiled once: everything of a brake is a parameter."""
 
     def __init__(self, law: str, tolerance: float) -> None:
         self.law, self.tolerance = law, tolerance
@@ -29,11 +29,13 @@ class HeyokaEvents(Peer):
     def missing(self) -> str:
         return absent("heyoka")
 
+
+class HeyokaEvents(Heyoka):
+    """One trajectory at a time; pieces are switched by callbacks."""
+
     @cached_property
     def run(self) -> Callable[[Brake, float], State]:
-        """Compiled once; everything of a brake is a parameter."""
-        make = {"coulomb": coulomb, "smoothed": smoothed}[self.law]
-        return make(self.tolerance)
+        return {"coulomb": coulomb, "smoothed": smoothed}[self.law](self.tolerance)
 
     def solve(self, brakes: Sequence[Brake], until: float) -> Answers:
         run = self.run
@@ -149,7 +151,7 @@ def smoothed(tolerance: float) -> Callable[[Brake, float], State]:
     return run
 
 
-def peers() -> list[Peer]:
+def peers(kind: type[Heyoka] = HeyokaEvents) -> list[Peer]:
     """At the tolerance of the task and at its best."""
     tolerances = {"coulomb": (1e-15,), "smoothed": (1e-8, 1e-10)}
-    return [HeyokaEvents(law, tolerance) for law in LAWS for tolerance in tolerances[law]]
+    return [kind(law, tolerance) for law in LAWS for tolerance in tolerances[law]]

@@ -54,7 +54,7 @@ class SciPy(Peer):
 
     def whole(self, brake: Brake, until: float) -> State:
         """The smoothed law."""
-        t, angle, w, _ = self.advance(0.0, (0.0, 0.0), until, tuple(brake))
+        t, angle, w, _ = self.advance(0.0, (0.0, 0.0), until, brake)
         assert t == until
         return angle, w
 
@@ -90,7 +90,7 @@ class SciPy(Peer):
         """Time, angle and velocity at the first event or the end, and which event; -1: none."""
         found = solve_ivp(
             self.rates, (t, until), state, method=self.method, rtol=self.rtol,
-            atol=self.rtol * 1e-2, max_step=LONGEST_STEP, args=numbers, events=events or None,
+            atol=self.rtol * 1e-2, max_step=LONGEST_STEP, args=(numbers,), events=events or None,
         )  # fmt: skip
         assert found.status >= 0, found.message
         which = -1
@@ -120,7 +120,8 @@ def sliding() -> Rates:
     """Sliding to one side, a linear equation."""
 
     @numba.njit
-    def rates(t, y, g2, q, te, om, k):
+    def rates(t, y, numbers):
+        g2, q, te, om, k = numbers
         return np.array([y[1], te * math.sin(om * t) - k * y[0] - g2 * y[1] + q])
 
     return rates
@@ -130,11 +131,12 @@ def smoothed() -> Rates:
     """The smoothed law in one piece."""
 
     @numba.njit
-    def rates(t, y, c, k, te, om, r, tan, mu, fa, slope, steep):
-        m = mu * math.tanh(steep * r * y[1])
-        force = max(fa + slope * abs(y[1]), 0.0)
-        torque = r * force * m / (tan - m)
-        return np.array([y[1], te * math.sin(om * t) - c * y[1] - k * y[0] - torque])
+    def rates(t, y, brake):
+        m = brake.mu * math.tanh(brake.steep * brake.r * y[1])
+        force = max(brake.fa + brake.slope * abs(y[1]), 0.0)
+        torque = brake.r * force * m / (brake.tan - m)
+        drive = brake.te * math.sin(brake.om * t)
+        return np.array([y[1], drive - brake.c * y[1] - brake.k * y[0] - torque])
 
     return rates
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import simpson, solve_ivp
 
 import wedgebrake as wb
-from equations import angular_frequency, gain
+from equations import coefficient, right_side
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.model.friction import Friction, SmoothFriction
 from wedgebrake.model.part import parameter
@@ -23,37 +23,6 @@ REST = (0.0, 0.0)
 def paper(**changes) -> wb.BrakedDriveline:
     """The paper's wedge at eta = -24, F_0 = 0.036 with the smoothed law, then changed."""
     return wb.paper.system(friction="smoothed").replace(**changes)
-
-
-def coefficient(friction, speed):
-    """m(v_r), eqs. 14 and 15 with the factor mu_k that the paper leaves out."""
-    if isinstance(friction, wb.CustomFriction):
-        return friction.law(speed)
-    peak = (friction.static - friction.kinetic) * math.exp(-friction.decay * abs(speed))
-    return (friction.kinetic + peak) * math.tanh(friction.steepness * speed)
-
-
-def right_side(system, wall=1e-9):
-    """(t, (theta, theta')) -> (theta', theta''), eq. 1, stated apart from the package.
-
-    Beyond the wall of a self-locking brake the torque goes on as large as at ``wall`` of it.
-    """
-    line, force = system.driveline, system.actuation
-    radius, omega = system.brake.radius, angular_frequency(system)
-
-    def slope(t, y):
-        v = y[1] + line.drive_speed
-        m = coefficient(system.friction, radius * v)
-        pressing = force.initial_force + force.slope * abs(v)
-        if force.release:
-            pressing = max(pressing, 0.0)
-        g = gain(system.brake, m)
-        if math.isinf(g):
-            g = m / wall
-        torque = system.excitation.amplitude * math.sin(omega * t) - radius * pressing * g
-        return y[1], (torque - line.damping * y[1] - line.stiffness * y[0]) / line.inertia
-
-    return slope
 
 
 def scipy_states(system, times, start=REST, method="DOP853", rtol=1e-12, max_step=2e-4):
@@ -68,27 +37,21 @@ def scipy_states(system, times, start=REST, method="DOP853", rtol=1e-12, max_ste
 
         event.terminal = True
         events.append(event)
-    t, y, pieces = 0.0, np.array(start, dtype=float), []
-    slope, end = right_side(system), float(times[-1])
+    t, y, slope, end = 0.0, np.array(start, dtype=float), right_side(system), float(times[-1])
+    states = np.empty((times.size, 2))
     while t < end:
         piece = solve_ivp(
             slope, (t, end), y, method=method, rtol=rtol, atol=1e-14, max_step=max_step,
             events=events, dense_output=True,
         )  # fmt: skip
         assert piece.status >= 0
-        inside = times[(times >= t) & (times <= piece.t[-1])]
-        pieces.append((inside, piece.sol(inside).T if inside.size else np.empty((0, 2))))
-        y = piece.y[:, -1]
+        inside = (times >= t) & (times <= piece.t[-1])
+        if np.any(inside):
+            states[inside] = piece.sol(times[inside]).T
         # Off the kink: the event function must not vanish at the start.
-        t = float(piece.t[-1])
-        if t < end:
-            nudge = 1e-12
-            y = y + nudge * np.array(slope(t, y))
-            t += nudge
-    at = np.concatenate([inside for inside, _ in pieces])
-    states = np.concatenate([values for _, values in pieces])
-    _, first = np.unique(at, return_index=True)
-    return states[first]
+        t, y = float(piece.t[-1]) + 1e-12, piece.y[:, -1]
+        y = y + 1e-12 * np.array(slope(t, y))
+    return states
 
 
 @numba.njit
@@ -162,23 +125,22 @@ def test_steep_law_against_radau(steepness):
 
 
 class TestKinks:
-    @pytest.mark.parametrize("friction", [None, "custom"])
-    def test_release_passed_by_a_hair_is_seen(self, friction):
+    @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+    @pytest.mark.parametrize("friction", ["smoothed", "custom"])
+    def test_release_passed_by_a_hair_is_seen(self, friction, rtol):
         """Near t = 0.340 s the speed passes the release speed by only 0.0086 rad/s."""
         system = paper()
-        if friction:
-            system = paper(friction=wb.CustomFriction(law=same_as_smoothed, width=0.01))
-            system = system.replace(slope=paper().actuation.slope)
+        if friction == "custom":
+            system = system.replace(
+                friction=wb.CustomFriction(law=same_as_smoothed, width=0.01),
+                slope=system.actuation.slope,
+            )
         release = system.actuation.release_speed
-        times = np.linspace(0.335, 0.345, 2001)
-        for rtol in (1e-6, 1e-9):
-            r = wb.simulate(system, 0.4, times=times, rtol=rtol)
-            excess = float(np.abs(r.velocity).max()) - release
-            assert excess == pytest.approx(0.0086, abs=1e-4)
-            near = np.abs(r.event_time - 0.34) < 0.005
-            kinds = r.event_kind.values[near.values]
-            assert list(kinds) == [EventKind.BREAKPOINT] * 2
-            assert np.abs(r.event_velocity.values[near.values]) == pytest.approx(release)
+        r = wb.simulate(system, 0.4, times=np.linspace(0.335, 0.345, 2001), rtol=rtol)
+        assert float(np.abs(r.velocity).max()) - release == pytest.approx(0.0086, abs=1e-4)
+        near = (np.abs(r.event_time - 0.34) < 0.005).values
+        assert list(r.event_kind.values[near]) == [EventKind.BREAKPOINT] * 2
+        assert np.abs(r.event_velocity.values[near]) == pytest.approx(release)
 
     @pytest.mark.parametrize("brake", ["wedge", "conventional"])
     def test_start_at_rest_is_no_event(self, brake):
@@ -191,20 +153,9 @@ class TestKinks:
             assert np.all(np.diff(r.event_time.values) > 0.0)
 
     def test_rest_for_ever(self):
-        system = paper(amplitude=0.0)
-        r = wb.simulate(system, periods=100)
-        assert r.attrs["status"] == "completed"
-        assert r.sizes["event"] == 0
+        r = wb.simulate(paper(amplitude=0.0), periods=100)
+        assert (r.sizes["event"], r.sizes["stick"]) == (0, 1)
         assert np.all(r.velocity.values == 0.0)
-        assert r.sizes["stick"] == 1
-
-    def test_reversals_alternate(self):
-        r = wb.simulate(paper(eta=-60.0), periods=50)
-        sides = r.event_side.values[r.event_kind.values == EventKind.REVERSAL]
-        assert sides.size > 50
-        assert np.all(sides[1:] == -sides[:-1])
-        at = r.event_velocity.values[r.event_kind.values == EventKind.REVERSAL]
-        assert np.all(at == 0.0)
 
 
 class TestSelfLocking:
@@ -229,17 +180,12 @@ class TestSelfLocking:
         got = np.column_stack((r.angle.values, r.velocity.values))[::100]
         assert np.max(np.abs(got - expected) / scales(expected)) <= 1e-7
 
-    @pytest.mark.parametrize("alpha", [0.9, 1.0])
-    def test_start_beyond_it_has_no_solution(self, alpha):
-        system = paper(eta=0.0, alpha=alpha)
-        r = wb.simulate(system, 0.1, initial=(0.0, 2.0))
+    @pytest.mark.parametrize(("alpha", "velocity"), [(0.9, 2.0), (1.0, 2.0), (0.9, 0.1)])
+    def test_start_beyond_it_has_no_solution(self, alpha, velocity):
+        """Also inside the steep layer, at 0.1 rad/s."""
+        r = wb.simulate(paper(eta=0.0, alpha=alpha), 0.1, initial=(0.0, velocity))
         assert r.attrs["status"] == "no_forward_solution"
         assert r.attrs["final_time"] == 0.0
-
-    def test_start_inside_the_layer_but_beyond_it(self):
-        system = paper(eta=0.0, alpha=0.9)
-        r = wb.simulate(system, 0.1, initial=(0.0, 0.1))
-        assert r.attrs["status"] == "no_forward_solution"
         assert not np.any(np.isnan(r.velocity.values))
 
     def test_slowing_down_into_a_static_peak(self):
@@ -262,22 +208,21 @@ class TestOutput:
             assert float(r.angle[i]) == pytest.approx(one.attrs["final_angle"], abs=1e-10)
             assert float(r.velocity[i]) == pytest.approx(one.attrs["final_velocity"], abs=1e-8)
 
-    def test_restart(self):
+    @pytest.mark.parametrize("system", [paper(), paper(static=0.33, drive_speed=2.0)])
+    def test_restart(self, system):
         """The state is all there is: a run resumed from it goes on alike."""
-        for system in (paper(), paper(static=0.33, drive_speed=2.0)):
-            start = (0.0, -system.driveline.drive_speed)
-            whole = wb.simulate(system, 0.4, initial=start, times=[0.4], rtol=1e-12)
-            for middle in (0.1, 0.2123, 0.3):
-                first = wb.simulate(system, middle, initial=start, times=[], rtol=1e-12)
-                state = (first.attrs["final_angle"], first.attrs["final_velocity"])
-                rest = wb.simulate(
-                    system, 0.4 - middle, initial=state, start_time=middle, times=[], rtol=1e-12
-                )
-                assert rest.attrs["final_time"] == pytest.approx(0.4, abs=1e-15)
-                assert rest.attrs["final_angle"] == pytest.approx(float(whole.angle[0]), abs=1e-11)
-                assert rest.attrs["final_velocity"] == pytest.approx(
-                    float(whole.velocity[0]), abs=1e-9
-                )
+        begin = (0.0, -system.driveline.drive_speed)
+        whole, first = (
+            wb.simulate(system, end, initial=begin, times=[], rtol=1e-12).attrs
+            for end in (0.4, 0.2123)
+        )
+        middle = (first["final_angle"], first["final_velocity"])
+        rest = wb.simulate(
+            system, 0.4 - 0.2123, initial=middle, start_time=0.2123, times=[], rtol=1e-12
+        ).attrs
+        assert rest["final_time"] == pytest.approx(0.4, abs=1e-15)
+        assert rest["final_angle"] == pytest.approx(whole["final_angle"], abs=1e-11)
+        assert rest["final_velocity"] == pytest.approx(whole["final_velocity"], abs=1e-9)
 
     def test_sections_are_states_at_period_starts(self):
         system = paper()
@@ -335,7 +280,7 @@ class TestEnd:
 
     def test_step_limit_keeps_time_and_state_together(self):
         system = paper(eta=-60.0)
-        for limit in (1, 10, 50, 200, 777):
+        for limit in (1, 200, 777):
             r = wb.simulate(system, 5.0, times=[], max_steps=limit, rtol=1e-10)
             assert r.attrs["status"] == "step_limit"
             t = r.attrs["final_time"]
@@ -372,7 +317,7 @@ def test_no_event_is_lost_between_tolerances():
 def test_a_law_that_jumps_at_rest_is_refused():
     """Or is far steeper than stated: it would be crept through for ever."""
     for law in (lambda v: math.copysign(0.3, v) if v else 0.0, lambda v: 0.3 * math.tanh(1e6 * v)):
-        with pytest.raises(ValueError, match=r"width = 0.01 m/s: must rise from 0 .* Coulomb"):
+        with pytest.raises(wb.InputError, match="width ="):
             wb.CustomFriction(law=law, width=0.01)
     for width in (1e-3, 1e-2, 1e-1):  # a stated width need not be the exact one
         wb.CustomFriction(law=lambda v: 0.3 * math.tanh(100.0 * v), width=width)
@@ -426,19 +371,16 @@ def test_a_narrow_place_that_is_named_is_not_stepped_over(speed, width):
     system = paper(friction=friction, slope=0.0)
     initial, end = (0.0, 3.0), 0.04
     found = wb.simulate(system, end, initial=initial, times=[], rtol=1e-11)
-
-    def rate(t, state):
-        drive = system.excitation.amplitude * math.sin(angular_frequency(system) * t)
-        force = system.actuation.initial_force * system.brake.radius
-        torque = force * gain(system.brake, law(system.brake.radius * state[1]))
-        line = system.driveline
-        push = drive - line.damping * state[1] - line.stiffness * state[0] - torque
-        return [state[1], push / line.inertia]
-
     # Steps too short to pass over anything.
     longest = 0.3 * width / system.brake.radius / 500.0
     expected = solve_ivp(
-        rate, (0.0, end), initial, method="DOP853", rtol=1e-12, atol=1e-14, max_step=longest
+        right_side(system),
+        (0.0, end),
+        initial,
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-14,
+        max_step=longest,
     ).y[:, -1]
     assert abs(found.attrs["final_angle"] - expected[0]) <= 1e-10
     assert abs(found.attrs["final_velocity"] - expected[1]) <= 1e-8
@@ -450,10 +392,9 @@ def test_a_narrow_place_that_is_none_is_refused(place):
         wb.CustomFriction(law=same_as_smoothed, width=0.01, narrow=[place])
 
 
-@pytest.mark.parametrize("friction", ["series", "Runge-Kutta"])
-def test_the_last_sample_is_the_state_at_the_end(friction):
+@pytest.mark.parametrize("system", [paper(), paper(static=0.33)], ids=["series", "Runge-Kutta"])
+def test_the_last_sample_is_the_state_at_the_end(system):
     """However densely the response is sampled, also where it ends at a return to the section."""
-    system = paper() if friction == "series" else paper(static=0.33)
     runs = [wb.simulate(system, periods=3, samples_per_period=count) for count in (20, 40)]
     for run in runs:
         assert run.angle.values[-1] == run.attrs["final_angle"] == run.poincare_angle.values[-1]
@@ -496,16 +437,16 @@ def stribeck():
 def test_a_named_law_of_ones_own(stribeck, method):
     """The same as the function in a CustomFriction: in Python, in study files, in sweeps."""
     own = stribeck(kinetic=0.3, peak=0.1)
-    custom = wb.CustomFriction(law=lambda v: own.law(v, (0.3, 0.1)), width=0.01, kinetic=0.3)
-    assert own.coefficient(0.2) == pytest.approx(custom.coefficient(0.2), rel=1e-15)
 
     @numba.njit
     def law(v):
         grown = 1.0 + 0.1 * math.exp(-abs(v) / 0.3)
         return 0.3 * grown * 2.0 / math.pi * math.atan(v / 0.01)
 
+    custom = wb.CustomFriction(law=law, width=0.01, kinetic=0.3)
+    assert own.coefficient(0.2) == pytest.approx(custom.coefficient(0.2), rel=1e-15)
     system = paper(friction=own, damping=10.0)
-    custom = paper(friction=wb.CustomFriction(law=law, width=0.01, kinetic=0.3), damping=10.0)
+    custom = paper(friction=custom, damping=10.0)
     limits = {"step": 1e-3} if method == "ode14x" else {}
     found, expected = (
         wb.simulate(one, periods=2, method=method, **limits) for one in (system, custom)

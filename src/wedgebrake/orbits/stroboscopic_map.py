@@ -149,11 +149,10 @@ def _period(
     state: FloatArray, problem: Any, *, derivative: bool = True
 ) -> tuple[FloatArray, FloatArray]:
     """The state one period of the torque later, and its derivative."""
-    from wedgebrake.solvers.smooth.solve_periods import period_map
+    from wedgebrake.solvers.smooth.solve_periods import advance
 
-    there = period_map(
-        problem, float(state[0]), float(state[1]), _MOST_STEPS, derivative=derivative
-    )
+    begin = (float(state[0]), float(state[1]))
+    there = advance(problem, begin, 1, _MOST_STEPS, derivative=derivative)
     if there.outcome != Outcome.COMPLETED:
         raise NoOrbitError
-    return np.array([there.angle, there.velocity]), there.matrix
+    return np.array(there.state), there.matrices.reshape(-1, 2)

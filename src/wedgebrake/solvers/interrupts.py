@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future, wait
 from typing import TypeVar
 
 _Result = TypeVar("_Result")
@@ -28,30 +29,24 @@ def interruptible(
     """
     if threading.current_thread() is not threading.main_thread():
         return work()
-    results: list[_Result] = []
-    errors: list[BaseException] = []
-
-    # An interrupted Thread.join counts the thread as ended although it still runs.
-    ended = threading.Event()
+    future: Future[_Result] = Future()
 
     def run() -> None:
         try:
-            results.append(work())
+            future.set_result(work())
         except BaseException as error:
-            errors.append(error)
-        finally:
-            ended.set()
+            future.set_exception(error)
 
+    # A daemon, for which the interpreter does not wait at its end, as it does for an executor's.
     threading.Thread(target=run, daemon=True).start()
     try:
-        while not ended.wait(0.1):  # without a timeout, Windows would not handle Ctrl-C
+        # Without a timeout, Windows would not handle Ctrl-C.
+        while not wait([future], timeout=0.1).done:
             meanwhile()
         meanwhile()  # the work may have ended just after the last call
     except BaseException:
         if stop is not None:
             stop()
-            ended.wait(_PATIENCE)
+            wait([future], timeout=_PATIENCE)
         raise
-    if errors:
-        raise errors[0]
-    return results[0]
+    return future.result()

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.dynamics.segment_log import REST
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.solvers.solution import Clock, Events, FloatArray, Returns, Sticks
 
 SHORTEST_STICK = 0.01
@@ -14,6 +17,16 @@ SHORTEST_STICK = 0.01
 
 Log = NDArray[np.record]
 Mask = NDArray[np.bool_]
+
+
+def logged(rows: int, run: Callable[[Log], Any]) -> tuple[Log, Any]:
+    """The log of a kernel and what it returns, with more room whenever ``rows`` do not suffice."""
+    while True:
+        log = empty_log(rows)
+        ended = run(log)
+        if ended.outcome != Outcome.LOG_FULL:
+            return log[: ended.rows].copy(), ended
+        rows *= 4
 
 
 def log_times(log: Log, clock: Clock, end: float) -> FloatArray:
@@ -46,11 +59,7 @@ def sticks_at_rest(log: Log, clock: Clock, end: float) -> Sticks:
     """Runs of rows at rest, with the side of the slip before and after."""
     resting = log["mode"] == REST
     before = np.concatenate(([False], resting[:-1]))
-    entered = resting & ~before
-    side = np.where(log["kind"] == EventKind.STICK, log["side"], 0.0)
-    return _sticks(
-        log_times(log, clock, end), (entered, side), (before & ~resting, log["side"]), end
-    )
+    return _sticks(log, clock, end, resting & ~before, before & ~resting)
 
 
 def sticks_in_band(log: Log, clock: Clock, end: float) -> Sticks:
@@ -58,22 +67,21 @@ def sticks_in_band(log: Log, clock: Clock, end: float) -> Sticks:
 
     A smooth law never rests, it creeps or passes.
     """
-    entered, left = (log["kind"] == kind for kind in (EventKind.BAND_ENTERED, EventKind.BAND_LEFT))
+    kind = log["kind"]
+    found = _sticks(log, clock, end, kind == EventKind.BAND_ENTERED, kind == EventKind.BAND_LEFT)
+    long = found.end - found.start > SHORTEST_STICK * clock.period
+    return Sticks(found.start[long], found.end[long], found.entry[long], found.exit[long])
+
+
+def _sticks(log: Log, clock: Clock, end: float, entered: Mask, left: Mask) -> Sticks:
+    """Intervals between rows that begin and end rest; the last may be open."""
     times, side = log_times(log, clock, end), log["side"]
-    sticks = _sticks(times, (entered, side), (left, side), end)
-    long = sticks.end - sticks.start > SHORTEST_STICK * clock.period
-    return Sticks(sticks.start[long], sticks.end[long], sticks.entry[long], sticks.exit[long])
-
-
-def _sticks(
-    times: FloatArray, entered: tuple[Mask, FloatArray], left: tuple[Mask, FloatArray], end: float
-) -> Sticks:
-    """Intervals between rows that begin and end rest, with their sides; the last may be open."""
-    start, stop = times[entered[0]], times[left[0]]
-    exit_ = left[1][left[0]]
+    sliding = np.isin(log["kind"], (EventKind.STICK, EventKind.BAND_ENTERED))
+    start, entry = times[entered], np.where(sliding, side, 0.0)[entered]
+    stop, exit_ = times[left], side[left]
     if stop.size < start.size:
         stop, exit_ = np.append(stop, end), np.append(exit_, 0.0)
-    return Sticks(start, stop, entered[1][entered[0]].astype(np.int8), exit_.astype(np.int8))
+    return Sticks(start, stop, entry.astype(np.int8), exit_.astype(np.int8))
 
 
 def within(times: FloatArray, sticks: Sticks) -> Mask:

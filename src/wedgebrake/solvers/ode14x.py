@@ -15,15 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CoulombFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers import ode14x_kernel as kernel
 from wedgebrake.solvers.event_driven.solve import driveline_numbers, torque_numbers
-from wedgebrake.solvers.log_reader import events_of, sticks_in_band, within
+from wedgebrake.solvers.log_reader import events_of, logged, sticks_in_band, within
 from wedgebrake.solvers.smooth.laws import Shape, brake_law, compiled_law, friction_law
-from wedgebrake.solvers.solution import FloatArray, Returns, Task, Trajectory
+from wedgebrake.solvers.solution import Returns, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 
 BAND = 1e-4
@@ -68,38 +67,36 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
     )  # fmt: skip
     first, rest = task.start
     periods = np.arange(first + (rest > 0.0), task.end[0] + 1)
-    elapsed = _elapsed(task, *task.clock.split(task.times))
-    marks = _elapsed(task, periods, 0.0)
-    end = float(_elapsed(task, *task.end))
     # The kernel takes one list of times: those wanted, the returns and the end.
+    numbers, rests = task.clock.split(task.times)
+    numbers = np.concatenate((numbers, periods, task.end[:1])) - first
+    rests = np.concatenate((rests, np.zeros(periods.size), task.end[1:])) - rest
+    elapsed = numbers * task.clock.period + rests
+    end = float(elapsed[-1])
     # Far from t = 0 the first two carry rounding that must not put them beyond the last.
-    merged = np.clip(np.concatenate((elapsed, marks, [end])), 0.0, end)
+    merged = np.clip(elapsed, 0.0, end)
     order = np.argsort(merged, kind="stable")
     samples = np.empty(merged.size, dtype=kernel.SAMPLE)
-    rows = _FIRST_ROWS
-    while True:
-        log = empty_log(rows)
-        outcome, now, angle, velocity, steps, used, reached = kernel.run(
+    log, ended = logged(
+        _FIRST_ROWS,
+        lambda log: kernel.run(
             scheme, laws, rest, task.angle, task.velocity, end, log, merged[order], samples,
             task.stop,
-        )  # fmt: skip
-        if outcome != Outcome.LOG_FULL:
-            break
-        rows *= 4
-    inverse = np.empty_like(order)
-    inverse[order] = np.arange(order.size)
-    samples, done = samples[inverse], inverse < reached
-    wanted, sections = slice(elapsed.size), slice(elapsed.size, -1)
+        ),
+    )  # fmt: skip
+    done = np.empty(order.size, dtype=np.bool_)
+    done[order], samples[order] = np.arange(order.size) < ended.samples, samples.copy()
+    wanted, sections = slice(task.times.size), slice(task.times.size, -1)
+    now, angle, velocity = ended.time, ended.angle, ended.velocity
     if done[-1]:
         now, angle, velocity = end, samples["angle"][-1], samples["velocity"][-1]
     stop = float(task.clock.join(*task.end if done[-1] else (first, rest + now)))
     # The last step may reach beyond the end; its crossings need not be in order.
-    log = log[:used][log["time"][:used] <= now]
+    log = log[log["time"] <= now]
     log = log[np.argsort(log["time"], kind="stable")]
     log["period"], log["time"] = first, log["time"] + rest
-    times, at = task.times[done[wanted]], samples[wanted][done[wanted]]
-    section = samples[sections][done[sections]]
-    sticks = sticks_in_band(log, task.clock, stop)
+    at, section = samples[wanted][done[wanted]], samples[sections][done[sections]]
+    times, sticks = task.times[done[wanted]], sticks_in_band(log, task.clock, stop)
     return Trajectory(
         times=times,
         angle=at["angle"].copy(),
@@ -111,10 +108,10 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
         ),
         events=events_of(log, task.clock, stop),
         sticks=sticks,
-        status=Status.of(outcome),
+        status=Status.of(ended.outcome),
         final=(stop, float(angle), float(velocity)),
-        detail=_detail(outcome, stop, step, hold),
-        work=steps,
+        detail=_detail(ended.outcome, stop, step, hold),
+        work=ended.steps,
     )
 
 
@@ -138,17 +135,12 @@ def _laws(system: BrakedDriveline) -> tuple[tuple[Any, Shape, Any, Shape], float
     )
 
 
-def _elapsed(task: Task, number: Any, rest: FloatArray | float) -> FloatArray:
-    """Times [s] since the start of period numbers and times inside the period."""
-    first, begun = task.start
-    return np.asarray((number - first) * task.clock.period + (rest - begun), dtype=float)
-
-
 def _turns(turn: float) -> NDArray[np.record]:
     """Phase of the torque that each substep sees, with ``turn`` the phase of one step."""
     share = [(m + SEES_END) / n for n in SUBSTEPS for m in range(n)]
-    turns = np.empty(len(share), dtype=kernel.TURN)
-    turns["sine"], turns["cosine"] = np.sin(turn * np.array(share)), np.cos(turn * np.array(share))
+    angles = turn * np.array(share)
+    turns = np.empty(angles.size, dtype=kernel.TURN)
+    turns["sine"], turns["cosine"] = np.sin(angles), np.cos(angles)
     return turns
 
 

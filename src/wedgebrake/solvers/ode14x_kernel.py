@@ -36,7 +36,7 @@ TURN = record("sine cosine")
 
 # MATLAB's numjac, as Simulink's generated code has it: increments of a share ``factor`` of
 # the state, at least of THRESHOLD; the share follows the size of the difference.
-EPS = 2.220446049250313e-16
+EPS = 2.0**-52
 THRESHOLD = 1e-6
 SMALL_DIFFERENCE, LARGE_DIFFERENCE = EPS**0.75, EPS**0.25
 SMALLEST_FACTOR, FIRST_FACTOR, LARGEST_FACTOR = EPS**0.78, EPS**0.5, 0.1
@@ -68,6 +68,18 @@ class Scheme(NamedTuple):
     substeps: Any
     turns: Any
     max_steps: int
+
+
+class Ended(NamedTuple):
+    """End of a run: why, elapsed time [s], state, steps, and rows and samples written."""
+
+    outcome: int
+    time: float
+    angle: float
+    velocity: float
+    steps: int
+    rows: int
+    samples: int
 
 
 class Point(NamedTuple):
@@ -177,8 +189,7 @@ def _step(scheme, brake, point, jacobian, phase, work):
     theta, w, _, _ = point
     substeps, amplitude = scheme.substeps, scheme.torque.amplitude
     index = 0
-    for j in range(4):
-        n = substeps[j]
+    for j, n in enumerate(substeps):
         h = scheme.step / n
         share = h / (1.0 - h * jacobian.by_velocity - h * h * jacobian.by_angle)
         y, u = theta, w
@@ -214,7 +225,6 @@ def _cubic(s, h, y0, d0, y1, d1):
 
 @compiled
 def _angle_in(s, h, before, after):
-    """Angle at the share s of a step."""
     return _cubic(s, h, before.angle, before.velocity, after.angle, after.velocity)
 
 
@@ -271,7 +281,7 @@ def _run(scheme, laws, start, theta, w, end, log, wanted, samples, stop):
     wanted  : (m,) ascending; samples (m,) of dtype ``SAMPLE`` receives the states there
     stop    : (1,) ends the run as the limit of steps does when another thread sets it to True
 
-    Returns (outcome, elapsed time, angle, velocity, steps, rows, samples).
+    Returns ``Ended``.
     """
     friction, friction_shape, amplification, amplification_shape = laws
     brake = SmoothBrake(
@@ -326,23 +336,21 @@ def _run(scheme, laws, start, theta, w, end, log, wanted, samples, stop):
         if abs(w - w_rest) > scheme.divergence_velocity:
             outcome = Outcome.DIVERGED
             break
-    return outcome, now, point.angle, point.velocity, steps, rows, count
+    return Ended(outcome, now, point.angle, point.velocity, steps, rows, count)
 
 
-def _signature():
-    """The one signature of ``run``: laws as function pointers, so that its cache serves all."""
-    real, whole = types.float64, types.int64
-    scheme = types.NamedTuple(
-        (
-            types.NamedUniTuple(real, 4, Driveline), types.NamedUniTuple(real, 2, Harmonic), real,
-            ACTUATOR, real, real, real, real, types.Array(whole, 1, "C"), array_of(TURN), whole,
-        ),
-        Scheme,
-    )  # fmt: skip
-    return (
-        scheme, types.Tuple((LAW, SHAPE, LAW, SHAPE)), real, real, real, real, array_of(SEGMENT),
-        types.Array(real, 1, "C"), array_of(SAMPLE), types.Array(types.boolean, 1, "C"),
-    )  # fmt: skip
-
-
-run = compiled_for(_signature())(_run)
+_REAL, _WHOLE = types.float64, types.int64
+_SCHEME = types.NamedTuple(
+    (
+        types.NamedUniTuple(_REAL, 4, Driveline), types.NamedUniTuple(_REAL, 2, Harmonic), _REAL,
+        ACTUATOR, _REAL, _REAL, _REAL, _REAL, _WHOLE[::1], array_of(TURN), _WHOLE,
+    ),
+    Scheme,
+)  # fmt: skip
+# One signature, with laws as function pointers, so that one cache serves all of them.
+run = compiled_for(
+    (
+        _SCHEME, types.Tuple((LAW, SHAPE, LAW, SHAPE)), _REAL, _REAL, _REAL, _REAL,
+        array_of(SEGMENT), _REAL[::1], array_of(SAMPLE), types.boolean[::1],
+    )
+)(_run)  # fmt: skip

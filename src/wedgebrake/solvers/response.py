@@ -14,25 +14,6 @@ from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS, Trajectory
 if TYPE_CHECKING:
     import xarray as xr
 
-_UNITS = {
-    "angle": ("rad", "angle of the driveline"),
-    "velocity": ("rad/s", "velocity of the driveline"),
-    "brake_torque": ("N m", "torque of the brake R F_mu"),
-    "drive_torque": ("N m", "torque on the driveline T(t)"),
-    "sticking": ("1", "at rest relative to the brake"),
-    "poincare_time": ("s", "time of the section, period / f_e"),
-    "poincare_angle": ("rad", "angle at the section"),
-    "poincare_velocity": ("rad/s", "velocity at the section"),
-    "event_time": ("s", "time of the event"),
-    "event_kind": ("1", "kind of the event"),
-    "event_angle": ("rad", "angle at the event"),
-    "event_velocity": ("rad/s", "velocity of the driveline at the event"),
-    "event_side": ("1", "stick: side of entry; otherwise: direction of motion after the event"),
-    "stick_start": ("s", "beginning of rest"),
-    "stick_end": ("s", "end of rest"),
-    "stick_entry": ("1", "sign of the sliding velocity before; 0: at rest from the start"),
-    "stick_exit": ("1", "sign of the sliding velocity after; 0: still at rest at the end"),
-}
 _FLAGS: dict[str, dict[str, Any]] = {
     "sticking": {"flag_values": [0, 1], "flag_meanings": "slips sticks"},
     "event_kind": {
@@ -51,35 +32,43 @@ def assemble(
 
     t, events, sticks = trajectory, trajectory.events, trajectory.sticks
     torque = system.excitation
-    data: dict[str, tuple[str, Any]] = {
-        "angle": ("time", t.angle),
-        "velocity": ("time", t.velocity),
-        "brake_torque": ("time", t.brake_torque),
-        "drive_torque": ("time", torque.torque(t.times)),
-        "sticking": ("time", t.sticking.astype(np.int8)),
-        "poincare_time": ("period", t.returns.period / torque.frequency),
-        "poincare_angle": ("period", t.returns.angle),
-        "poincare_velocity": ("period", t.returns.velocity),
-        "event_time": ("event", events.time),
-        "event_kind": ("event", events.kind),
-        "event_angle": ("event", events.angle),
-        "event_velocity": ("event", events.velocity),
-        "event_side": ("event", events.side),
-        "stick_start": ("stick", sticks.start),
-        "stick_end": ("stick", sticks.end),
-        "stick_entry": ("stick", sticks.entry),
-        "stick_exit": ("stick", sticks.exit),
-    }
+    section = t.returns.period / torque.frequency
+    side = "stick: side of entry; otherwise: direction of motion after the event"
+    table: dict[str, tuple[Any, str, str]] = {
+        "angle": (t.angle, "rad", "angle of the driveline"),
+        "velocity": (t.velocity, "rad/s", "velocity of the driveline"),
+        "brake_torque": (t.brake_torque, "N m", "torque of the brake R F_mu"),
+        "drive_torque": (torque.torque(t.times), "N m", "torque on the driveline T(t)"),
+        "sticking": (t.sticking.astype(np.int8), "1", "at rest relative to the brake"),
+        "poincare_time": (section, "s", "time of the section, period / f_e"),
+        "poincare_angle": (t.returns.angle, "rad", "angle at the section"),
+        "poincare_velocity": (t.returns.velocity, "rad/s", "velocity at the section"),
+        "event_time": (events.time, "s", "time of the event"),
+        "event_kind": (events.kind, "1", "kind of the event"),
+        "event_angle": (events.angle, "rad", "angle at the event"),
+        "event_velocity": (events.velocity, "rad/s", "velocity of the driveline at the event"),
+        "event_side": (events.side, "1", side),
+        "stick_start": (sticks.start, "s", "beginning of rest"),
+        "stick_end": (sticks.end, "s", "end of rest"),
+        "stick_entry": (
+            sticks.entry, "1", "sign of the sliding velocity before; 0: at rest from the start",
+        ),
+        "stick_exit": (
+            sticks.exit, "1", "sign of the sliding velocity after; 0: still at rest at the end",
+        ),
+        "time": (t.times, "s", "time"),
+        "period": (t.returns.period, "1", "number of periods"),
+    }  # fmt: skip
+    dimensions = {"poincare": "period", "event": "event", "stick": "stick", "period": "period"}
     dataset = xr.Dataset(
-        {name: (dim, values, _attributes(name)) for name, (dim, values) in data.items()},
-        coords={
-            "time": ("time", t.times, {"units": "s", "long_name": "time"}),
-            "period": (
-                "period",
-                t.returns.period,
-                {"units": "1", "long_name": "number of periods"},
-            ),
-        },
+        {
+            name: (
+                dimensions.get(name.split("_")[0], "time"),
+                values,
+                {"units": unit, "long_name": meaning},
+            )
+            for name, (values, unit, meaning) in table.items()
+        }
     )
     for name, flags in _FLAGS.items():
         dataset[name].attrs.update(flags)
@@ -98,8 +87,3 @@ def assemble(
         "work": t.work,
     }
     return dataset
-
-
-def _attributes(name: str) -> dict[str, str]:
-    unit, meaning = _UNITS[name]
-    return {"units": unit, "long_name": meaning}

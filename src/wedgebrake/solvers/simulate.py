@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +30,7 @@ METHODS: dict[str, str] = {
     "smooth": "adaptive, eighth order; smoothed or custom friction",
     "ode14x": "the paper's fixed step; smoothed or Coulomb friction (banded)",
 }
+_MODULES = {"exact": "event_driven.solve", "smooth": "smooth.solve", "ode14x": "ode14x"}
 _MAX_SAMPLES = 50_000_000
 _MOST_STEPS = 10**12
 _FARTHEST = 1e12  # of an initial angle [rad] or velocity [rad/s]
@@ -107,27 +108,16 @@ def simulate(
         "ode14x": {"step": step, "max_steps": max_steps},
     }
     limits = choices[method]
-    trajectory = interruptible(
-        lambda: _solver(method)(system, task, **limits), stop=lambda: task.stop.fill(True)
-    )
+
+    def solve() -> Trajectory:
+        solver = import_module(f"wedgebrake.solvers.{_MODULES[method]}")  # and with it Numba
+        trajectory: Trajectory = solver.solve(system, task, **limits)
+        return trajectory
+
+    trajectory = interruptible(solve, stop=lambda: task.stop.fill(True))
     from wedgebrake.solvers.response import assemble
 
     return assemble(system, trajectory, method, {**options, **limits})
-
-
-def _solver(method: str) -> Callable[..., Trajectory]:
-    """The solver itself, imported (and with it Numba) only now."""
-    if method == "exact":
-        from wedgebrake.solvers.event_driven.solve import solve
-
-        return solve
-    if method == "smooth":
-        from wedgebrake.solvers.smooth.solve import solve as smooth_solve
-
-        return smooth_solve
-    from wedgebrake.solvers import ode14x
-
-    return ode14x.solve
 
 
 def choose_method(system: BrakedDriveline, method: str | None) -> str:
@@ -139,16 +129,15 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     if method is None:
         return "exact" if set_valued else "smooth"
     check_choice("method", method, METHODS)
-    name = type(system.friction).__name__
-    if method == "exact" and not set_valued:
+    fits = set_valued or method != "exact"
+    laws, other, kind = "CoulombFriction or TabulatedFriction", "smooth", "Coulomb"
+    if method == "smooth":
+        fits = isinstance(system.friction, SmoothFriction)
+        laws, other, kind = "SmoothedFriction or CustomFriction", "exact", "Smoothed"
+    if not fits:
         raise InputError(
-            f"method = 'exact': needs CoulombFriction or TabulatedFriction, not {name}. Use"
-            " method='smooth', or friction of kind 'coulomb' (wb.CoulombFriction)."
-        )
-    if method == "smooth" and not isinstance(system.friction, SmoothFriction):
-        raise InputError(
-            f"method = 'smooth': needs SmoothedFriction or CustomFriction, not {name}. Use"
-            " method='exact', or friction of kind 'smoothed' (wb.SmoothedFriction)."
+            f"method = {method!r}: needs {laws}, not {type(system.friction).__name__}. Use"
+            f" method={other!r}, or friction of kind {kind.lower()!r} (wb.{kind}Friction)."
         )
     return method
 

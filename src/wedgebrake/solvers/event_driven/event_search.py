@@ -1,12 +1,20 @@
-"""The first event inside one linear piece, found safely and then to rounding."""
+"""The first event inside one linear piece, found safely and then to rounding; the end of rest."""
 
 import math
 from typing import NamedTuple
 
 from wedgebrake.dynamics.enums import SearchEnd
-from wedgebrake.dynamics.harmonic import Phase, advanced, phase_at
+from wedgebrake.dynamics.harmonic import (
+    Phase,
+    advanced,
+    phase_at,
+    second_rate,
+    wait_above,
+    wait_below,
+)
 from wedgebrake.dynamics.jit import compiled, inlined
 from wedgebrake.dynamics.linear_flow import acceleration, enter, jerk, snap, state_at
+from wedgebrake.dynamics.problem import torque_at_rest, torque_rate_at_rest
 from wedgebrake.solvers.event_driven.root_exclusion import bound, safe_step
 
 
@@ -184,3 +192,72 @@ def slip(piece, forcing, low, high, motion, t_end, work_limit):
             return Found(SearchEnd.TIME, motion, evaluations)
         if evaluations >= work_limit:
             return Found(SearchEnd.WORK_LIMIT, motion, evaluations)
+
+
+@compiled
+def _at_constant_angle(driveline, torque, lower, upper, t, theta):
+    """(end, time of release) of rest at a constant angle, in closed form.
+
+    The brake holds while T(t) - k theta is inside [lower, upper].
+    """
+    spring = driveline.stiffness * theta
+    up = wait_above(torque, upper + spring, t)
+    down = wait_below(torque, lower + spring, t)
+    if up == math.inf and down == math.inf:
+        return SearchEnd.TIME, math.inf
+    if up <= down:
+        return SearchEnd.HIT_HIGH, t + up
+    return SearchEnd.HIT_LOW, t + down
+
+
+@compiled
+def _at_moving_angle(driveline, torque, lower, upper, start, t_end, theta):
+    """(end, time of release) of rest on a turning shaft, where the angle moves.
+
+    The holding condition is lower <= T(t) - c w_rest - k theta(t) <= upper; its end is found
+    with the same bound as an event of slip.
+    """
+    omega = torque.angular_frequency
+    jerk_bound = torque.amplitude * omega**3
+    tick = 2.0**-52 * (t_end + 1.0 / omega)
+    t = start
+    while t < t_end:
+        phase = phase_at(torque, t)
+        angle = theta + driveline.rest_velocity * (t - start)
+        held = torque_at_rest(driveline, torque, phase, angle)
+        rate = torque_rate_at_rest(driveline, torque, phase)
+        second = second_rate(torque, phase)
+        longest = min(1.0 / omega, t_end - t)
+        step, end = longest, SearchEnd.TIME
+        for side in (1.0, -1.0):
+            gap = upper - held if side > 0.0 else held - lower
+            hit = SearchEnd.HIT_HIGH if side > 0.0 else SearchEnd.HIT_LOW
+            if gap == math.inf:
+                continue
+            if gap <= 0.0 and (side * rate > 0.0 or (rate == 0.0 and side * second > 0.0)):
+                return hit, t
+            d = safe_step(gap, -side * rate, -side * second, jerk_bound, 0.0, 0.0, longest)
+            if d < step:
+                step, end = d, hit
+        if end != SearchEnd.TIME and step <= tick:
+            return end, t + step
+        t += max(step, tick)
+    return SearchEnd.TIME, t_end
+
+
+@inlined
+def hold(driveline, torque, lower, upper, motion, t_end):
+    """Rest until the brake releases or the time ``t_end`` comes; see ``slip``.
+
+    HIT_HIGH, HIT_LOW: the torque left the holding interval [lower, upper] there.
+    """
+    t, w_rest = motion.time, driveline.rest_velocity
+    if w_rest == 0.0:
+        end, later = _at_constant_angle(driveline, torque, lower, upper, t, motion.angle)
+    else:
+        end, later = _at_moving_angle(driveline, torque, lower, upper, t, t_end, motion.angle)
+    if end == SearchEnd.TIME or later > t_end:
+        end, later = SearchEnd.TIME, t_end
+    angle = motion.angle + w_rest * (later - t)
+    phase = phase_at(torque, later)
+    return Found(end, Motion(later, phase, angle, motion.velocity, motion.acceleration), 0)

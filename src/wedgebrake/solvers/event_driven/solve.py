@@ -13,11 +13,10 @@ from wedgebrake.dynamics.harmonic import Harmonic
 from wedgebrake.dynamics.linear_flow import PIECE, Driveline
 from wedgebrake.dynamics.piecewise_linear import LINE
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY, Instant, Problem, State
-from wedgebrake.dynamics.segment_log import REST, empty_log
-from wedgebrake.model.characteristic import Characteristic
+from wedgebrake.dynamics.segment_log import REST
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.event_driven import trajectory as kernel
-from wedgebrake.solvers.log_reader import Log, events_of, returns_of, sticks_at_rest
+from wedgebrake.solvers.log_reader import Log, events_of, logged, returns_of, sticks_at_rest
 from wedgebrake.solvers.solution import FloatArray, Sticks, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 
@@ -34,20 +33,13 @@ def torque_numbers(system: BrakedDriveline) -> Harmonic:
     return Harmonic(system.excitation.amplitude, system.excitation.angular_frequency)
 
 
-def problem(
-    system: BrakedDriveline,
-    angle: float = 0.0,
-    velocity: float = 0.0,
-    characteristic: Characteristic | None = None,
-) -> Problem:
+def problem(system: BrakedDriveline, angle: float = 0.0, velocity: float = 0.0) -> Problem:
     """The kernel's problem for a system and an initial state (for the scale of divergence)."""
-    law = system.characteristic if characteristic is None else characteristic
+    law = system.characteristic
     driveline, torque = driveline_numbers(system), torque_numbers(system)
-    count = law.offsets.size
-    breakpoints, slopes, offsets = (
-        np.array(given) for given in (law.breakpoints, law.slopes, law.offsets)
-    )
+    breakpoints, slopes, offsets = map(np.array, (law.breakpoints, law.slopes, law.offsets))
     scale = velocity_scale(driveline, torque, breakpoints, offsets, angle, velocity)
+    count = offsets.size
     work = Workspace(
         breakpoints, slopes, offsets, np.empty(count, PIECE), np.empty(0, LINE), np.empty(0)
     )
@@ -58,17 +50,14 @@ def problem(
     return given
 
 
-def solve(
-    system: BrakedDriveline,
-    task: Task,
-    *,
-    max_events: int,
-    characteristic: Characteristic | None = None,
-) -> Trajectory:
+def solve(system: BrakedDriveline, task: Task, *, max_events: int) -> Trajectory:
     """Simulate a system with set-valued friction exactly (docs/theory.md, section 5)."""
-    given = problem(system, task.angle, task.velocity, characteristic)
-    law = system.characteristic if characteristic is None else characteristic
-    log, found = _run(given, task, max_events)
+    given = problem(system, task.angle, task.velocity)
+    start, goal = State(*task.start, task.angle, task.velocity), Instant(*task.end)
+    log, found = logged(
+        64 + 8 * max(1, task.end[0] - task.start[0] + 1),
+        lambda log: kernel.run(given, start, goal, max_events, log, np.empty((0, 2)), task.stop),
+    )
     state = found.state
     end = float(task.clock.join(state.period, state.time))
     reached = task.times[task.times <= end + 4e-16 * abs(end)]
@@ -80,7 +69,7 @@ def solve(
         times=reached,
         angle=angle,
         velocity=velocity,
-        brake_torque=_brake_torque(system, law, reached, states, mode),
+        brake_torque=_brake_torque(system, reached, states, mode),
         sticking=mode == REST,
         returns=returns_of(log),
         events=events_of(log, task.clock, end),
@@ -92,28 +81,12 @@ def solve(
     )
 
 
-def _run(given: Problem, task: Task, max_events: int) -> tuple[Log, kernel.Run]:
-    """Run the kernel, with more room for the log whenever it fills up."""
-    start = State(*task.start, task.angle, task.velocity)
-    rows = 64 + 8 * max(1, task.end[0] - task.start[0] + 1)
-    no_points = np.empty((0, 2))
-    while True:
-        log = empty_log(rows)
-        found = kernel.run(given, start, Instant(*task.end), max_events, log, no_points, task.stop)
-        if found.outcome != Outcome.LOG_FULL:
-            return log[: found.rows].copy(), found
-        rows *= 4
-
-
 def _brake_torque(
-    system: BrakedDriveline,
-    law: Characteristic,
-    times: FloatArray,
-    states: FloatArray,
-    mode: NDArray[np.int64],
+    system: BrakedDriveline, times: FloatArray, states: FloatArray, mode: NDArray[np.int64]
 ) -> FloatArray:
     """R F_mu: the characteristic in motion; at rest what equilibrium demands."""
-    line, angle, velocity = system.driveline, states[:, ANGLE], states[:, VELOCITY]
+    line, law = system.driveline, system.characteristic
+    angle, velocity = states[:, ANGLE], states[:, VELOCITY]
     held = system.excitation.torque(times) - line.damping * velocity - line.stiffness * angle
     safe = np.maximum(mode, 0)
     slope = law.slopes[safe]
@@ -123,7 +96,6 @@ def _brake_torque(
 
 
 def _detail(outcome: int, end: float, given: Problem, log: Log, sticks: Sticks) -> str:
-    """Detail that the log adds to the status sentence."""
     mode = int(log["mode"][-1])
     if outcome == Outcome.DIVERGED:
         rate = -0.5 * given.brake.pieces["damping"][mode]

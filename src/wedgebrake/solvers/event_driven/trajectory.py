@@ -22,8 +22,7 @@ from wedgebrake.dynamics.problem import (
 )
 from wedgebrake.dynamics.section import phase_at_return, return_time
 from wedgebrake.dynamics.segment_log import REST, write
-from wedgebrake.solvers.event_driven.event_search import Motion, slip
-from wedgebrake.solvers.event_driven.stick_phase import hold
+from wedgebrake.solvers.event_driven.event_search import Motion, hold, slip
 
 # Rounding of the torque at rest, as a share of the torques it is the sum of.
 _ROUNDING = 2.0**-50

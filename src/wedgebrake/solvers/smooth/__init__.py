@@ -8,7 +8,7 @@ trajectory              the loop: step, event, log
 steps                   one step, by either method or in closed form
 taylor                  the series of a step; simd_codegen compiles it for vector lanes
 runge_kutta             the stages of a step; continuous_extension finds kinks inside
-periods, simd_batch     the loop over periods, and that of several systems side by side
+simd_batch              several systems side by side
 dense_output            steps by series after the fact
 accumulators            sums over a motion
 variational             the derivative of the flow

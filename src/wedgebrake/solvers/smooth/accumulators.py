@@ -12,8 +12,15 @@ from wedgebrake.dynamics.harmonic import Phase, phase_at
 from wedgebrake.dynamics.jit import chosen_by_class, compiled
 from wedgebrake.dynamics.linear_flow import Entry, acceleration, enter, forcing_of, state_at
 from wedgebrake.dynamics.motion_sums import count_stick, widen
-from wedgebrake.solvers.smooth import dense_output
-from wedgebrake.solvers.smooth.dense_output import NODES, PARTS, WEIGHTS, Inside, SeriesRecord
+from wedgebrake.solvers.smooth.dense_output import (
+    NODES,
+    PARTS,
+    WEIGHTS,
+    Inside,
+    SeriesRecord,
+    at_node,
+    inside,
+)
 from wedgebrake.solvers.smooth.runge_kutta import RungeKutta, acceleration_at, step
 
 # Samples in a radian of the fastest rate of the motion, at least.
@@ -70,27 +77,13 @@ def _inside_runge_kutta(method, row, number, tau):  # noqa: ARG001 - one signatu
 
 
 @compiled
-def _inside_series(record, row, number, tau):
-    """``Inside`` of a step by series, a time tau after it begins; without the torque."""
-    angle, velocity, a = dense_output.inside(record, number, row.duration, tau)
-    return Inside(angle, velocity, a, 0.0)
-
-
-@compiled
 def _runge_kutta_node(method, row, number, part, node, inertia):  # noqa: ARG001 - one signature
     """``Inside`` of a Runge-Kutta step at a node of one of its parts."""
-    tau = row.duration * (part + NODES[node]) / PARTS
-    return _inside_runge_kutta(method, row, number, tau)
+    return _inside_runge_kutta(method, row, number, row.duration * (part + NODES[node]) / PARTS)
 
 
-@compiled
-def _series_node(record, row, number, part, node, inertia):  # noqa: ARG001 - one signature
-    """``Inside`` of a step by series at a node of one of its parts."""
-    return dense_output.at_node(record, number, part, node, inertia)
-
-
-_numeric_inside = chosen_by_class({SeriesRecord: _inside_series, RungeKutta: _inside_runge_kutta})
-_numeric_node = chosen_by_class({SeriesRecord: _series_node, RungeKutta: _runge_kutta_node})
+_numeric_inside = chosen_by_class({SeriesRecord: inside, RungeKutta: _inside_runge_kutta})
+_numeric_node = chosen_by_class({SeriesRecord: at_node, RungeKutta: _runge_kutta_node})
 
 
 @compiled
@@ -140,9 +133,8 @@ def _add_step(passed, sums):
     problem, row = passed.problem, passed.row
     driveline, rest = problem.driveline, problem.driveline.rest_velocity
     linear = problem.stretches[row.stretch].linear
-    fastest = max(
-        problem.torque.angular_frequency, math.sqrt(driveline.stiffness / driveline.inertia)
-    )
+    natural = math.sqrt(driveline.stiffness / driveline.inertia)
+    fastest = max(problem.torque.angular_frequency, natural)
     parts = 1 + int(row.duration * fastest / _CELL) if linear else PARTS
     before, time = _inside(passed, 0.0), 0.0
     widen(sums, row.angle, row.velocity)
@@ -156,12 +148,11 @@ def _add_step(passed, sums):
         if part < parts:
             sums.heat += row.duration / parts * WEIGHTS[node] * here.torque * (here.velocity - rest)
         widen(sums, here.angle, here.velocity)
-        low, high = before.acceleration, here.acceleration
-        if (low < 0.0) != (high < 0.0):
-            _widen_by_extreme(passed, time, low, tau, high, False, sums)
-        low, high = before.velocity, here.velocity
-        if (low < 0.0) != (high < 0.0):
-            _widen_by_extreme(passed, time, low, tau, high, True, sums)
+        for of_angle in (False, True):
+            low = before.velocity if of_angle else before.acceleration
+            high = here.velocity if of_angle else here.acceleration
+            if (low < 0.0) != (high < 0.0):
+                _widen_by_extreme(passed, time, low, tau, high, of_angle, sums)
         before, time = here, tau
 
 

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.harmonic import Harmonic
 from wedgebrake.dynamics.linear_flow import Driveline, pieces_of
 from wedgebrake.model.brakes import Brake, LeverBrake
@@ -64,13 +63,14 @@ def problem(
     torque = Harmonic(system.excitation.amplitude, system.excitation.angular_frequency)
     backward, forward = (_stretches(system, friction, rtol, side) for side in (-1.0, 1.0))
     cuts = np.array([-one.start for one in reversed(backward[1:])] + [one.start for one in forward])
-    ordered = [*reversed(backward), *forward]
-    signs = np.repeat([-1.0, 1.0], [len(backward), len(forward)])
-    slopes = signs * np.array([one.slope for one in ordered])
-    offsets = np.array([one.offset for one in ordered]) + slopes * line.drive_speed
+    _, linear, offsets, slopes = np.array([*reversed(backward), *forward]).T
+    slopes = slopes * np.repeat([-1.0, 1.0], [len(backward), len(forward)])
+    offsets = offsets + slopes * line.drive_speed
     fastest = max(line.natural_frequency, torque.angular_frequency)
-    finite = offsets[np.isfinite(offsets)]
-    push = torque.amplitude + float(np.max(np.abs(finite))) + _held(system)
+    # Torque of the brake near rest; a locking brake gives none.
+    gain = system.brake.radius * system.brake.amplification(-friction.reference)
+    held = abs(gain * system.actuation.initial_force)
+    push = torque.amplitude + float(np.max(np.abs(offsets[np.isfinite(offsets)]))) + held
     speed = push / (line.inertia * fastest)
     band = friction.transition / system.brake.radius
     tanh_law = None if any_law else _tanh_law(system, friction)
@@ -79,7 +79,7 @@ def problem(
         driveline=driveline,
         torque=torque,
         law=tanh_law or _any_law(system, friction),
-        stretches=_cut(system, cuts, [one.linear for one in ordered]),
+        stretches=_cut(system, cuts, linear),
         pieces=pieces_of(driveline, torque, slopes, offsets),
         band=band,
         divergence_velocity=DIVERGED_FACTOR * (speed + largest + float(cuts.max()) + _LEAST),
@@ -102,14 +102,8 @@ def laws(system: BrakedDriveline) -> tuple[Any, LawNumbers]:
     friction, friction_shape = friction_law(smooth_friction(system))
     brake, brake_shape = brake_law(system.brake)
     radius = float(system.brake.radius)
-    numbers = LawNumbers(friction_shape, brake_shape, radius, actuator(system))
+    numbers = LawNumbers(friction_shape, brake_shape, radius, system.actuation.law)
     return gathered(friction, brake), numbers
-
-
-def actuator(system: BrakedDriveline) -> Actuator:
-    """The numbers of the actuation."""
-    force = system.actuation
-    return Actuator(float(force.initial_force), float(force.slope), bool(force.release))
 
 
 def _tanh_law(system: BrakedDriveline, friction: SmoothFriction) -> TanhLaw | None:
@@ -122,10 +116,8 @@ def _tanh_law(system: BrakedDriveline, friction: SmoothFriction) -> TanhLaw | No
     a, b, d = (float(arm) for arm in brake.shape())
     if not min(a, b) > 0.0 or brake.locks(friction.kinetic) or brake.locks(-friction.kinetic):
         return None
-    steepness = float(friction.steepness * brake.radius)
-    return TanhLaw(
-        steepness, float(friction.kinetic), a, b, d, float(brake.radius), actuator(system)
-    )
+    steepness, radius = float(friction.steepness * brake.radius), float(brake.radius)
+    return TanhLaw(steepness, float(friction.kinetic), a, b, d, radius, system.actuation.law)
 
 
 def _any_law(system: BrakedDriveline, friction: SmoothFriction) -> AnyLaw:
@@ -139,30 +131,20 @@ def _any_law(system: BrakedDriveline, friction: SmoothFriction) -> AnyLaw:
 
 
 def _cut(
-    system: BrakedDriveline, cuts: FloatArray, linear: list[bool]
+    system: BrakedDriveline, cuts: FloatArray, linear: FloatArray
 ) -> np.ndarray[tuple[int], np.dtype[np.record]]:
     """The stretches between ``cuts`` of the sliding velocity, with their kinks."""
-    release = system.actuation.release_speed
+    release, drive = system.actuation.release_speed, system.driveline.drive_speed
     bends = np.unique([-math.inf, -release, 0.0, release, math.inf])
     middles = np.concatenate(([cuts[0] - 1.0], 0.5 * (cuts[1:] + cuts[:-1]), [cuts[-1] + 1.0]))
     above = np.searchsorted(bends, middles)
-    drive = system.driveline.drive_speed
     stretches = np.empty(middles.size, dtype=STRETCH)
     stretches["low"] = np.append(-math.inf, cuts) - drive
     stretches["high"] = np.append(cuts, math.inf) - drive
-    stretches["kink_below"], stretches["kink_above"] = (
-        bends[above - 1] - drive,
-        bends[above] - drive,
-    )
+    stretches["kink_below"] = bends[above - 1] - drive
+    stretches["kink_above"] = bends[above] - drive
     stretches["linear"] = linear
     return stretches
-
-
-def _held(system: BrakedDriveline) -> float:
-    """A torque [N m] of the brake near rest, for scales; a locking brake gives none."""
-    torque = system.brake.radius * system.actuation.initial_force
-    gain = system.brake.amplification(-system.friction.reference)
-    return abs(torque * gain)
 
 
 def _stretches(
@@ -179,10 +161,8 @@ def _stretches(
         found.append(_Stretch(layer))
     if math.isfinite(far):
         gain = radius * brake.amplification(side * friction.limit)
-        if math.isfinite(gain):
-            found.append(_Stretch(far, True, gain * force.initial_force, gain * force.slope))
-        else:
-            found.append(_Stretch(far, True, math.inf))
+        constant = (gain * force.initial_force, gain * force.slope)
+        found.append(_Stretch(far, True, *(constant if math.isfinite(gain) else (math.inf, 0.0))))
     if math.isfinite(release):
         found = [one for one in found if one.start < release]
         found.append(_Stretch(release, True))

@@ -36,29 +36,27 @@ def _bernstein_matrix() -> NDArray[np.float64]:
     return matrix
 
 
-# (4, 16) from the derivatives of all stages to terms of the extension, and (8, 7) from those.
-_DENSE = np.ascontiguousarray(DOP853.D, dtype=float)
-_BERNSTEIN = _bernstein_matrix()
+def _weights() -> NDArray[np.float64]:
+    """(8, 17) weights of the step's change and of the stages in the Bernstein coefficients."""
+    terms = np.zeros((DEGREE, 1 + ROWS))
+    terms[:3, 0] = 1.0, -1.0, 2.0
+    terms[1, 1] = 1.0
+    terms[2, [1, 1 + STAGES]] = -1.0
+    terms[3:, 1:] = DOP853.D
+    return np.ascontiguousarray(_bernstein_matrix() @ terms)
+
+
+_WEIGHTS = _weights()
 
 
 @compiled
 def coefficients(y0, y1, h, stages, out):
     """Store the Bernstein coefficients (8,) of the extension of the velocity in ``out``."""
-    terms = np.empty(DEGREE)
-    delta = y1 - y0
-    terms[0] = delta
-    terms[1] = h * stages[0].acceleration - delta
-    terms[2] = 2.0 * delta - h * (stages[STAGES].acceleration + stages[0].acceleration)
-    for i in range(4):
+    for k in range(DEGREE):
         total = 0.0
         for j in range(ROWS):
-            total += _DENSE[i, j] * stages[j].acceleration
-        terms[3 + i] = h * total
-    for k in range(DEGREE + 1):
-        total = y0
-        for i in range(DEGREE):
-            total += _BERNSTEIN[k, i] * terms[i]
-        out[k] = total
+            total += _WEIGHTS[k, 1 + j] * stages[j].acceleration
+        out[k] = y0 + (y1 - y0) * _WEIGHTS[k, 0] + h * total
     out[DEGREE] = y1
 
 

@@ -19,14 +19,12 @@ from numpy.typing import NDArray
 
 from wedgebrake.dynamics.actuator import commanded_force
 from wedgebrake.dynamics.deviations import Deviations
-from wedgebrake.dynamics.harmonic import phase_at
 from wedgebrake.dynamics.jit import chosen_by_class, compiled
 from wedgebrake.dynamics.linear_flow import forcing_of
 from wedgebrake.solvers.smooth import taylor
-from wedgebrake.solvers.smooth.problem import TanhLaw, sliding_side
 from wedgebrake.solvers.smooth.runge_kutta import RungeKutta
 from wedgebrake.solvers.smooth.simd_codegen import traced
-from wedgebrake.solvers.smooth.steps import Taylor
+from wedgebrake.solvers.smooth.steps import Point, Taylor
 from wedgebrake.solvers.smooth.taylor import INPUT, INPUT_ROWS, ORDER, OUTPUT, OUTPUT_ROWS
 
 # The series of deviations needs half the step of the motion's: its law is the slope.
@@ -51,9 +49,8 @@ DENSE_ROWS = DENSE.nodes + 4 * NODES.size
 
 
 class SeriesRecord(NamedTuple):
-    """Series of the steps of a trail: their law, and the outputs of their parts."""
+    """Outputs of the parts of the steps of a trail."""
 
-    law: TanhLaw
     series: NDArray[np.float64]
 
 
@@ -142,88 +139,69 @@ def _all_parts(inputs, series, group):
 
 
 @compiled
-def _empty_record(taylor, problem, steps):  # noqa: ARG001 - one signature
-    """``SeriesRecord`` with room for so many steps."""
-    series = np.empty((PARTS * (steps // WIDTH + 1), DENSE_ROWS, WIDTH))
-    return SeriesRecord(problem.law, series)
-
-
-@compiled
-def _stages_suffice(runge_kutta, problem, steps):  # noqa: ARG001 - one signature
-    """The method itself: the trail holds the stages."""
-    return runge_kutta
-
-
-empty_record = chosen_by_class({Taylor: _empty_record, RungeKutta: _stages_suffice})
-"""(method, problem, steps) -> what the motion inside the steps of a trail is computed from."""
-
-
-@compiled
-def _loaded(problem, law):
+def _loaded(problem):
     """Inputs of WIDTH lanes with the numbers of a machine."""
     inputs = np.ones((INPUT_ROWS, WIDTH))
     for lane in range(WIDTH):
-        taylor.load(problem.driveline, problem.torque, law, inputs, lane)
+        taylor.load(problem.driveline, problem.torque, problem.law, inputs, lane)
     return inputs
 
 
 @compiled
-def _aim(problem, law, stretch, time, inputs, lane):
-    """Set drive and slope of a part that begins at a time, in a stretch."""
-    forcing = forcing_of(problem.driveline, problem.torque)
-    slope = law.actuator.slope / problem.driveline.inertia
-    inputs[INPUT.slope, lane] = sliding_side(problem, problem.stretches[stretch]) * slope
-    taylor.drive(inputs, lane, forcing, phase_at(forcing, time))
+def _aim(problem, stretch, point, size, inputs, lane):
+    """Set a part of a size that begins at a point in a stretch."""
+    driveline, kinks = problem.driveline, problem.stretches[stretch]
+    side = 1.0 if kinks.kink_below >= driveline.rest_velocity else -1.0
+    slope = side * problem.law.actuator.slope / driveline.inertia
+    taylor.aim(inputs, lane, slope, forcing_of(driveline, problem.torque), point)
+    inputs[INPUT.longest_size, lane] = size
 
 
 @compiled
-def _expand(record, problem, trail, left):
-    """Expand the steps by series among ``left`` rows of a trail into a ``SeriesRecord``."""
-    law, series = record
-    inputs = _loaded(problem, law)
+def _expand(method, problem, trail, left):  # noqa: ARG001 - one signature
+    """``SeriesRecord`` of the steps by series among ``left`` rows of a trail."""
+    series = np.empty((PARTS * (left // WIDTH + 1), DENSE_ROWS, WIDTH))
+    inputs = _loaded(problem)
     number = 0
     for row in trail[:left]:
         if problem.stretches[row.stretch].linear:
             continue
-        lane = number % WIDTH
-        _aim(problem, law, row.stretch, row.time, inputs, lane)
-        inputs[INPUT.angle, lane], inputs[INPUT.velocity, lane] = row.angle, row.velocity
-        inputs[INPUT.longest_size, lane] = row.duration / PARTS
+        _aim(problem, row.stretch, row, row.duration / PARTS, inputs, number % WIDTH)
         number += 1
-        if lane == WIDTH - 1:
+        if number % WIDTH == 0:
             _all_parts(inputs, series, number // WIDTH - 1)
     if number % WIDTH > 0:
         _all_parts(inputs, series, number // WIDTH)
+    return SeriesRecord(series)
 
 
 @compiled
-def _no_series(runge_kutta, problem, trail, left):
-    """Nothing: the trail holds the stages."""
+def _same(method, problem, trail, left):  # noqa: ARG001 - one signature
+    """The method itself, which steps again."""
+    return method
 
 
-expand_trail = chosen_by_class({SeriesRecord: _expand, RungeKutta: _no_series})
-"""(record, problem, trail, left) -> None: expand the steps of a trail into the record."""
+expand_trail = chosen_by_class({Taylor: _expand, RungeKutta: _same})
+"""(method, problem, trail, left) -> what the motion inside its steps is computed from."""
 
 
 @compiled
-def at_node(record, number, part, node, inertia):
+def at_node(record, row, number, part, node, inertia):  # noqa: ARG001 - one signature
     """``Inside`` at a node of a part of a step, by its number."""
     outputs, lane = record.series[PARTS * (number // WIDTH) + part], number % WIDTH
-    row = DENSE.nodes + 4 * node
-    return Inside(
-        outputs[row, lane],
-        outputs[row + 1, lane],
-        outputs[row + 2, lane],
-        inertia * outputs[row + 3, lane],
-    )
+    first = DENSE.nodes + 4 * node
+    torque = inertia * outputs[first + 3, lane]
+    return Inside(outputs[first, lane], outputs[first + 1, lane], outputs[first + 2, lane], torque)
 
 
 @compiled
-def inside(record, number, size, tau):
-    """(angle, velocity, acceleration) in a step of a size, a time tau after it begins."""
-    part = min(int(PARTS * tau / size), PARTS - 1)
+def inside(record, row, number, tau):
+    """``Inside`` of a step, a time tau after it begins; without the torque."""
+    part = min(int(PARTS * tau / row.duration), PARTS - 1)
     outputs = record.series[PARTS * (number // WIDTH) + part]
-    return taylor.state(outputs, number % WIDTH, tau - part * size / PARTS)
+    later = tau - part * row.duration / PARTS
+    angle, velocity, a = taylor.state(outputs, number % WIDTH, later)
+    return Inside(angle, velocity, a, 0.0)
 
 
 @compiled
@@ -237,20 +215,17 @@ def _multiplied(outputs, lane, deviations):
 
 
 @compiled
-def _in_smaller_parts(record, problem, row, part, outputs, lane, deviations):
+def _in_smaller_parts(problem, row, part, outputs, lane, deviations):
     """Deviations through a part that is too long for them, in smaller ones.
 
     outputs : of the part, in a lane
     """
-    law, rtol = record.law, problem.tolerances.relative
-    time, rest = row.time + part * row.duration / PARTS, row.duration / PARTS
+    rtol, rest = problem.tolerances.relative, row.duration / PARTS
+    inputs, smaller = _loaded(problem), np.empty((DENSE_ROWS, WIDTH))
     angle, velocity = outputs[OUTPUT.angles, lane], outputs[OUTPUT.velocities, lane]
-    inputs, smaller = _loaded(problem, law), np.empty((DENSE_ROWS, WIDTH))
-    size = 0.5 * rest
+    point, size = Point(row.time + part * rest, angle, velocity, 0.0), 0.5 * rest
     while rest > 0.0:
-        _aim(problem, law, row.stretch, time, inputs, 0)
-        inputs[INPUT.angle, 0], inputs[INPUT.velocity, 0] = angle, velocity
-        inputs[INPUT.longest_size, 0] = min(size, rest)
+        _aim(problem, row.stretch, point, min(size, rest), inputs, 0)
         expand_lanes(inputs, smaller)
         size, lost = inputs[INPUT.longest_size, 0], smaller[DENSE.remainder, 0]
         following = size * min(2.0, 0.9 * (rtol / (lost + 1e-300)) ** (1.0 / ORDER))
@@ -260,7 +235,7 @@ def _in_smaller_parts(record, problem, row, part, outputs, lane, deviations):
             continue
         deviations = _multiplied(smaller, 0, deviations)
         angle, velocity = smaller[OUTPUT.angle, 0], smaller[OUTPUT.velocity, 0]
-        time += size
+        point = Point(point.time + size, angle, velocity, 0.0)
         rest = rest - size if size < rest else 0.0
         size = following
     return deviations
@@ -275,5 +250,5 @@ def propagate_step(record, problem, row, number, deviations):
         if outputs[DENSE.remainder, lane] <= problem.tolerances.relative:
             deviations = _multiplied(outputs, lane, deviations)
         else:
-            deviations = _in_smaller_parts(record, problem, row, part, outputs, lane, deviations)
+            deviations = _in_smaller_parts(problem, row, part, outputs, lane, deviations)
     return deviations

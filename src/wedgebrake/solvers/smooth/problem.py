@@ -13,23 +13,16 @@ from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import Driveline
 from wedgebrake.dynamics.records import record
 
-# A stretch of the velocity axis, over the velocity of the driveline.
-STRETCH = record(
-    fields=[
-        ("low", np.float64),  # its ends [rad/s]
-        ("high", np.float64),
-        ("kink_below", np.float64),  # the nearest kinks of the law below and above it
-        ("kink_above", np.float64),
-        ("linear", np.bool_),  # whether the torque is linear
-    ]
-)
+# A stretch of the velocity axis [rad/s]: its ends, the nearest kinks of the law below and above it,
+# and whether the torque is linear there.
+STRETCH = record("low high kink_below kink_above", fields=[("linear", np.bool_)])
 
 # Distance of the poles of tanh(v/band) from the real axis, over the band.
 POLE = 0.5 * math.pi
 
 
 class LawNumbers(NamedTuple):
-    """The numbers of friction and brake; their functions m and g are passed beside, in a list."""
+    """Numbers of friction and brake; their functions m and g are passed beside, in a list."""
 
     friction_shape: tuple[float, ...]
     amplification_shape: tuple[float, ...]
@@ -132,12 +125,6 @@ def stretch_at(stretches, velocity, rising):
             break
         index += 1
     return index
-
-
-@compiled
-def sliding_side(problem, stretch):
-    """Direction of sliding in a stretch whose law is not linear."""
-    return 1.0 if stretch.kink_below >= problem.driveline.rest_velocity else -1.0
 
 
 @compiled

@@ -52,13 +52,11 @@ class RungeKutta(NamedTuple):
 
 
 class StepEnd(NamedTuple):
-    """End of a step, and the range of the velocities that its stages met."""
+    """End of a step."""
 
     angle: float
     velocity: float
     acceleration: float
-    lowest: float
-    highest: float
 
 
 def _difference(c: Array, size: float) -> Array:
@@ -161,10 +159,8 @@ def step(method, t, angle, velocity, a, h):
     stages[0].velocity, stages[0].acceleration = velocity, a
     for k in range(sums.size):
         sums[k] = WEIGHTS[0, k] * a
-    lowest, highest = velocity, velocity
     for i in range(1, STAGES):
         stage = velocity + h * sums[i]
-        lowest, highest = min(lowest, stage), max(highest, stage)
         stage_angle = angle + h * (NODES[i] * velocity + h * sums[ROWS + i])
         push = acceleration(driveline, brake, drives[i], stage_angle, stage)
         stages[i].velocity, stages[i].acceleration = stage, push
@@ -175,7 +171,7 @@ def step(method, t, angle, velocity, a, h):
     # The last stage too is at the end of the step.
     a1 = acceleration(driveline, brake, drives[STAGES - 1], angle1, velocity1)
     stages[STAGES].velocity, stages[STAGES].acceleration = velocity1, a1
-    return StepEnd(angle1, velocity1, a1, min(lowest, velocity1), max(highest, velocity1))
+    return StepEnd(angle1, velocity1, a1)
 
 
 @compiled

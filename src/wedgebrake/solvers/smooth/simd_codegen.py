@@ -8,6 +8,7 @@ formula is Python.
 """
 
 import math
+from functools import partialmethod
 from typing import Any
 
 from llvmlite import ir
@@ -18,55 +19,37 @@ _CONTRACT = ("contract",)
 
 
 class Plain:
-    """Mathematics of floats."""
+    """Mathematics of floats; ``signed(size, by)`` is ``size`` with the sign of ``by``."""
 
     sqrt, exp = staticmethod(math.sqrt), staticmethod(math.exp)
+    signed = staticmethod(math.copysign)
     smaller, larger = staticmethod(min), staticmethod(max)
 
-    @staticmethod
-    def signed(size: float, by: float) -> float:
-        """``size`` with the sign of ``by``."""
-        return math.copysign(size, by)
+
+def _operation(name: str, *, swapped: bool = False) -> Any:
+    """Operator of a symbol and another one, or a number."""
+
+    def operate(self: "_Symbol", other: Any) -> "_Symbol":
+        pair = [self.value, self.maths.value(other)]
+        instruction = getattr(self.maths.builder, name)
+        return _Symbol(self.maths, instruction(*pair[:: -1 if swapped else 1], flags=_CONTRACT))
+
+    return operate
 
 
 class _Symbol:
     """A vector that is computed when the compiled formula runs."""
 
+    __add__ = __radd__ = _operation("fadd")
+    __mul__ = __rmul__ = _operation("fmul")
+    __sub__, __rsub__ = _operation("fsub"), _operation("fsub", swapped=True)
+    __truediv__, __rtruediv__ = _operation("fdiv"), _operation("fdiv", swapped=True)
+
     def __init__(self, maths: "_Symbols", value: Any) -> None:
         self.maths, self.value = maths, value
 
-    def _do(self, name: str, other: Any, swapped: bool = False) -> "_Symbol":
-        pair = [self.value, self.maths.value(other)]
-        if swapped:
-            pair.reverse()
-        builder = self.maths.builder
-        return _Symbol(self.maths, getattr(builder, name)(*pair, flags=_CONTRACT))
-
-    def __add__(self, other: Any) -> "_Symbol":
-        return self._do("fadd", other)
-
-    def __sub__(self, other: Any) -> "_Symbol":
-        return self._do("fsub", other)
-
-    def __mul__(self, other: Any) -> "_Symbol":
-        return self._do("fmul", other)
-
-    def __truediv__(self, other: Any) -> "_Symbol":
-        return self._do("fdiv", other)
-
-    def __rsub__(self, other: Any) -> "_Symbol":
-        return self._do("fsub", other, swapped=True)
-
-    def __rtruediv__(self, other: Any) -> "_Symbol":
-        return self._do("fdiv", other, swapped=True)
-
     def __abs__(self) -> "_Symbol":
         return self.maths.call("fabs", self)
-
-    def __neg__(self) -> "_Symbol":
-        return 0.0 - self
-
-    __radd__, __rmul__ = __add__, __mul__
 
 
 class _Symbols:
@@ -90,30 +73,9 @@ class _Symbols:
             function = ir.Function(module, signature, name=full)
         return _Symbol(self, self.builder.call(function, values))
 
-    def sqrt(self, number: Any) -> _Symbol:
-        return self.call("sqrt", number)
-
-    def exp(self, number: Any) -> _Symbol:
-        return self.call("exp", number)
-
-    def signed(self, size: Any, by: Any) -> _Symbol:
-        return self.call("copysign", size, by)
-
-    def smaller(self, one: Any, other: Any) -> _Symbol:
-        return self.call("minnum", one, other)
-
-    def larger(self, one: Any, other: Any) -> _Symbol:
-        return self.call("maxnum", one, other)
-
-
-def plain(formula: Any, rows: int, width: int) -> Any:
-    """Return ``traced(formula, rows, width)`` uncompiled: one lane after the other."""
-
-    def run(inputs: Any, outputs: Any) -> None:
-        for lane in range(width):
-            outputs[:, lane] = formula(Plain, list(inputs[:rows, lane]))
-
-    return run
+    sqrt, exp = partialmethod(call, "sqrt"), partialmethod(call, "exp")
+    signed = partialmethod(call, "copysign")
+    smaller, larger = partialmethod(call, "minnum"), partialmethod(call, "maxnum")
 
 
 def traced(formula: Any, rows: int, width: int) -> Any:

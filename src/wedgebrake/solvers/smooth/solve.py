@@ -9,11 +9,10 @@ import numpy as np
 
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
-from wedgebrake.dynamics.segment_log import empty_log
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.log_reader import Log, events_of, returns_of, sticks_in_band, within
+from wedgebrake.solvers.log_reader import events_of, logged, returns_of, sticks_in_band, within
 from wedgebrake.solvers.smooth import assemble, trajectory
-from wedgebrake.solvers.smooth.problem import Assembled, Samples, torques
+from wedgebrake.solvers.smooth.problem import Samples, torques
 from wedgebrake.solvers.solution import FloatArray, Task, Trajectory
 from wedgebrake.solvers.status import Status
 
@@ -29,7 +28,14 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
         task = replace(task, end=task.start, times=seen_at_start)
     given = assemble.problem(system, rtol, task.angle, task.velocity)
     samples = Samples(*task.clock.split(task.times), np.empty((task.times.size, 2)))
-    log, ended = _run(given, task, max_steps, samples)
+    start, goal = State(*task.start, task.angle, task.velocity), Instant(*task.end)
+    no_trail = np.empty(0, dtype=trajectory.STEP)
+    log, ended = logged(
+        64 + 24 * max(1, task.end[0] - task.start[0] + 1),
+        lambda log: trajectory.run(
+            *given, start, goal, max_steps, samples, log, no_trail, task.stop
+        ),
+    )
     state = ended.state
     end = float(task.clock.join(state.period, state.time))
     times = task.times[: ended.samples]
@@ -80,21 +86,6 @@ def winds_up(system: BrakedDriveline, velocity: float) -> bool:
         brake.locks(friction.coefficient(math.copysign(brake.radius * float(speed), drive)))
         for speed in passed
     )
-
-
-def _run(
-    given: Assembled, task: Task, max_steps: int, samples: Samples
-) -> tuple[Log, trajectory.Ended]:
-    """Run the kernel, with more room for the log whenever it fills up."""
-    rows = 64 + 24 * max(1, task.end[0] - task.start[0] + 1)
-    start, end = State(*task.start, task.angle, task.velocity), Instant(*task.end)
-    no_trail = np.empty(0, dtype=trajectory.STEP)
-    while True:
-        log = empty_log(rows)
-        ended = trajectory.run(*given, start, end, max_steps, samples, log, no_trail, task.stop)
-        if ended.outcome != Outcome.LOG_FULL:
-            return log[: ended.rows].copy(), ended
-        rows *= 4
 
 
 def torque_at(system: BrakedDriveline, speed: FloatArray) -> FloatArray:

@@ -1,21 +1,31 @@
-"""Smooth motions period by period, where no response is wanted: orbits and classes of motion."""
+"""Smooth motions period by period, with derivatives and sums, where no response is wanted."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import PIECE, forcing_of
+from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.section import return_time
+from wedgebrake.dynamics.segment_log import SEGMENT
 from wedgebrake.solvers.log_reader import SHORTEST_STICK
-from wedgebrake.solvers.smooth import periods as kernel
 from wedgebrake.solvers.smooth import simd_batch, taylor
-from wedgebrake.solvers.smooth.problem import STRETCH, Assembled, TanhLaw
-from wedgebrake.solvers.smooth.simd_batch import LANE, WIDTH
+from wedgebrake.solvers.smooth.accumulators import add, count_passages
+from wedgebrake.solvers.smooth.dense_output import expand_trail
+from wedgebrake.solvers.smooth.problem import STRETCH, Assembled, Samples, TanhLaw
+from wedgebrake.solvers.smooth.simd_batch import LANE, SYSTEM, WIDTH
+from wedgebrake.solvers.smooth.steps import open_method
+from wedgebrake.solvers.smooth.trajectory import STEP, run
+from wedgebrake.solvers.smooth.variational import propagate
 from wedgebrake.solvers.solution import FloatArray
+
+# Rows of the log and of the trail of a period; most motions need a tenth.
+_ROWS = 512
 
 
 class Passed(NamedTuple):
@@ -36,19 +46,51 @@ class Passed(NamedTuple):
     matrices: FloatArray
 
 
-class PeriodMap(NamedTuple):
-    """The state after a period of the torque, and its derivative by the state before it.
+@compiled
+def _advance(functions, problem, max_steps, points, matrices, sums, begin, shortest):
+    """Advance periods of the torque from the phase 0, as many as ``points`` has room for.
 
-    outcome : ``Outcome``
-    angle, velocity : where the run ended [rad], [rad/s]
-    matrix  : (2, 2) d(angle, velocity)/d(angle, velocity before), nan if the period was not
-              completed; (0, 2) where it was not wanted
+    points   : (n + 1, 2) receives the states at the end of each period; the first is given
+    matrices : (n, 2, 2) receives the derivative over each period; no rows: not wanted
+    sums     : None, or as for ``advance``
+    shortest : the shortest stick [s]
+
+    Returns (outcome, completed periods, angle, velocity, steps).
     """
-
-    outcome: int
-    angle: float
-    velocity: float
-    matrix: FloatArray
+    samples = Samples(np.empty(0, np.int64), np.empty(0), np.empty((0, 2)))
+    method = open_method(problem.law, functions, problem)
+    length, steps, room = return_time(problem.torque), 0, _ROWS
+    trailing = matrices.shape[0] > 0
+    if sums is not None:
+        trailing = True
+    log, trail = np.empty(room, SEGMENT), np.empty(room if trailing else 0, STEP)
+    angle, velocity = points[0, 0], points[0, 1]
+    for done in range(points.shape[0] - 1):
+        start, end = State(0, 0.0, angle, velocity), Instant(1, 0.0)
+        while True:
+            left = max_steps - steps
+            ended = run(functions, problem, start, end, left, samples, log, trail, None)
+            if ended.outcome != Outcome.LOG_FULL:
+                break
+            room *= 4
+            log, trail = np.empty(room, SEGMENT), np.empty(room if trailing else 0, STEP)
+        angle, velocity = ended.state.angle, ended.state.velocity
+        steps += ended.steps
+        if sums is not None:
+            count_passages(log, ended.rows, begin + done * length, shortest, sums)
+        if ended.outcome != Outcome.COMPLETED:
+            return ended.outcome, done, angle, velocity, steps
+        points[done + 1, 0], points[done + 1, 1] = angle, velocity
+        if trailing:
+            record = expand_trail(method, problem, trail, ended.trail)
+            if sums is not None:
+                add(record, problem, trail, ended.trail, sums)
+            if matrices.shape[0] > 0:
+                deviations = propagate(record, problem, trail, ended.trail)
+                matrix = matrices[done]
+                matrix[0, 0], matrix[1, 0] = deviations.angle1, deviations.velocity1
+                matrix[0, 1], matrix[1, 1] = deviations.angle2, deviations.velocity2
+    return Outcome.COMPLETED, points.shape[0] - 1, angle, velocity, steps
 
 
 def advance(
@@ -72,26 +114,10 @@ def advance(
     points[0] = state
     matrices = np.empty((periods if derivative else 0, 2, 2))
     shortest = SHORTEST_STICK * return_time(given.problem.torque)
-    outcome, done, angle, velocity, steps = kernel.advance(
+    outcome, done, angle, velocity, steps = _advance(
         *given, max_steps, points, matrices, sums, begin, shortest
     )
     return Passed(outcome, points[: done + 1], (angle, velocity), steps, matrices[:done])
-
-
-def period_map(
-    given: Assembled,
-    angle: float,
-    velocity: float,
-    max_steps: int,
-    *,
-    derivative: bool = True,
-) -> PeriodMap:
-    """Advance one period of the torque from its phase 0; see ``advance``."""
-    there = advance(given, (angle, velocity), 1, max_steps, derivative=derivative)
-    matrix = np.empty((0, 2))
-    if derivative:
-        matrix = there.matrices[0] if there.matrices.size else np.full((2, 2), math.nan)
-    return PeriodMap(there.outcome, *there.state, matrix)
 
 
 def fits_lanes(given: Assembled) -> bool:
@@ -109,36 +135,34 @@ def advance_together(
 
     states : (n, 2) angle [rad] and velocity [rad/s] of each
     """
-    problems = [one.problem for one in given]
-    count, most = len(problems), max(one.stretches.size for one in problems)
+    count, most = len(given), max(one.problem.stretches.size for one in given)
     lanes, inputs = np.zeros(WIDTH, dtype=LANE), np.zeros((taylor.INPUT_ROWS, WIDTH))
     stretches, pieces = np.zeros((WIDTH, most), STRETCH), np.zeros((WIDTH, most), PIECE)
+    points = np.empty((WIDTH, periods + 1, 2))
     for lane in range(WIDTH):
         # Lanes without a motion of their own repeat the first.
         number = lane if lane < count else 0
-        one, inertia = problems[number], problems[number].driveline.inertia
-        law = one.law
-        assert isinstance(law, TanhLaw)  # noqa: S101 - asked by ``fits_lanes``
-        taylor.load(one.driveline, one.torque, law, inputs, lane)
+        one = given[number].problem
+        assert isinstance(one.law, TanhLaw)  # noqa: S101 - asked by ``fits_lanes``
+        taylor.load(one.driveline, one.torque, one.law, inputs, lane)
         inputs[[taylor.INPUT.angle, taylor.INPUT.velocity], lane] = states[number]
-        here, tolerances = lanes[lane], one.tolerances
-        here.forcing, here.angular_frequency = forcing_of(one.driveline, one.torque)
-        here.period, here.slope = return_time(one.torque), law.actuator.slope / inertia
-        here.stiffness = one.driveline.stiffness / inertia
-        here.rest_velocity, here.band = one.driveline.rest_velocity, one.band
-        here.divergence_velocity, here.longest_step = one.divergence_velocity, one.longest_step
-        here.relative_tolerance = tolerances.relative
-        here.angle_tolerance, here.velocity_tolerance = tolerances.angle, tolerances.velocity
+        points[lane, 0] = states[number]
+        numbers = (
+            *forcing_of(one.driveline, one.torque), return_time(one.torque),
+            inputs[taylor.INPUT.slope, lane], one.band, one.divergence_velocity,
+            *one.tolerances, one.longest_step,
+        )  # fmt: skip
+        for name, value in zip(SYSTEM.split(), numbers, strict=True):
+            lanes[name][lane] = value
         stretches[lane, : one.stretches.size] = one.stretches
         pieces[lane, : one.pieces.size] = one.pieces
-    points = np.empty((WIDTH, periods + 1, 2))
     simd_batch.run(lanes, stretches, pieces, inputs, max_steps, points)
-    angles, velocities = inputs[taylor.INPUT.angle], inputs[taylor.INPUT.velocity]
+    ends = inputs[[taylor.INPUT.angle, taylor.INPUT.velocity]].T
     return [
         Passed(
             outcome=int(lanes["outcome"][lane]),
             points=points[lane, : lanes["completed"][lane] + 1],
-            state=(float(angles[lane]), float(velocities[lane])),
+            state=(float(ends[lane, 0]), float(ends[lane, 1])),
             steps=int(lanes["steps"][lane]),
             matrices=np.empty((0, 2, 2)),
         )

@@ -1,8 +1,7 @@
 """One step of a motion: by Runge-Kutta, by series, or in closed form.
 
-Every step ends at the first kink that it would cross, and is answered by an ``Advance``. A
-method of numeric steps is a named tuple, and what it can do is stated at the end of this file:
-to open, to step, and to evaluate the motion inside the last step.
+Every step ends at the first kink that it would cross, and returns an ``Advance``. A method of
+numeric steps is a named tuple; the functions that depend on it are at the end of this file.
 """
 
 import math
@@ -13,14 +12,13 @@ from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import FlowForm, Outcome, SearchEnd
 from wedgebrake.dynamics.harmonic import Harmonic, phase_at
-from wedgebrake.dynamics.jit import chosen_by_class, compiled
-from wedgebrake.dynamics.linear_flow import Driveline, acceleration, forcing_of
+from wedgebrake.dynamics.jit import chosen_by_class, compiled, inlined
+from wedgebrake.dynamics.linear_flow import acceleration, forcing_of
 from wedgebrake.solvers.event_driven.event_search import Motion, slip
 from wedgebrake.solvers.smooth import taylor as series
 from wedgebrake.solvers.smooth.continuous_extension import STAGES, crossing_share
-from wedgebrake.solvers.smooth.problem import POLE, AnyLaw, TanhLaw, Tolerances
+from wedgebrake.solvers.smooth.problem import AnyLaw, TanhLaw, Tolerances
 from wedgebrake.solvers.smooth.runge_kutta import (
-    NODES,
     RungeKutta,
     acceleration_at,
     error_norm,
@@ -29,7 +27,7 @@ from wedgebrake.solvers.smooth.runge_kutta import (
     pole_distance,
 )
 from wedgebrake.solvers.smooth.runge_kutta import step as runge_kutta_stages
-from wedgebrake.solvers.smooth.taylor import INPUT, INPUT_ROWS, OUTPUT, OUTPUT_ROWS
+from wedgebrake.solvers.smooth.taylor import INPUT, INPUT_ROWS, OUTPUT_ROWS
 
 # A Runge-Kutta step may cover this share of the way to the nearest pole of the law.
 _POLE_SHARE = 0.4
@@ -90,7 +88,6 @@ class Taylor(NamedTuple):
     inputs, outputs : (rows, 1) lanes of ``taylor``
     """
 
-    driveline: Driveline
     forcing: Harmonic
     slope: float
     band: float
@@ -108,20 +105,13 @@ def _open_taylor(law, functions, problem):  # noqa: ARG001 - one signature
     series.load(driveline, torque, law, inputs, 0)
     inputs[INPUT.last_size, 0] = FIRST_STEP * problem.longest_step
     return Taylor(
-        driveline, forcing_of(driveline, torque), law.actuator.slope / driveline.inertia,
-        problem.band, problem.longest_step, problem.tolerances, inputs, outputs,
+        forcing_of(driveline, torque), law.actuator.slope / driveline.inertia, problem.band,
+        problem.longest_step, problem.tolerances, inputs, outputs,
     )  # fmt: skip
 
 
-@compiled
-def _aim(taylor, inputs, side, point):
-    """Set the begin of the next step by series, sliding to ``side``."""
-    series.aim(inputs, 0, side * taylor.slope, point.angle, point.velocity)
-    series.drive(inputs, 0, taylor.forcing, phase_at(taylor.forcing, point.time))
-
-
-@compiled
-def _arrived(time, size, limits):
+@inlined
+def arrived(time, size, limits):
     """Time after a step; the very end where only rounding is left to it."""
     return limits.end if limits.end - time - size <= 0.4 * limits.tiny else time + size
 
@@ -148,49 +138,34 @@ def linear_step(stretch, piece, forcing, point, end, divergence_velocity, work_l
 
 
 @compiled
-def _series_acceleration(taylor, point):
-    """Acceleration at a point by series."""
-    side = 1.0 if point.velocity >= taylor.driveline.rest_velocity else -1.0
-    inputs, outputs = taylor.inputs, taylor.outputs
-    _aim(taylor, inputs, side, point)
-    series.limit(inputs, 0, taylor.tolerances, taylor.longest_step, 0.0)
-    series.step(inputs, outputs)
-    return outputs[OUTPUT.accelerations, 0]
-
-
-@compiled
-def _runge_kutta_acceleration(method, point):
-    """Acceleration at a point."""
-    return acceleration_at(method, point.time, point.angle, point.velocity)
-
-
-@compiled
-def _same_point(taylor, point):  # noqa: ARG001 - one signature
-    """The point itself: a step by series needs no acceleration."""
-    return point
-
-
-@compiled
-def _point_with_acceleration(method, point):
-    """The point with its acceleration, from which a Runge-Kutta step begins."""
-    a = acceleration_at(method, point.time, point.angle, point.velocity)
+def _series_point(taylor, point):
+    """The point with its acceleration."""
+    side = 1.0 if point.velocity >= taylor.inputs[INPUT.rest_velocity, 0] else -1.0
+    series.aim(taylor.inputs, 0, side * taylor.slope, taylor.forcing, point)
+    a = series.acceleration(taylor.inputs, 0)
     return Point(point.time, point.angle, point.velocity, a)
 
 
 @compiled
+def _runge_kutta_point(method, point):
+    """The point with its acceleration."""
+    a = acceleration_at(method, point.time, point.angle, point.velocity)
+    return Point(point.time, point.angle, point.velocity, a)
+
+
+@inlined
 def _series_step(taylor, point, h, limits):  # noqa: ARG001 - one signature
     """``Advance`` by one step by series; ``taylor.outputs`` holds it."""
-    rest = taylor.driveline.rest_velocity
     inputs, outputs = taylor.inputs, taylor.outputs
-    _aim(taylor, inputs, 1.0 if limits.low >= rest else -1.0, point)
-    reach = series.POLE_SHARE * (abs(point.velocity - rest) + POLE * taylor.band)
+    side = 1.0 if limits.low >= inputs[INPUT.rest_velocity, 0] else -1.0
+    series.aim(inputs, 0, side * taylor.slope, taylor.forcing, point)
     longest = min(taylor.longest_step, limits.end - point.time)
-    series.limit(inputs, 0, taylor.tolerances, longest, reach)
+    series.limit(inputs, 0, taylor.tolerances, longest, taylor.band)
     series.step(inputs, outputs)
     size, hit, a = series.accept(inputs, outputs, 0, limits)
     if size < 0.0:
         return Advance(point, 0.0, 0.0, hit, 1, Outcome.STEP_LIMIT)
-    time = _arrived(point.time, size, limits)
+    time = arrived(point.time, size, limits)
     end = Point(time, inputs[INPUT.angle, 0], inputs[INPUT.velocity, 0], a)
     return Advance(end, size, 0.0, hit, 1, Outcome.COMPLETED)
 
@@ -199,22 +174,20 @@ def _series_step(taylor, point, h, limits):  # noqa: ARG001 - one signature
 def _attempt(method, point, h):
     """(``StepEnd``, scaled error) of a Runge-Kutta step; the error is nan beyond a wall."""
     end = runge_kutta_stages(method, point.time, point.angle, point.velocity, point.acceleration, h)
-    tolerances = method.tolerances
-    norm = error_norm(
-        method.sums,
-        h,
-        tolerances.relative * (tolerances.angle + max(abs(point.angle), abs(end.angle))),
-        tolerances.relative * (tolerances.velocity + max(abs(point.velocity), abs(end.velocity))),
-    )
+    relative, angle, velocity = method.tolerances
+    angle += max(abs(point.angle), abs(end.angle))
+    velocity += max(abs(point.velocity), abs(end.velocity))
+    norm = error_norm(method.sums, h, relative * angle, relative * velocity)
     return end, norm if math.isfinite(end.acceleration) else math.nan
 
 
 @compiled
 def _first_kink(method, point, end, h, limits):
     """(share of the step, end) of the first kink that a step crosses."""
-    margin = 0.5 * (end.highest - end.lowest)
-    low = limits.low if end.lowest - margin <= limits.low else -math.inf
-    high = limits.high if end.highest + margin >= limits.high else math.inf
+    met = method.stages["velocity"][: STAGES + 1]
+    margin = 0.5 * (met.max() - met.min())
+    low = limits.low if met.min() - margin <= limits.low else -math.inf
+    high = limits.high if met.max() + margin >= limits.high else math.inf
     if math.isinf(low) and math.isinf(high):
         return 2.0, SearchEnd.TIME
     extend(method, point.time, point.angle, point.velocity, h)
@@ -256,7 +229,7 @@ def _runge_kutta_step(method, point, h, limits):
         proposal = size * factor if size == h else max(h, size * factor)
         share, hit = _first_kink(method, point, end, size, limits)
         if hit == SearchEnd.TIME or (limits.stalled and share * size <= limits.tiny):
-            time = _arrived(point.time, size, limits)
+            time = arrived(point.time, size, limits)
             reached = Point(time, end.angle, end.velocity, end.acceleration)
             return Advance(reached, size, proposal, SearchEnd.TIME, work, Outcome.COMPLETED)
         edge = limits.low if hit == SearchEnd.HIT_LOW else limits.high
@@ -280,7 +253,7 @@ def _step_to_kink(method, point, cut, edge, limits):
     In the end Newton closes a gap whose square is far below the tolerance. Returns (point,
     size, attempts, whether it succeeded).
     """
-    tolerances, stages = method.tolerances, method.stages
+    tolerances = method.tolerances
     close = _CLOSE * tolerances.relative * (tolerances.velocity + abs(edge))
     attempts = 0
     for _ in range(4):
@@ -292,10 +265,7 @@ def _step_to_kink(method, point, cut, edge, limits):
         late = gap / end.acceleration if gap != 0.0 else 0.0
         bend = late / cut * late * (end.acceleration - point.acceleration)
         if abs(late) <= 0.1 * cut and abs(bend) <= close:
-            # The stages of the whole step, to the square of what Newton added.
-            for i in range(STAGES):
-                stages[i].velocity += NODES[i] * late * stages[i].acceleration
-            time = _arrived(point.time, cut + late, limits)
+            time = arrived(point.time, cut + late, limits)
             reached = Point(time, end.angle + end.velocity * late, edge, end.acceleration)
             return reached, cut + late, attempts, True
         cut = min(max(cut + late, 0.5 * cut), 1.5 * cut)
@@ -304,10 +274,7 @@ def _step_to_kink(method, point, cut, edge, limits):
 
 @compiled
 def _inside_runge_kutta(method, point, tau):
-    """(angle, velocity) by a shorter step, which is more exact than the step.
-
-    The continuous extension would be less so.
-    """
+    """(angle, velocity) by a shorter step: more exact than the continuous extension."""
     a = point.acceleration
     end = runge_kutta_stages(method, point.time, point.angle, point.velocity, a, tau)
     return end.angle, end.velocity
@@ -330,7 +297,9 @@ def _crossing_time_linear(method, before, after, level):  # noqa: ARG001 - one s
 @compiled
 def _crossing_time_series(taylor, before, after, level):
     """Time at which the velocity passed a level, from the series."""
-    return before.time + series.passing_time(taylor.outputs, after.time - before.time, level)
+    h, sign = after.time - before.time, 1.0 if before.velocity > after.velocity else -1.0
+    found = series.first_crossing(taylor.outputs, 0, h, level, sign, 1e-12 * h)
+    return before.time + min(found, h)
 
 
 open_method = chosen_by_class({TanhLaw: _open_taylor, AnyLaw: open_runge_kutta})
@@ -339,13 +308,8 @@ open_method = chosen_by_class({TanhLaw: _open_taylor, AnyLaw: open_runge_kutta})
 numeric_step = chosen_by_class({Taylor: _series_step, RungeKutta: _runge_kutta_step})
 """(method, point, h, limits) -> ``Advance`` by a step of size h at most."""
 
-acceleration_of = chosen_by_class(
-    {Taylor: _series_acceleration, RungeKutta: _runge_kutta_acceleration}
-)
-"""(method, point) -> acceleration."""
-
-first_point = chosen_by_class({Taylor: _same_point, RungeKutta: _point_with_acceleration})
-"""(method, point) -> point, with what a numeric step begins from."""
+first_point = chosen_by_class({Taylor: _series_point, RungeKutta: _runge_kutta_point})
+"""(method, point) -> point with the acceleration that a numeric step begins with."""
 
 inside_numeric = chosen_by_class({Taylor: _inside_series, RungeKutta: _inside_runge_kutta})
 """(method, point, tau) -> (angle, velocity) a time tau after the point, in the last step."""

@@ -9,10 +9,9 @@ so that all coefficients of angle, velocity and G follow from each other by prod
 steps, and the motion inside the step as a polynomial as exact as the step itself, on which the
 kinks of the law are found without missing one.
 
-A step is one formula, compiled for one system and for several side by side
-(``simd_codegen``). Its inputs and outputs are columns of arrays, one column (lane) for each
-system: a row of lanes is loaded as one vector, so that quantities are rows with a number, not
-fields of a record. ``INPUT`` and ``OUTPUT`` name the rows.
+A step is one formula, compiled for one system and for several side by side (``simd_codegen``).
+Its inputs and outputs are columns of arrays, one column (lane) for each system: a row of lanes is
+loaded as one vector. ``INPUT`` and ``OUTPUT`` name the rows.
 """
 
 import math
@@ -20,8 +19,9 @@ from typing import Any, NamedTuple
 
 from wedgebrake.dynamics.actuator import commanded_force
 from wedgebrake.dynamics.enums import SearchEnd
-from wedgebrake.dynamics.harmonic import rate, value
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.harmonic import phase_at, rate, value
+from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.solvers.smooth.problem import POLE
 from wedgebrake.solvers.smooth.simd_codegen import traced
 
 # Coefficients kept: of angle and velocity up to this power of the time.
@@ -85,7 +85,7 @@ _FADES = 6.0
 # A start on a kink is no crossing, nor is what rounding makes of this share of a step.
 _ON_KINK = 1e-6
 # A step may cover this share of the way to the nearest pole of the law.
-POLE_SHARE = 0.6
+_POLE_SHARE = 0.6
 
 
 class Series(NamedTuple):
@@ -191,6 +191,7 @@ def _longest(maths: Any, given: Inputs, series: Series) -> Any:
 
 
 _step = traced(formula, INPUT_ROWS, 1)
+_commanded_force = compiled(commanded_force)
 
 
 @compiled
@@ -219,30 +220,44 @@ def load(driveline, torque, law, inputs, lane):
     inputs[INPUT.lean, lane] = 2.0 * kappa * mu * d / b
 
 
-@compiled
-def aim(inputs, lane, slope, angle, velocity):
-    """Set the state at which the next step begins, and the slope of the force there."""
-    inputs[INPUT.slope, lane] = slope
-    inputs[INPUT.angle, lane], inputs[INPUT.velocity, lane] = angle, velocity
-
-
-@compiled
+@inlined
 def drive(inputs, lane, forcing, phase):
     """Set the driving torque over the inertia, and its rate, at the begin of the next step."""
-    inputs[INPUT.drive, lane], inputs[INPUT.drive_rate, lane] = (
-        value(forcing, phase),
-        rate(forcing, phase),
-    )
+    inputs[INPUT.drive, lane] = value(forcing, phase)
+    inputs[INPUT.drive_rate, lane] = rate(forcing, phase)
+
+
+@inlined
+def aim(inputs, lane, slope, forcing, point):
+    """Set time, angle and velocity of the next step's begin, and the slope of the force there."""
+    inputs[INPUT.slope, lane] = slope
+    inputs[INPUT.angle, lane], inputs[INPUT.velocity, lane] = point.angle, point.velocity
+    drive(inputs, lane, forcing, phase_at(forcing, point.time))
+
+
+@inlined
+def limit(inputs, lane, tolerances, longest, band):
+    """Set the limits of the next step; ``band``: half width of the steep layer."""
+    angle, velocity = inputs[INPUT.angle, lane], inputs[INPUT.velocity, lane]
+    speed = abs(velocity - inputs[INPUT.rest_velocity, lane])
+    inputs[INPUT.longest_size, lane] = longest
+    inputs[INPUT.reach, lane] = _POLE_SHARE * (speed + POLE * band)
+    share = _SHARE * tolerances.relative
+    inputs[INPUT.angle_tolerance, lane] = share * (tolerances.angle + abs(angle))
+    inputs[INPUT.velocity_tolerance, lane] = share * (tolerances.velocity + abs(velocity))
 
 
 @compiled
-def limit(inputs, lane, tolerances, longest, reach):
-    """Set the limits of the next step; ``reach``: how far the velocity may go."""
-    inputs[INPUT.longest_size, lane], inputs[INPUT.reach, lane] = longest, reach
-    share = _SHARE * tolerances.relative
-    angle, velocity = inputs[INPUT.angle, lane], inputs[INPUT.velocity, lane]
-    inputs[INPUT.angle_tolerance, lane] = share * (tolerances.angle + abs(angle))
-    inputs[INPUT.velocity_tolerance, lane] = share * (tolerances.velocity + abs(velocity))
+def acceleration(inputs, lane):
+    """Acceleration at the begin of the next step."""
+    velocity = inputs[INPUT.velocity, lane]
+    v = velocity - inputs[INPUT.rest_velocity, lane]
+    tanh = math.tanh(inputs[INPUT.steepness, lane] * v)
+    gain = inputs[INPUT.top, lane] * tanh
+    gain /= inputs[INPUT.gap, lane] - inputs[INPUT.lever, lane] * tanh
+    pressed = _commanded_force(inputs[INPUT.force, lane], inputs[INPUT.slope, lane], v)
+    push = inputs[INPUT.drive, lane] - inputs[INPUT.damping, lane] * velocity
+    return push - inputs[INPUT.stiffness, lane] * inputs[INPUT.angle, lane] - pressed * gain
 
 
 @compiled
@@ -259,25 +274,18 @@ def state(outputs, lane, tau):
 
 
 @compiled
-def _bounds(outputs, lane, h):
-    """Bounds of the second and third derivative of the velocity within a time h."""
-    two, three = 0.0, 0.0
-    for n in range(ORDER, 1, -1):
-        term = n * (n - 1.0) * abs(outputs[OUTPUT.velocities + n, lane])
-        two = two * h + term
-        if n > 2:
-            three = three * h + term * (n - 2.0)
-    return two, three
-
-
-@compiled
-def _first(outputs, lane, h, edge, sign, tiny):
+def first_crossing(outputs, lane, h, edge, sign, tiny):
     """Time until sign (velocity - edge) first vanishes, after a start at or above 0; 2h: later.
 
     Each step is one that provably holds no root, from a bound of the second derivative (of
     the third on leaving the edge); near a root these are Newton's, from the safe side.
     """
-    two, three = _bounds(outputs, lane, h)
+    two, three = 0.0, 0.0  # bounds of the second and third derivative of the velocity
+    for n in range(ORDER, 1, -1):
+        term = n * (n - 1.0) * abs(outputs[OUTPUT.velocities + n, lane])
+        two = two * h + term
+        if n > 2:
+            three = three * h + term * (n - 2.0)
     gap = sign * (outputs[OUTPUT.velocities, lane] - edge)
     speed = sign * outputs[OUTPUT.accelerations, lane]
     tau = 0.0
@@ -308,7 +316,7 @@ def _first(outputs, lane, h, edge, sign, tiny):
     return tau
 
 
-@compiled
+@inlined
 def _crossing(outputs, lane, low, high, tiny):
     """Time until the velocity first leaves (low, high), and by which end."""
     h, velocity = outputs[OUTPUT.size, lane], outputs[OUTPUT.velocities, lane]
@@ -317,17 +325,17 @@ def _crossing(outputs, lane, low, high, tiny):
     if way == 0.0:
         return size, hit
     if velocity - low <= way:
-        found = _first(outputs, lane, h, low, 1.0, tiny)
+        found = first_crossing(outputs, lane, h, low, 1.0, tiny)
         if found <= size:
             size, hit = found, SearchEnd.HIT_LOW
     if high - velocity <= way:
-        found = _first(outputs, lane, h, high, -1.0, tiny)
+        found = first_crossing(outputs, lane, h, high, -1.0, tiny)
         if found <= size:
             size, hit = found, SearchEnd.HIT_HIGH
     return size, hit
 
 
-@compiled
+@inlined
 def accept(inputs, outputs, lane, limits):
     """Move a lane to the end of its step, or to the first kink that it would cross.
 
@@ -348,22 +356,3 @@ def accept(inputs, outputs, lane, limits):
         return 0.0, hit, outputs[OUTPUT.accelerations, lane]
     inputs[INPUT.angle, lane], _, a = state(outputs, lane, size)
     return size, hit, a
-
-
-@compiled
-def passing_time(outputs, h, level):
-    """Time within h at which the velocity of one system passes ``level``, which it does once."""
-    before, after = 0.0, h
-    rises = outputs[OUTPUT.velocities, 0] < level
-    tau = 0.5 * h
-    for _ in range(60):
-        _, velocity, a = state(outputs, 0, tau)
-        if (velocity < level) == rises:
-            before = tau
-        else:
-            after = tau
-        newton = tau + (level - velocity) / a if a != 0.0 else before
-        if abs(newton - tau) <= 1e-12 * h:
-            return tau
-        tau = newton if before < newton < after else 0.5 * (before + after)
-    return tau

@@ -15,25 +15,19 @@ the torque is linear (``steps``).
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from wedgebrake.dynamics.enums import EventKind, Outcome, SearchEnd
 from wedgebrake.dynamics.harmonic import phase_at, rate
-from wedgebrake.dynamics.jit import chosen_by_class, compiled
+from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import enter, forcing_of, state_at
 from wedgebrake.dynamics.problem import State
 from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import return_time
 from wedgebrake.dynamics.segment_log import write
-from wedgebrake.solvers.smooth.continuous_extension import STAGES
 from wedgebrake.solvers.smooth.problem import stretch_at
-from wedgebrake.solvers.smooth.runge_kutta import RungeKutta
 from wedgebrake.solvers.smooth.steps import (
     Advance,
     Limits,
     Point,
-    Taylor,
-    acceleration_of,
     crossing_time,
     first_point,
     inside_numeric,
@@ -42,11 +36,8 @@ from wedgebrake.solvers.smooth.steps import (
     open_method,
 )
 
-# The trail has a row for each step: the stretch, the state at its begin, its duration; of a
-# Runge-Kutta step also the velocities of the stages.
-STEP = record(
-    "time angle velocity duration", whole="stretch", fields=[("stages", np.float64, (STAGES,))]
-)
+# The trail has a row for each step: the stretch, the state at its begin, its duration.
+STEP = record("time angle velocity duration", whole="stretch")
 
 # First Runge-Kutta step, as a share of the longest one.
 _FIRST_STEP = 1e-3
@@ -67,24 +58,6 @@ class Ended(NamedTuple):
     rows: int
     samples: int
     trail: int
-
-
-@compiled
-def _write_step(method, row, stretch, before, duration):  # noqa: ARG001 - one signature
-    """Write a row of the trail."""
-    row.stretch, row.time, row.duration = stretch, before.time, duration
-    row.angle, row.velocity = before.angle, before.velocity
-
-
-@compiled
-def _write_stages(method, row, stretch, before, duration):
-    """Write a row of the trail, with the stages of the last step."""
-    _write_step(method, row, stretch, before, duration)
-    for i in range(STAGES):
-        row.stages[i] = method.stages[i].velocity
-
-
-_leave = chosen_by_class({Taylor: _write_step, RungeKutta: _write_stages})
 
 
 @compiled
@@ -116,7 +89,7 @@ def _begin(method, problem, state):
     falling = stretch_at(problem.stretches, state.velocity, False)
     rising = stretch_at(problem.stretches, state.velocity, True)
     if falling != rising:
-        a = acceleration_of(method, point)
+        a = point.acceleration
         push = rate(problem.torque, phase_at(problem.torque, state.time))
         if a < 0.0 or (a == 0.0 and push <= problem.driveline.stiffness * state.velocity):
             return point, falling
@@ -176,7 +149,9 @@ def run(functions, problem, start, end, max_steps, samples, log, trail, stop):
             outcome = made.outcome
             break
         if trail.size > 0 and made.size > 0.0:
-            _leave(method, trail[left], stretch, before, made.size)
+            row = trail[left]
+            row.stretch, row.time, row.duration = stretch, before.time, made.size
+            row.angle, row.velocity = before.angle, before.velocity
             left += 1
         while _due(samples, wanted, period, before.time + made.size):
             tau = min(made.size, max(0.0, samples.time[wanted] - before.time))
@@ -214,7 +189,7 @@ def run(functions, problem, start, end, max_steps, samples, log, trail, stop):
                 rows = write(
                     log, rows, kind, period, point.time, point.angle, velocity, stretch, side
                 )
-        elif not here.linear:
+        elif not here.linear and not here.low < velocity < here.high:
             stretch = stretch_at(stretches, velocity, point.acceleration > 0.0)
         if here.linear and not stretches[stretch].linear:
             point = first_point(method, point)

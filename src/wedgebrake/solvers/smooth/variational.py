@@ -58,13 +58,14 @@ def torque_slope(brake, v, low, high, arm):
 
 
 @compiled
-def _torque_slopes(method, stages, stretch, slopes):
-    """Store M' at the velocities of the stages of a step in a stretch in ``slopes``."""
+def _torque_slopes(method, stretch, slopes):
+    """Store M' at the velocities of the stages of the last step in ``slopes``."""
     rest = method.driveline.rest_velocity
     low, high = stretch.kink_below - rest, stretch.kink_above - rest
     for i in range(STAGES):
-        arm = min(ARM * pole_distance(method.poles, stages[i]), 0.125 * (high - low))
-        slopes[i] = torque_slope(method.brake, stages[i] - rest, low, high, arm)
+        velocity = method.stages[i].velocity
+        arm = min(ARM * pole_distance(method.poles, velocity), 0.125 * (high - low))
+        slopes[i] = torque_slope(method.brake, velocity - rest, low, high, arm)
 
 
 @compiled
@@ -85,31 +86,27 @@ def _deviation_after(method, h, slopes, sums, x, y):
 
 
 @compiled
-def _both_after(method, h, slopes, sums, deviations):
-    """Two deviations after a Runge-Kutta step."""
-    x1, y1 = _deviation_after(method, h, slopes, sums, deviations.angle1, deviations.velocity1)
-    x2, y2 = _deviation_after(method, h, slopes, sums, deviations.angle2, deviations.velocity2)
-    return Deviations(x1, y1, x2, y2)
-
-
-@compiled
 def _through_runge_kutta(method, problem, row, number, deviations):  # noqa: ARG001 - one signature
     """Deviations after the Runge-Kutta step of a ``row`` of the trail."""
-    stretch = problem.stretches[row.stretch]
+    stretch, driveline = problem.stretches[row.stretch], method.driveline
     slopes, sums = np.empty(STAGES), np.empty(SUMS)
-    _torque_slopes(method, row.stages, stretch, slopes)
-    fastest = (method.driveline.damping + slopes.max()) / method.driveline.inertia
-    parts = 1 + int(row.duration * fastest / _STIFF)
-    if parts == 1:
-        return _both_after(method, row.duration, slopes, sums, deviations)
-    h, time, angle, velocity = row.duration / parts, row.time, row.angle, row.velocity
-    a = acceleration_at(method, time, angle, velocity)
-    for _ in range(parts):
-        end = step(method, time, angle, velocity, a, h)
-        time, angle, velocity, a = time + h, end.angle, end.velocity, end.acceleration
-        _torque_slopes(method, method.stages["velocity"], stretch, slopes)
-        deviations = _both_after(method, h, slopes, sums, deviations)
-    return deviations
+    begin = acceleration_at(method, row.time, row.angle, row.velocity)
+    parts = 1
+    while True:
+        h, time, angle, velocity = row.duration / parts, row.time, row.angle, row.velocity
+        a, after = begin, deviations
+        for _ in range(parts):
+            end = step(method, time, angle, velocity, a, h)
+            time, angle, velocity, a = time + h, end.angle, end.velocity, end.acceleration
+            _torque_slopes(method, stretch, slopes)
+            x1, y1 = _deviation_after(method, h, slopes, sums, after.angle1, after.velocity1)
+            x2, y2 = _deviation_after(method, h, slopes, sums, after.angle2, after.velocity2)
+            after = Deviations(x1, y1, x2, y2)
+        fastest = (driveline.damping + slopes.max()) / driveline.inertia
+        needed = 1 + int(row.duration * fastest / _STIFF)
+        if parts > 1 or needed == 1:
+            return after
+        parts = needed
 
 
 _through_numeric = chosen_by_class({SeriesRecord: propagate_step, RungeKutta: _through_runge_kutta})
