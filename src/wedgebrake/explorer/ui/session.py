@@ -11,6 +11,7 @@ from typing import Any
 
 import panel as pn
 from bokeh.events import Tap
+from tornado.ioloop import IOLoop
 
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.export import File, export
@@ -42,6 +43,8 @@ _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 # Time without a change after which finer work begins [s].
 _STILL = 0.3
 _STARTING = "Starting; the first start on a machine compiles the solver, about half a minute."
+# Time after the page has followed an edit before it follows further ones, together [ms].
+_GAP = 40
 # How long a notice stays [ms].
 _BRIEF, _LASTING = 6000, 12_000
 
@@ -73,8 +76,11 @@ class Explorer(pn.viewable.Viewer):
 
     def __init__(self, desk: Desk, turns: Turns | None = None) -> None:
         super().__init__()
-        self._desk = desk
-        self._number = 0
+        # The study as it is, and as the page shows it.
+        self._desk = self._displayed = desk
+        self._number, self._chosen = 0, ""
+        self._computed: Any = None
+        self._resting, self._behind, self._closed = False, False, False
         # While a slider is dragged: its parameter, and the study before.
         self._dragged: tuple[str, Desk] | None = None
         # What the open plot depends on; of complete plots that too, and what they show.
@@ -103,9 +109,9 @@ class Explorer(pn.viewable.Viewer):
             spectrum=_pane(spectrum.figure), section=_pane(section.figure),
         )  # fmt: skip
         threads = common_turns() if turns is None else turns
-        post = pn.state.curdoc.add_next_tick_callback
-        self._motion, self._picture = threads.lane(post), threads.lane(post)
-        self._post, self._files = post, list[Lane]()
+        self._document, self._loop = pn.state.curdoc, IOLoop.current()
+        self._motion, self._picture = threads.lane(self._post), threads.lane(self._post)
+        self._files: list[Lane] = []
         self._notices = pn.state.notifications
         self._header.busy(_STARTING)
         self._lay(desk)
@@ -122,8 +128,21 @@ class Explorer(pn.viewable.Viewer):
 
     def close(self) -> None:
         """Discard all work: the page is gone."""
+        self._closed = True
         for lane in (self._motion, self._picture, *self._files):
             lane.stop()
+
+    def _post(self, call: Callable[[], None]) -> None:
+        """Call a function on the event loop of the page, from any thread.
+
+        Bokeh's documents may lose callbacks that other threads add to them.
+        """
+
+        def add() -> None:
+            if not self._closed:
+                self._document.add_next_tick_callback(call)
+
+        self._loop.add_callback(add)
 
     def refuse(self, words: str) -> None:
         """Show why something cannot be done."""
@@ -211,16 +230,30 @@ class Explorer(pn.viewable.Viewer):
     # Display
 
     def _put(self, desk: Desk, chosen: str = "") -> None:
-        """Make a study the current one: show its values and compute what follows from them."""
-        with pn.io.hold():
-            before, self._desk = self._desk, desk
-            self._lay(desk)
-            if (desk.study, chosen) != (before.study, ""):
-                self._header.choose(chosen)
-            if desk == before and self._number:
-                return
+        """Make a study the current one, and let the page follow.
+
+        Edits that come faster than the page can follow are followed together.
+        """
+        before, self._desk = self._desk, desk
+        if desk != before or not self._number:
             self._number += 1
-            if _seen(desk) != _seen(before) or self._number == 1:
+        if (desk.study, chosen) != (before.study, ""):
+            self._chosen = chosen
+        if self._resting:
+            self._behind = True
+        else:
+            self._follow()
+
+    def _follow(self) -> None:
+        """Show the values of the current study, and compute what follows from them."""
+        desk = self._displayed = self._desk
+        self._behind, self._resting = False, True
+        self._document.add_timeout_callback(self._rested, _GAP)
+        with pn.io.hold():
+            self._lay(desk)
+            self._header.choose(self._chosen)
+            if _seen(desk) != self._computed:
+                self._computed = _seen(desk)
                 self._strip.pending()
                 self._motion.start(
                     _moments(desk), partial(self._show_moment, self._number),
@@ -228,6 +261,12 @@ class Explorer(pn.viewable.Viewer):
                     urgency=_MOTION, later=_SETTLED, pause=_STILL,
                 )  # fmt: skip
             self._draw(desk)
+
+    @_answered
+    def _rested(self) -> None:
+        self._resting = False
+        if self._behind:
+            self._follow()
 
     def _lay(self, desk: Desk) -> None:
         """Show the values of a study wherever they can be changed."""
@@ -241,8 +280,8 @@ class Explorer(pn.viewable.Viewer):
             ghost = moment.ghost.figures if moment.ghost is not None else None
             for chart in self._charts:
                 chart.show(moment.figures, ghost)
-            self._stage.show(self._desk, moment)
-            self._strip.show(verdict(self._desk, moment), number)
+            self._stage.show(self._displayed, moment)
+            self._strip.show(verdict(self._displayed, moment), number)
 
     def _no_moment(self, number: int, words: str) -> None:
         with pn.io.hold():
@@ -281,7 +320,7 @@ class Explorer(pn.viewable.Viewer):
         with pn.io.hold():
             self._shown = picture
             plate.show(picture)
-            plate.mark(self._desk)
+            plate.mark(self._displayed)
             self._tell(plate, picture, number)
 
     def _plate(self, name: str) -> Any:
