@@ -10,8 +10,8 @@ import numpy as np
 from PIL import Image
 
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.snapshot import look
-from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.snapshot import take_snapshot
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.verdict import verdict
 
 # Colours of the page (app/charts/look.py, plots/style.py) that tests look for.
@@ -141,13 +141,13 @@ class Screen:
         expect(self("input-eta")).to_have_value("-24")
         if self("dismiss").count():
             self.refused("")
-        self.says(preset("start").desk())
+        self.says(preset("start").state())
 
-    def says(self, desk: Desk) -> None:
+    def says(self, state: PageState) -> None:
         """Wait until the page shows the verdict that a study deserves, computed here."""
         from playwright.sync_api import expect
 
-        wanted = verdict(desk, look(desk, settle=True))
+        wanted = verdict(state, take_snapshot(state, settle=True))
         expect(self("headline")).to_have_text(wanted["headline"])
         expect(self("verdict")).not_to_have_class(re.compile("pending"))
 

@@ -11,7 +11,7 @@ import wedgebrake as wb
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.fields import Row, sections
 from wedgebrake.explorer.core.parameter_ranges import scale, span
-from wedgebrake.explorer.core.state import Desk, axes, new_desk
+from wedgebrake.explorer.core.state import PageState, axes, new_state
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.system import PARTS
@@ -19,23 +19,23 @@ from wedgebrake.model.system import PARTS
 KINDS = list(itertools.product(sorted(Brake.kinds), ("coulomb", "smoothed", "tabulated")))
 
 
-def _paper(**changes) -> Desk:
-    return new_desk(wb.paper.system()).edited(**changes)
+def _paper(**changes) -> PageState:
+    return new_state(wb.paper.system()).edited(**changes)
 
 
-def _rows(desk: Desk) -> dict[str, Row]:
-    return {row.name: row for rows in sections(desk).values() for row in rows}
+def _rows(state: PageState) -> dict[str, Row]:
+    return {row.name: row for rows in sections(state).values() for row in rows}
 
 
 @pytest.mark.parametrize(("brake", "friction"), KINDS)
 def test_every_parameter_has_one_row_with_its_value(brake, friction):
-    desk = _paper(brake=brake, friction=friction)
-    names = [row.name for rows in sections(desk).values() for row in rows]
+    state = _paper(brake=brake, friction=friction)
+    names = [row.name for rows in sections(state).values() for row in rows]
     assert len(names) == len(set(names))
-    rows = _rows(desk)
+    rows = _rows(state)
     for part in PARTS:
-        for name in type(getattr(desk.system, part)).model_fields:
-            assert rows[name].value == desk.value(name)
+        for name in type(getattr(state.system, part)).model_fields:
+            assert rows[name].value == state.value(name)
     assert rows["brake"].value == brake
     assert {value for value, _ in rows["brake"].choices} == set(Brake.kinds)
     assert {value for value, _ in rows["friction"].choices} == set(Friction.kinds)
@@ -45,33 +45,33 @@ def test_every_parameter_has_one_row_with_its_value(brake, friction):
 
 @pytest.mark.parametrize(("brake", "friction"), KINDS)
 def test_both_ends_of_every_slider_can_be_taken(brake, friction):
-    desk = _paper(brake=brake, friction=friction)
-    for row in _rows(desk).values():
+    state = _paper(brake=brake, friction=friction)
+    for row in _rows(state).values():
         if row.kind != "number":
             continue
         assert row.low < row.high
         assert row.low <= row.value <= row.high
         for end in (row.low, row.high):
-            desk.edited(**{row.name: round(end) if row.whole else end})
+            state.edited(**{row.name: round(end) if row.whole else end})
 
 
 def test_ranges_are_those_of_the_paper():
-    desk = _paper()
-    assert span(desk, "eta") == (-60.0, 12.0)
-    assert span(desk, "slope") == (-100.0, 20.0)
-    assert span(desk, "amplitude") == (150.0, 1800.0)
-    low, high = span(desk, "frequency")
+    state = _paper()
+    assert span(state, "eta") == (-60.0, 12.0)
+    assert span(state, "slope") == (-100.0, 20.0)
+    assert span(state, "amplitude") == (150.0, 1800.0)
+    low, high = span(state, "frequency")
     assert (low, high) == (3.1, 36.0)
-    assert span(desk, "angle") == (0.26, 0.45)
-    assert span(desk, "initial_velocity") == (-10.0, 10.0)
+    assert span(state, "angle") == (0.26, 0.45)
+    assert span(state, "initial_velocity") == (-10.0, 10.0)
 
 
 @pytest.mark.parametrize("name", axes(wb.paper.system()))
 def test_a_range_does_not_drift_with_the_value_inside_it(name):
-    desk = _paper()
-    low, high = span(desk, name)
+    state = _paper()
+    low, high = span(state, name)
     for part in (0.0, 0.3, 0.7, 1.0):
-        assert span(desk.edited(**{name: low + part * (high - low)}), name) == (low, high)
+        assert span(state.edited(**{name: low + part * (high - low)}), name) == (low, high)
 
 
 @pytest.mark.parametrize(
@@ -93,9 +93,9 @@ def test_a_range_reaches_to_a_value_outside_in_round_numbers(changes, name, want
 
 
 def test_the_range_that_the_user_set_is_taken_and_the_slider_still_holds_the_value():
-    desk = _paper(spans={"eta": (-35.0, -25.0)})
-    assert span(desk, "eta") == (-35.0, -25.0)
-    row = _rows(desk)["eta"]
+    state = _paper(spans={"eta": (-35.0, -25.0)})
+    assert span(state, "eta") == (-35.0, -25.0)
+    row = _rows(state)["eta"]
     assert (row.low, row.high) == (-35.0, -20.0)
 
 

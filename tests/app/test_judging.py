@@ -6,11 +6,11 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.dynamics.enums import motion_word
-from wedgebrake.explorer.core.calls import picture
+from wedgebrake.explorer.core.computation import following
 from wedgebrake.explorer.core.export import export
-from wedgebrake.explorer.core.machine import following
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.program import picture
+from wedgebrake.explorer.core.snapshot import take_snapshot
 
 # Of each but the first the run as it is set is too short to tell, or tells something else.
 MACHINES = [
@@ -23,21 +23,21 @@ MACHINES = [
 
 @pytest.mark.parametrize(("name", "changes"), MACHINES)
 def test_pictures_and_program_say_what_the_page_says(name, changes):
-    desk = preset(name).desk()
+    state = preset(name).state()
     for one, value in changes.items():
-        desk = desk.edited(**{one: value})
-    word = look(desk, settle=True).motion.word
-    for plate, function in (("diagram", wb.bifurcation), ("regimes", wb.regime_map)):
-        call = picture(desk.edited(plate=plate))
+        state = state.edited(**{one: value})
+    word = take_snapshot(state, settle=True).motion.word
+    for plot, function in (("diagram", wb.bifurcation), ("regimes", wb.regime_map)):
+        call = picture(state.edited(plot=plot))
         assert call.function == function.__name__
-        here = {name: [float(desk.value(name))] for name in call.axes}
-        point = function(following(desk.system), **here, **call.options, progress=False).squeeze()
-        assert motion_word(int(point["motion"]), int(point["order"])) == word, plate
-    program = export(desk, "python").content.decode()
+        here = {name: [float(state.value(name))] for name in call.axes}
+        point = function(following(state.system), **here, **call.options, progress=False).squeeze()
+        assert motion_word(int(point["motion"]), int(point["order"])) == word, plot
+    program = export(state, "python").content.decode()
     head = program.partition("response = ")[0]
     call = re.search(r"^motion = wb\.motion\((.*\)|\n(    .*\n)*\))$", program, re.MULTILINE)[0]
     names = {}
     exec(f"{head}\n{call}", names)  # noqa: S102 - our own text
     assert names["motion"].word == word
     if "method" not in changes:
-        assert word in export(desk, "svg").content.decode()
+        assert word in export(state, "svg").content.decode()

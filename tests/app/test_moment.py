@@ -1,4 +1,4 @@
-"""The moment is what wb.simulate, wb.motion and the other measures say, and never raises."""
+"""The snapshot is what wb.simulate, wb.motion and the other measures say, and never raises."""
 
 from __future__ import annotations
 
@@ -12,43 +12,43 @@ import pytest
 import wedgebrake as wb
 from wedgebrake.analysis.torque import brake_torque
 from wedgebrake.explorer.core.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
-from wedgebrake.explorer.core.snapshot import Moment, look
-from wedgebrake.explorer.core.state import Desk, new_desk
+from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
+from wedgebrake.explorer.core.state import PageState, new_state
 from wedgebrake.model.study import Run
 
 
 @pytest.fixture
-def desk() -> Desk:
-    return new_desk(wb.paper.system(eta=-24, f=0.63, F0=0.036, alpha=1.18))
+def state() -> PageState:
+    return new_state(wb.paper.system(eta=-24, f=0.63, F0=0.036, alpha=1.18))
 
 
-def simulated(desk: Desk, periods: int, samples: int = SAMPLES_PER_PERIOD):
+def simulated(state: PageState, periods: int, samples: int = SAMPLES_PER_PERIOD):
     """The response over the last periods of the run, from the front door."""
-    frequency = desk.system.excitation.frequency
-    last = desk.periods
+    frequency = state.system.excitation.frequency
+    last = state.periods
     times = np.linspace((last - periods) / frequency, last / frequency, periods * samples + 1)
-    times = np.clip(times, 0.0, desk.periods / frequency)
-    return wb.simulate(desk.system, periods=last, times=times)
+    times = np.clip(times, 0.0, state.periods / frequency)
+    return wb.simulate(state.system, periods=last, times=times)
 
 
-def check_sizes(moment: Moment) -> None:
-    count = moment.figures.history.time.size
+def check_sizes(snapshot: Snapshot) -> None:
+    count = snapshot.figures.history.time.size
     assert count != 1
     for name in ("angle", "velocity", "brake_torque", "drive_torque", "sticking"):
-        assert getattr(moment.figures.history, name).shape == (count,)
-    assert moment.figures.section.angle.shape == moment.figures.section.velocity.shape
-    assert moment.figures.spectrum.frequency.shape == moment.figures.spectrum.amplitude.shape
-    assert np.all(np.isfinite(moment.figures.history.velocity))
-    assert moment.message
+        assert getattr(snapshot.figures.history, name).shape == (count,)
+    assert snapshot.figures.section.angle.shape == snapshot.figures.section.velocity.shape
+    assert snapshot.figures.spectrum.frequency.shape == snapshot.figures.spectrum.amplitude.shape
+    assert np.all(np.isfinite(snapshot.figures.history.velocity))
+    assert snapshot.message
 
 
 class TestAgainstTheFrontDoor:
-    def test_samples_are_those_of_simulate(self, desk):
-        moment = look(desk)
-        response = simulated(desk, 12)
-        assert moment.status == "completed"
-        assert moment.figures.history.time.size == 12 * SAMPLES_PER_PERIOD + 1
-        history = moment.figures.history
+    def test_samples_are_those_of_simulate(self, state):
+        snapshot = take_snapshot(state)
+        response = simulated(state, 12)
+        assert snapshot.status == "completed"
+        assert snapshot.figures.history.time.size == 12 * SAMPLES_PER_PERIOD + 1
+        history = snapshot.figures.history
         for name in ("time", "angle", "velocity", "brake_torque", "drive_torque"):
             expected = response[name].to_numpy()
             scale = np.max(np.abs(expected))
@@ -61,49 +61,51 @@ class TestAgainstTheFrontDoor:
         assert history.sticks.end[-1] <= history.time[-1]
 
     @pytest.mark.parametrize("friction", ["coulomb", "smoothed", "tabulated"])
-    def test_the_motion_is_that_of_wb_motion(self, desk, friction):
-        desk = desk.edited(friction=friction)
-        moment = look(desk)
-        expected = wb.motion(desk.system, desk.periods, transient=desk.transient)
+    def test_the_motion_is_that_of_wb_motion(self, state, friction):
+        state = state.edited(friction=friction)
+        snapshot = take_snapshot(state)
+        expected = wb.motion(state.system, state.periods, transient=state.transient)
         if friction != "smoothed":
-            assert repr(moment.motion.as_dict()) == repr(expected.as_dict())
+            assert repr(snapshot.motion.as_dict()) == repr(expected.as_dict())
             return
         # Samples end no step of the solver's, but its periods do.
         for field in fields(expected):
-            found, right = (getattr(one, field.name) for one in (moment.motion, expected))
+            found, right = (getattr(one, field.name) for one in (snapshot.motion, expected))
             if isinstance(right, float):
                 assert found == pytest.approx(right, rel=1e-5, nan_ok=True), field.name
             else:
                 assert found == right, field.name
 
-    def test_a_settled_motion_is_judged_with_its_transient(self, desk):
-        moment = look(desk, settle=True)
-        assert repr(moment.motion.as_dict()) == repr(
-            wb.motion(desk.system, desk.recorded).as_dict()
+    def test_a_settled_motion_is_judged_with_its_transient(self, state):
+        snapshot = take_snapshot(state, settle=True)
+        assert repr(snapshot.motion.as_dict()) == repr(
+            wb.motion(state.system, state.recorded).as_dict()
         )
-        assert moment.motion.settling == 147
+        assert snapshot.motion.settling == 147
 
-    def test_spectrum_and_section_are_of_the_recorded_periods(self, desk):
-        moment = look(desk)
-        response = simulated(desk, desk.recorded)
+    def test_spectrum_and_section_are_of_the_recorded_periods(self, state):
+        snapshot = take_snapshot(state)
+        response = simulated(state, state.recorded)
         lines = wb.spectrum(response)
-        count = moment.figures.spectrum.frequency.size
+        count = snapshot.figures.spectrum.frequency.size
         np.testing.assert_allclose(
-            moment.figures.spectrum.frequency, lines["frequency"][:count], rtol=1e-9
+            snapshot.figures.spectrum.frequency, lines["frequency"][:count], rtol=1e-9
         )
         np.testing.assert_allclose(
-            moment.figures.spectrum.amplitude, lines["amplitude"][:count], atol=1e-9
+            snapshot.figures.spectrum.amplitude, lines["amplitude"][:count], atol=1e-9
         )
-        highest = 6.0 * moment.figures.spectrum.natural
+        highest = 6.0 * snapshot.figures.spectrum.natural
         assert lines["frequency"][count - 1] <= highest < lines["frequency"][count]
-        points = wb.poincare(desk.system, desk.periods, transient=desk.transient)
-        np.testing.assert_allclose(moment.figures.section.angle, points["angle"], atol=1e-12)
-        np.testing.assert_allclose(moment.figures.section.velocity, points["velocity"], atol=1e-10)
-        assert moment.figures.spectrum.forcing == desk.system.excitation.frequency
-        assert moment.braking.peak == pytest.approx(brake_torque(response).peak)
+        points = wb.poincare(state.system, state.periods, transient=state.transient)
+        np.testing.assert_allclose(snapshot.figures.section.angle, points["angle"], atol=1e-12)
+        np.testing.assert_allclose(
+            snapshot.figures.section.velocity, points["velocity"], atol=1e-10
+        )
+        assert snapshot.figures.spectrum.forcing == state.system.excitation.frequency
+        assert snapshot.braking.peak == pytest.approx(brake_torque(response).peak)
 
-    def test_more_periods_may_be_shown_than_are_recorded(self, desk):
-        narrow, wide = look(desk), look(desk.edited(shown=100))
+    def test_more_periods_may_be_shown_than_are_recorded(self, state):
+        narrow, wide = take_snapshot(state), take_snapshot(state.edited(shown=100))
         assert wide.figures.history.time.size == 100 * SAMPLES_PER_PERIOD + 1
         np.testing.assert_allclose(
             wide.figures.spectrum.frequency, narrow.figures.spectrum.frequency, rtol=1e-12
@@ -114,86 +116,90 @@ class TestAgainstTheFrontDoor:
         assert wide.figures.section.angle.size == narrow.figures.section.angle.size
         assert wide.braking.mean == pytest.approx(narrow.braking.mean, abs=1e-9)
 
-    def test_no_more_is_shown_than_was_run(self, desk):
-        moment = look(desk.edited(periods=20, shown=100))
-        assert moment.figures.history.time[0] == 0.0
-        assert moment.figures.history.time.size == 20 * SAMPLES_PER_PERIOD + 1
+    def test_no_more_is_shown_than_was_run(self, state):
+        snapshot = take_snapshot(state.edited(periods=20, shown=100))
+        assert snapshot.figures.history.time[0] == 0.0
+        assert snapshot.figures.history.time.size == 20 * SAMPLES_PER_PERIOD + 1
 
-    def test_a_later_start_keeps_the_phase_of_the_torque(self, desk):
-        quarter = 0.25 / desk.system.excitation.frequency
-        later = Desk.of(desk.study.changed(start_time=quarter))
-        response = wb.simulate(desk.system, periods=250, start_time=quarter)
-        moment = look(later)
+    def test_a_later_start_keeps_the_phase_of_the_torque(self, state):
+        quarter = 0.25 / state.system.excitation.frequency
+        later = PageState.of(state.study.changed(start_time=quarter))
+        response = wb.simulate(state.system, periods=250, start_time=quarter)
+        snapshot = take_snapshot(later)
         np.testing.assert_allclose(
-            moment.figures.history.velocity[-1], response["velocity"][-1], atol=1e-8
+            snapshot.figures.history.velocity[-1], response["velocity"][-1], atol=1e-8
         )
-        assert moment.motion.order == 6
+        assert snapshot.motion.order == 6
 
-    def test_a_slow_torque_is_sampled_by_the_natural_period(self, desk):
-        moment = look(desk.edited(frequency=1.0))
+    def test_a_slow_torque_is_sampled_by_the_natural_period(self, state):
+        snapshot = take_snapshot(state.edited(frequency=1.0))
         assert (
-            moment.figures.history.time[1] - moment.figures.history.time[0]
-            <= 0.05 / moment.figures.spectrum.natural
+            snapshot.figures.history.time[1] - snapshot.figures.history.time[0]
+            <= 0.05 / snapshot.figures.spectrum.natural
         )
-        assert moment.figures.spectrum.frequency[-1] == pytest.approx(
-            6.0 * moment.figures.spectrum.natural, rel=0.01
+        assert snapshot.figures.spectrum.frequency[-1] == pytest.approx(
+            6.0 * snapshot.figures.spectrum.natural, rel=0.01
         )
 
-    def test_a_much_slower_torque_has_no_spectrum(self, desk):
-        moment = look(desk.edited(frequency=0.1))
-        assert moment.status == "completed"
-        assert moment.figures.spectrum.frequency.size == 0
+    def test_a_much_slower_torque_has_no_spectrum(self, state):
+        snapshot = take_snapshot(state.edited(frequency=0.1))
+        assert snapshot.status == "completed"
+        assert snapshot.figures.spectrum.frequency.size == 0
 
 
 class TestGhost:
-    def test_is_the_same_machine_with_a_conventional_brake(self, desk):
-        desk = desk.edited(ghost=True)
-        ghost = look(desk).ghost
-        brake = wb.ConventionalBrake(radius=desk.system.brake.radius)
-        other = new_desk(desk.system.replace(brake=brake))
-        expected = look(other)
-        assert ghost is not None
+    def test_is_the_same_machine_with_a_conventional_brake(self, state):
+        state = state.edited(comparison=True)
+        comparison = take_snapshot(state).comparison
+        brake = wb.ConventionalBrake(radius=state.system.brake.radius)
+        other = new_state(state.system.replace(brake=brake))
+        expected = take_snapshot(other)
+        assert comparison is not None
         np.testing.assert_array_equal(
-            ghost.figures.history.velocity, expected.figures.history.velocity
+            comparison.figures.history.velocity, expected.figures.history.velocity
         )
         np.testing.assert_array_equal(
-            ghost.figures.spectrum.amplitude, expected.figures.spectrum.amplitude
+            comparison.figures.spectrum.amplitude, expected.figures.spectrum.amplitude
         )
-        assert repr(ghost.motion.as_dict()) == repr(expected.motion.as_dict())
-        assert ghost.ghost is None
+        assert repr(comparison.motion.as_dict()) == repr(expected.motion.as_dict())
+        assert comparison.comparison is None
 
-    def test_a_conventional_brake_has_none(self, desk):
-        assert look(desk).ghost is None
-        assert look(desk.edited(brake="conventional", ghost=True)).ghost is None
+    def test_a_conventional_brake_has_none(self, state):
+        assert take_snapshot(state).comparison is None
+        assert take_snapshot(state.edited(brake="conventional", comparison=True)).comparison is None
 
 
 class TestEarlyEnds:
     def test_a_diverging_motion_is_shown_where_it_went(self):
-        desk = new_desk(wb.paper.system(eta=-24, release=False, damping=1.0))
-        moment = look(desk)
-        check_sizes(moment)
-        assert (moment.status, moment.motion.kind) == ("diverged", "diverged")
-        assert moment.figures.history.time.size > 500
-        assert np.max(np.abs(moment.figures.history.velocity)) > 1e6
-        assert moment.figures.spectrum.frequency.size == 0
-        assert math.isnan(moment.braking.mean)
-        assert repr(look(desk, settle=True).motion.as_dict()) == repr(moment.motion.as_dict())
+        state = new_state(wb.paper.system(eta=-24, release=False, damping=1.0))
+        snapshot = take_snapshot(state)
+        check_sizes(snapshot)
+        assert (snapshot.status, snapshot.motion.kind) == ("diverged", "diverged")
+        assert snapshot.figures.history.time.size > 500
+        assert np.max(np.abs(snapshot.figures.history.velocity)) > 1e6
+        assert snapshot.figures.spectrum.frequency.size == 0
+        assert math.isnan(snapshot.braking.mean)
+        assert repr(take_snapshot(state, settle=True).motion.as_dict()) == repr(
+            snapshot.motion.as_dict()
+        )
 
     def test_a_brake_that_locks_while_sliding(self):
         system = wb.paper.system(eta=-1.0).replace(kinetic=0.4, static=0.4)
-        moment = look(Desk.of(wb.Study(system, Run(initial=(0.0, 5.0), periods=50))))
-        check_sizes(moment)
-        assert moment.status == "no_forward_solution"
-        assert moment.motion.kind == "self-locked"
-        assert "locked" in moment.message
+        snapshot = take_snapshot(
+            PageState.of(wb.Study(system, Run(initial=(0.0, 5.0), periods=50)))
+        )
+        check_sizes(snapshot)
+        assert snapshot.status == "no_forward_solution"
+        assert snapshot.motion.kind == "self-locked"
+        assert "locked" in snapshot.message
 
     @pytest.mark.parametrize("friction", ["coulomb", "smoothed"])
-    def test_at_rest(self, desk, friction):
-        moment = look(desk.edited(amplitude=0.0).edited(friction=friction))
-        check_sizes(moment)
-        assert moment.motion.kind == "at rest"
-        np.testing.assert_allclose(moment.figures.history.velocity, 0.0, atol=1e-12)
-        assert moment.figures.spectrum.amplitude.size > 0
+    def test_at_rest(self, state, friction):
+        snapshot = take_snapshot(state.edited(amplitude=0.0).edited(friction=friction))
+        check_sizes(snapshot)
+        assert snapshot.motion.kind == "at rest"
+        np.testing.assert_allclose(snapshot.figures.history.velocity, 0.0, atol=1e-12)
+        assert snapshot.figures.spectrum.amplitude.size > 0
 
 
 EXTREMES = [
@@ -205,26 +211,28 @@ EXTREMES = [
 
 @pytest.mark.parametrize("changes", EXTREMES, ids=str)
 @pytest.mark.parametrize("friction", ["coulomb", "smoothed", "tabulated"])
-def test_extremes_come_back_in_time(desk, friction, changes):
-    desk = desk.edited(friction=friction).edited(**changes)
-    look(new_desk(wb.paper.system(friction="smoothed" if friction == "smoothed" else "coulomb")))
+def test_extremes_come_back_in_time(state, friction, changes):
+    state = state.edited(friction=friction).edited(**changes)
+    take_snapshot(
+        new_state(wb.paper.system(friction="smoothed" if friction == "smoothed" else "coulomb"))
+    )
     begin = time.perf_counter()
-    moment = look(desk)
+    snapshot = take_snapshot(state)
     spent = time.perf_counter() - begin
-    check_sizes(moment)
-    assert moment.status in {status.value for status in wb.Status}
-    assert moment.motion.status == moment.status
+    check_sizes(snapshot)
+    assert snapshot.status in {status.value for status in wb.Status}
+    assert snapshot.motion.status == snapshot.status
     # About one second on an idle machine.
     assert spent < 10.0
 
 
-def test_what_stops_at_a_limit_shows_its_beginning(desk):
-    moment = look(desk.edited(stiffness=1e15))
-    assert moment.status == "event_limit"
-    assert moment.figures.history.time[0] == 0.0
-    assert moment.figures.history.time.size > 500
-    assert moment.motion.kind == "undecided"
+def test_what_stops_at_a_limit_shows_its_beginning(state):
+    snapshot = take_snapshot(state.edited(stiffness=1e15))
+    assert snapshot.status == "event_limit"
+    assert snapshot.figures.history.time[0] == 0.0
+    assert snapshot.figures.history.time.size > 500
+    assert snapshot.motion.kind == "undecided"
     whole = wb.simulate(
-        desk.edited(stiffness=1e15).system, periods=250, times=(), max_events=MOST_EVENTS
+        state.edited(stiffness=1e15).system, periods=250, times=(), max_events=MOST_EVENTS
     )
-    assert moment.figures.history.time[-1] == pytest.approx(0.1 * whole.attrs["final_time"])
+    assert snapshot.figures.history.time[-1] == pytest.approx(0.1 * whole.attrs["final_time"])

@@ -10,10 +10,10 @@ from screen import CARDS, CURSOR, MOTION, colours, near
 
 from wedgebrake.explorer.core.fields import _KINDS as KINDS
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.verdict import verdict
 
-START = preset("start").desk()
+START = preset("start").state()
 
 # All elements, through all shadow roots.
 _ALL = """
@@ -83,7 +83,7 @@ def test_shows_the_verdict_and_the_values(visit):
     screen = visit()
     screen.says(START)
     screen.tone("warn")
-    tiles = verdict(START, look(START, settle=True))["tiles"]
+    tiles = verdict(START, take_snapshot(START, settle=True))["tiles"]
     for tile in tiles:
         shown = screen(f"tile-{tile['name']}")
         for part in ("title", "value", "detail"):

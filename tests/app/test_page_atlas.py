@@ -10,7 +10,7 @@ from screen import colours
 
 from wedgebrake.explorer.core.presets import preset
 
-DESK = preset("start").desk()
+STATE = preset("start").state()
 PIXELS = 1.6  # a click is a pixel, and the frame is known to half a one
 
 
@@ -30,7 +30,7 @@ def test_a_click_in_the_diagram_goes_there(screen, share):
     eta = screen.number("eta")
     assert eta == pytest.approx(wanted, abs=PIXELS * pixel)
     assert screen.number("slope") == pytest.approx(eta / 0.6, rel=1e-4)
-    screen.says(DESK.edited(eta=eta))
+    screen.says(STATE.edited(eta=eta))
     # The line of the present value stands where the click was, and the slider goes along.
     assert screen.cursor("plot-diagram") == pytest.approx(share, abs=0.003)
     assert screen.place("eta") == pytest.approx(share, abs=0.01)
@@ -68,7 +68,7 @@ def test_regimes(screen):
     assert screen.number("eta") == pytest.approx(low + (x - left) * across, abs=PIXELS * across)
     assert screen.number("F0") == pytest.approx(bottom + (lower - y) * up, abs=PIXELS * up)
     eta, F0 = screen.number("eta"), screen.number("F0")
-    screen.says(DESK.edited(eta=eta, F0=F0))
+    screen.says(STATE.edited(eta=eta, F0=F0))
     # Another pair of parameters is another picture.
     drawn = screen.shown("picture")
     screen("up").select_option("c  damping")

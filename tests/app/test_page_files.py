@@ -45,11 +45,11 @@ def test_a_study_is_loaded(screen, path):
         screen("load").click()
     choosing.value.set_files(path)
     screen.refused(path.name)  # told, and dismissed
-    desk = opened(study)
-    screen.says(desk)
+    state = opened(study)
+    screen.says(state)
     for name in ("inertia", "damping", "radius", "kinetic", "slope", "amplitude"):
-        assert screen.number(name) == pytest.approx(desk.value(name), rel=1e-4)
-    assert screen.number("periods") == desk.periods
+        assert screen.number(name) == pytest.approx(state.value(name), rel=1e-4)
+    assert screen.number("periods") == state.periods
 
 
 def test_a_study_with_a_sweep_opens_its_picture(screen):
@@ -107,16 +107,16 @@ def test_what_is_no_study_is_refused_in_words(screen):
 
 
 @pytest.fixture
-def desk(screen):
+def state(screen):
     """A machine of which nothing is as at the beginning, and a short run; what it is here."""
     edits = {"periods": 24, "eta": -7.5, "kinetic": 0.27, "damping": 0.2, "initial_angle": 0.01}
     for name, value in edits.items():
         screen.type(name, value)
-    desk = preset("start").desk()
+    state = preset("start").state()
     for name, value in edits.items():
-        desk = desk.edited(**{name: value})
-    screen.says(desk)
-    return desk
+        state = state.edited(**{name: value})
+    screen.says(state)
+    return state
 
 
 def export(screen, form):
@@ -135,7 +135,7 @@ FORMS = {
 }  # fmt: skip
 
 
-def test_pictures(screen, desk):
+def test_pictures(screen, state):
     for form, expected in (("png", "response.png"), ("diagram-png", "diagram.png")):
         name, content = export(screen, form)
         assert name == expected
@@ -151,9 +151,9 @@ def test_pictures(screen, desk):
         assert len(list(root.iter("{http://www.w3.org/2000/svg}path"))) > 12
 
 
-def test_data(screen, desk):
+def test_data(screen, state):
     wanted = wb.simulate(
-        desk.system, periods=24, initial=desk.study.run.initial, samples_per_period=100
+        state.system, periods=24, initial=state.study.run.initial, samples_per_period=100
     )
     name, content = export(screen, "csv")
     assert name == "response.csv"
@@ -172,14 +172,14 @@ def test_data(screen, desk):
         assert found.attrs["status"] == "completed"
 
 
-def test_the_study(screen, desk):
+def test_the_study(screen, state):
     screen("tab-regimes").click()
     with screen.page.expect_download() as coming:
         screen("save").click()
     assert coming.value.suggested_filename == "study.toml"
     text = coming.value.path().read_text()
     study = wb.read_study(text)
-    assert study.system == desk.system
+    assert study.system == state.system
     assert study.run.periods == 24
     assert study.run.initial == (0.01, 0.0)
     # With the picture that lies open; and back on the page it is what it was.
@@ -195,17 +195,17 @@ def test_the_study(screen, desk):
     assert "sweep" in tomllib.loads(text)
 
 
-def test_the_program(screen, desk):
+def test_the_program(screen, state):
     name, content = export(screen, "python")
     assert name == "wedgebrake_study.py"
     program = content.decode()
     compile(program, name, "exec")
-    for group, value in desk.system.groups.as_dict().items():
+    for group, value in state.system.groups.as_dict().items():
         if value is not None:
             assert f"{group} = {value!r}" in words(program), group
     # The machine alone: tests/app/test_export.py runs whole programs.
     names = {}
     machine = program[: program.index("response = ")]
     exec(compile(machine, name, "exec"), names)  # noqa: S102 - our own text
-    assert names["system"] == desk.system
+    assert names["system"] == state.system
     assert math.isclose(names["system"].groups.eta, screen.number("eta"))

@@ -9,7 +9,7 @@ from screen import GHOST, MOTION, near
 from wedgebrake.explorer.core.fields import _KINDS as KINDS
 from wedgebrake.explorer.core.presets import preset
 
-DESK = preset("start").desk()
+STATE = preset("start").state()
 
 
 def test_a_slider_moves_everything_that_follows(screen):
@@ -28,12 +28,12 @@ def test_a_slider_moves_everything_that_follows(screen):
     # The line in the diagram stands there.
     assert screen.cursor("plot-diagram") == pytest.approx((eta + 120) / 132, abs=0.003)
     assert (screen.pixels(screen.card("history")) != drawn).mean() > 0.01
-    screen.says(DESK.edited(eta=eta))
+    screen.says(STATE.edited(eta=eta))
 
 
 def test_a_number_is_typed(screen):
     screen.type("eta", "-6,5")  # with a comma, as some write it
-    screen.says(DESK.edited(eta=-6.5))
+    screen.says(STATE.edited(eta=-6.5))
     assert screen.number("eta") == -6.5
     assert screen.number("slope") == pytest.approx(-6.5 / 0.6, rel=1e-4)
     # What the slope is set to is what the group becomes.
@@ -41,7 +41,7 @@ def test_a_number_is_typed(screen):
     screen.tone("good")
     assert screen.number("eta") == pytest.approx(6.0)
     at = screen.place("eta")
-    low, high = DESK.view.spans["eta"]
+    low, high = STATE.view.spans["eta"]
     assert low + at * (high - low) == pytest.approx(6.0, abs=0.2)
 
 
@@ -80,7 +80,7 @@ def test_a_wrong_value_is_refused_in_words(screen):
         screen.refused(name if name not in ("stiffness", "radius", "drive_speed") else "")
         expect(field).to_have_value(old)
     assert screen.shown() == before
-    screen.says(DESK)
+    screen.says(STATE)
     screen.type("inertia", "1.5")
     expect(screen("natural")).to_contain_text("12.99")  # sqrt(k/J)/2 pi
 
@@ -98,19 +98,19 @@ def test_kinds_of_brake(screen):
             expect(screen(f"input-{name}")).to_be_visible()
         for name in ("angle", "alpha"):  # of the wedge alone
             expect(screen(f"input-{name}")).to_have_count(0)
-        screen.says(DESK.edited(brake=kind))
+        screen.says(STATE.edited(brake=kind))
         assert (screen.pixels(screen("stage-svg")) != begin).mean() > 0.01
     # There is no other brake to compare this one with.
     expect(screen("comparison")).to_be_disabled()
     screen("input-brake").select_option("wedge")
     expect(screen("input-angle")).to_have_value("0.4")  # as it was left
-    screen.says(DESK.edited(angle=0.4))
+    screen.says(STATE.edited(angle=0.4))
 
 
 def test_friction_laws(screen):
     screen("law-Smoothed").click()
     expect(screen("input-steepness")).to_be_visible()
-    smoothed = DESK.edited(friction="smoothed")
+    smoothed = STATE.edited(friction="smoothed")
     screen.says(smoothed)
     screen("input-friction").select_option(KINDS["tabulated"])
     expect(screen("law-Table")).to_be_visible()
@@ -132,9 +132,9 @@ def test_a_brake_that_does_not_release(screen):
     expect(screen("input-release")).to_be_checked()
     screen.type("eta", -40)
     screen("input-release").uncheck()
-    screen.says(DESK.edited(eta=-40.0, release=False))
+    screen.says(STATE.edited(eta=-40.0, release=False))
     screen("input-release").check()
-    screen.says(DESK.edited(eta=-40.0))
+    screen.says(STATE.edited(eta=-40.0))
 
 
 def test_the_conventional_brake_is_drawn_behind(screen):
@@ -144,7 +144,7 @@ def test_the_conventional_brake_is_drawn_behind(screen):
     screen("comparison").check()
     expect(key).to_be_visible()
     assert near(screen.pixels(screen.card("phase")), GHOST, 4).sum() > grey + 100
-    screen.says(DESK.edited(ghost=True))
+    screen.says(STATE.edited(comparison=True))
     screen("comparison").uncheck()
     expect(key).to_have_count(0)
 
@@ -162,29 +162,29 @@ def test_more_of_the_motion_is_shown(screen):
 
 def test_presets_by_name(screen):
     for name in ("fig9c", "band", "falling-friction"):
-        desk = preset(name).desk()
+        state = preset(name).state()
         screen.choose(name)
-        screen.says(desk)
-        assert screen.number("drive_speed") == desk.value("drive_speed")
-        assert screen.number("slope") == pytest.approx(desk.value("slope"), rel=1e-4)
+        screen.says(state)
+        assert screen.number("drive_speed") == state.value("drive_speed")
+        assert screen.number("slope") == pytest.approx(state.value("slope"), rel=1e-4)
 
 
 def test_a_motion_without_bound_is_told_in_place(screen):
-    desk = preset("as-printed").desk()
+    state = preset("as-printed").state()
     screen.choose("as-printed")
-    screen.says(desk)
+    screen.says(state)
     screen.tone("bad")
     for name in ("spectrum", "section"):  # a sentence stands in their place
         assert near(screen.pixels(screen.card(name)), MOTION).sum() < 40, name
     # The page goes on.
     screen("input-release").check()
-    screen.says(desk.edited(release=True))
+    screen.says(state.edited(release=True))
     assert near(screen.pixels(screen.card("spectrum")), MOTION).sum() > 40
 
 
 def test_a_machine_that_locks_itself(screen):
     screen.choose("self-locking")
-    screen.says(preset("self-locking").desk())
+    screen.says(preset("self-locking").state())
     screen.tile("locking", "bad")
     screen.after(0, "picture")
     # The diagram shows the rest as a line of points, below labels.

@@ -12,7 +12,7 @@ def test_a_machine_without_a_plot_says_so_and_goes_on(screen):
     screen("tab-stability").click()
     expect(screen("legend")).to_be_empty()
     screen.type("damping", 20.0)
-    screen.says(preset("falling-friction").desk().edited(damping=20.0))
+    screen.says(preset("falling-friction").state().edited(damping=20.0))
 
 
 def test_the_list_shows_the_loaded_preset_until_it_is_edited(screen):

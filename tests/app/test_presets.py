@@ -1,4 +1,4 @@
-"""Every preset is a desk that does what its title says."""
+"""Every preset is a state that does what its title says."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import wedgebrake as wb
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS
 from wedgebrake.explorer.core.parameter_ranges import span
 from wedgebrake.explorer.core.presets import PRESETS, START, preset
-from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import axes
 from wedgebrake.model.paper_machines import CONVENTIONAL, CORRECTED, DIAGRAMS, RESPONSES, WEDGE
 
@@ -19,40 +19,40 @@ GROUPS = ("Responses of the paper", "Diagrams of the paper", "Other machines")
 
 
 def simulated(name: str, **options):
-    desk = preset(name).desk()
-    run = desk.study.run
-    return desk, wb.simulate(desk.system, periods=desk.periods, initial=run.initial, **options)
+    state = preset(name).state()
+    run = state.study.run
+    return state, wb.simulate(state.system, periods=state.periods, initial=run.initial, **options)
 
 
 @pytest.mark.parametrize("name", PRESETS)
 class TestEach:
     def test_is_a_desk(self, name):
         one = preset(name)
-        desk = one.desk()
+        state = one.state()
         assert one.name == name
         assert one.group in GROUPS
         assert 10 < len(one.title) <= 60
-        assert desk.view.axis in axes(desk.system)
-        low, high = span(desk, desk.view.axis)
+        assert state.view.axis in axes(state.system)
+        low, high = span(state, state.view.axis)
         assert low < high
-        assert 20 <= desk.periods <= MOST_PERIODS
-        assert one.desk() == desk
+        assert 20 <= state.periods <= MOST_PERIODS
+        assert one.state() == state
 
     def test_is_a_study(self, name):
-        study = preset(name).desk().study
+        study = preset(name).state().study
         assert wb.read_study(study.to_toml()) == study
 
     def test_can_be_looked_at(self, name):
-        moment = look(preset(name).desk())
-        assert moment.status in ("completed", "diverged")
+        snapshot = take_snapshot(preset(name).state())
+        assert snapshot.status in ("completed", "diverged")
 
 
 class TestList:
     def test_begins_where_one_starts(self):
         assert next(iter(PRESETS)) == START
-        desk = preset(START).desk()
-        assert desk.system == wb.paper.system()
-        assert desk.system.stated == {"eta": -24.0, "f": 0.63, "F0": 0.036, "alpha": 1.18}
+        state = preset(START).state()
+        assert state.system == wb.paper.system()
+        assert state.system.stated == {"eta": -24.0, "f": 0.63, "F0": 0.036, "alpha": 1.18}
 
     def test_groups_are_together(self):
         """One heading each."""
@@ -86,46 +86,46 @@ class TestPaper:
         found = {name for name, one in PRESETS.items() if one.group == GROUPS[0]}
         assert found - {START, "as-printed"} == set(printed)
         for name, system in printed.items():
-            assert preset(name).desk().system == system
+            assert preset(name).state().system == system
 
     def test_frequencies_are_whole_hertz(self):
         """63 rad/s and the like are of the paper; its cases run at 5, 10, ... Hz."""
-        found = [preset(f"fig15{one}").desk().system.excitation.frequency for one in "abcde"]
+        found = [preset(f"fig15{one}").state().system.excitation.frequency for one in "abcde"]
         assert found == pytest.approx([5.0, 10.0, 16.0, 20.0, 33.0], rel=1e-12)
 
     @pytest.mark.parametrize("name", DIAGRAMS)
     def test_has_all_diagrams(self, name):
-        plan, desk = DIAGRAMS[name], preset(f"fig{name}").desk()
-        assert desk.view.plate == "diagram"
-        assert desk.view.axis == plan.name
-        assert span(desk, plan.name) == (plan.low, plan.high)
-        assert desk.system == CORRECTED.system(plan.base, "coulomb")
-        assert desk.system.brake.kind == {"a": WEDGE, "b": CONVENTIONAL}.get(name[-1], WEDGE)
+        plan, state = DIAGRAMS[name], preset(f"fig{name}").state()
+        assert state.view.plot == "diagram"
+        assert state.view.axis == plan.name
+        assert span(state, plan.name) == (plan.low, plan.high)
+        assert state.system == CORRECTED.system(plan.base, "coulomb")
+        assert state.system.brake.kind == {"a": WEDGE, "b": CONVENTIONAL}.get(name[-1], WEDGE)
 
     def test_runs_as_long_as_the_paper(self):
         for name in PRESETS:
             if name.startswith("fig"):
-                desk = preset(name).desk()
-                frequency = desk.system.excitation.frequency
-                assert 25.0 <= desk.periods / frequency + 1e-9 < 25.0 + 1.0 / frequency
+                state = preset(name).state()
+                frequency = state.system.excitation.frequency
+                assert 25.0 <= state.periods / frequency + 1e-9 < 25.0 + 1.0 / frequency
 
     def test_as_printed_diverges(self):
-        desk, response = simulated("as-printed")
+        state, response = simulated("as-printed")
         assert response.attrs["status"] == "diverged"
-        assert (desk.system.driveline.damping, desk.system.friction.static) == (1.0, 0.33)
-        assert not desk.system.actuation.release
+        assert (state.system.driveline.damping, state.system.friction.static) == (1.0, 0.33)
+        assert not state.system.actuation.release
 
     def test_chaos_where_the_paper_has_it(self):
-        desk = preset("fig9c").desk()
-        assert wb.motion(desk.system, max_events=MOST_EVENTS).kind == "chaotic"
+        state = preset("fig9c").state()
+        assert wb.motion(state.system, max_events=MOST_EVENTS).kind == "chaotic"
 
 
 class TestOthers:
     @pytest.mark.parametrize("name", ["band", "falling-friction"])
     def test_stick_and_slip_about_the_drive_speed(self, name):
         """Rest is relative to the drum: the shaft is carried back, and lets go, again and again."""
-        desk, response = simulated(name)
-        speed = desk.system.driveline.drive_speed
+        state, response = simulated(name)
+        speed = state.system.driveline.drive_speed
         sticks = wb.sticks(response)
         assert sticks.attrs["class"] == "unidirectional stick-slip"
         assert sticks.attrs["count"] > 50
@@ -137,24 +137,24 @@ class TestOthers:
 
     def test_falling_friction_is_what_drives_it(self):
         """Friction constant in speed lets the same start decay."""
-        desk, _ = simulated("falling-friction")
-        speeds, coefficients = zip(*desk.system.friction.nodes(), strict=True)
-        sliding = desk.system.brake.radius * desk.system.driveline.drive_speed
+        state, _ = simulated("falling-friction")
+        speeds, coefficients = zip(*state.system.friction.nodes(), strict=True)
+        sliding = state.system.brake.radius * state.system.driveline.drive_speed
         level = wb.CoulombFriction(kinetic=float(np.interp(sliding, speeds, coefficients)))
         response = wb.simulate(
-            desk.system.replace(friction=level), periods=250, initial=desk.study.run.initial
+            state.system.replace(friction=level), periods=250, initial=state.study.run.initial
         )
         assert wb.sticks(response).attrs["class"] == "non-stick-slip"
         assert float(np.ptp(response["velocity"].to_numpy()[-500:])) < 0.01
 
     def test_the_wedge_locks_itself(self):
-        desk, response = simulated("self-locking")
-        assert math.tan(desk.system.brake.angle) < desk.system.friction.kinetic
-        assert wb.stability(desk.system).self_locking == "kinetic"
+        state, response = simulated("self-locking")
+        assert math.tan(state.system.brake.angle) < state.system.friction.kinetic
+        assert wb.stability(state.system).self_locking == "kinetic"
         assert float(np.max(response["velocity"])) == 0.0
-        assert look(desk).motion.kind == "at rest"
+        assert take_snapshot(state).motion.kind == "at rest"
 
     def test_the_shoe_sticks(self):
-        desk, response = simulated("leading-shoe")
-        assert desk.system.brake.kind == "leading-shoe"
+        state, response = simulated("leading-shoe")
+        assert state.system.brake.kind == "leading-shoe"
         assert wb.sticks(response).attrs["class"] == "bidirectional stick-slip"

@@ -20,7 +20,7 @@ from wire import together
 import wedgebrake.explorer.ui.server as serving
 from wedgebrake.explorer.core.limits import MOST_MESSAGE
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.scheduler import Turns
+from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.ui.session import Explorer
 
 NAN = {"type": "number", "value": "nan"}
@@ -317,11 +317,11 @@ def counted(monkeypatch):
     monkeypatch.setattr(serving, "MOST_SESSIONS", 5)
     # What pytest keeps of the log keeps pages alive.
     monkeypatch.setattr(logging.root.manager, "disable", logging.CRITICAL)
-    turns, alive = Turns(2), weakref.WeakSet()
+    scheduler, alive = Scheduler(2), weakref.WeakSet()
 
     def new():
         # With little to compute: it is the pages that are counted.
-        page = Explorer(preset("start").desk().edited(periods=20, plate="stability"), turns)
+        page = Explorer(preset("start").state().edited(periods=20, plot="stability"), scheduler)
         alive.add(page)
         return page
 
@@ -334,7 +334,7 @@ def counted(monkeypatch):
             server.stop()
 
     yield begun
-    turns.close()
+    scheduler.close()
 
 
 @together
@@ -382,7 +382,7 @@ async def test_what_pages_held_is_given_back(counted):
             if len(alive) <= 3 and held <= 3 * 2.5 * each:
                 break
             await asyncio.sleep(0.25)
-        # Those in the hands of Panel and of each thread, with all four plates.
+        # Those in the hands of Panel and of each thread, with all four plots.
         assert len(alive) <= 3
         assert held <= 3 * 2.5 * each
 

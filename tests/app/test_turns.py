@@ -6,12 +6,12 @@ import time
 import pytest
 
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.scheduler import Turns
+from wedgebrake.explorer.core.scheduler import Scheduler
 
 
 @pytest.fixture
-def turns():
-    made = Turns(threads=2)
+def scheduler():
+    made = Scheduler(threads=2)
     yield made
     made.close()
 
@@ -31,15 +31,15 @@ def unexpected(words):
     raise AssertionError(words)
 
 
-def test_every_step_is_shown_and_then_the_end(turns):
+def test_every_step_is_shown_and_then_the_end(scheduler):
     seen = []
-    lane = turns.lane(directly)
-    lane.start(iter([1, 2, 3]), seen.append, unexpected, finished=lambda: seen.append("end"))
-    until(lambda: not lane.busy)
+    slot = scheduler.slot(directly)
+    slot.start(iter([1, 2, 3]), seen.append, unexpected, finished=lambda: seen.append("end"))
+    until(lambda: not slot.busy)
     assert seen == [1, 2, 3, "end"]
 
 
-def test_newer_work_replaces_older(turns):
+def test_newer_work_replaces_older(scheduler):
     seen, running, go = [], threading.Event(), threading.Event()
 
     def old():
@@ -48,16 +48,16 @@ def test_newer_work_replaces_older(turns):
         yield "old"
         yield "older"
 
-    lane = turns.lane(directly)
-    lane.start(old(), seen.append, unexpected)
+    slot = scheduler.slot(directly)
+    slot.start(old(), seen.append, unexpected)
     assert running.wait(10)
-    lane.start(iter(["new"]), seen.append, unexpected)
+    slot.start(iter(["new"]), seen.append, unexpected)
     go.set()
-    until(lambda: not lane.busy)
-    assert seen == ["new"]
+    until(lambda: not slot.busy)
+    assert seen == ["old", "new"]
 
 
-def test_work_that_nobody_wants_is_closed(turns):
+def test_work_that_nobody_wants_is_closed(scheduler):
     closed, running = threading.Event(), threading.Event()
 
     def endless():
@@ -69,25 +69,25 @@ def test_work_that_nobody_wants_is_closed(turns):
         finally:
             closed.set()
 
-    lane = turns.lane(directly)
-    lane.start(endless(), lambda _: None, unexpected)
+    slot = scheduler.slot(directly)
+    slot.start(endless(), lambda _: None, unexpected)
     assert running.wait(10)
-    lane.stop()
+    slot.stop()
     assert closed.wait(10)
-    assert not lane.busy
+    assert not slot.busy
 
 
-def test_a_slow_page_gets_the_newest_result_only(turns):
+def test_a_slow_page_gets_the_newest_result_only(scheduler):
     calls, seen = [], []
-    lane = turns.lane(calls.append)
-    lane.start(iter(range(100)), seen.append, unexpected, finished=lambda: seen.append("end"))
+    slot = scheduler.slot(calls.append)
+    slot.start(iter(range(100)), seen.append, unexpected, finished=lambda: seen.append("end"))
     until(lambda: len(calls) == 2)  # one to show what there is, one for the end
     for call in calls:
         call()
     assert seen == [99, "end"]
 
 
-def test_what_is_urgent_comes_first_and_finer_work_waits(turns):
+def test_what_is_urgent_comes_first_and_finer_work_waits(scheduler):
     order, lock = [], threading.Lock()
     blocked, go = threading.Barrier(3), threading.Event()
 
@@ -102,20 +102,20 @@ def test_what_is_urgent_comes_first_and_finer_work_waits(turns):
                 order.append(name)
             yield None
 
-    blockers = [turns.lane(directly) for _ in range(2)]
-    for lane in blockers:
-        lane.start(block(), lambda _: None, unexpected)
+    blockers = [scheduler.slot(directly) for _ in range(2)]
+    for slot in blockers:
+        slot.start(block(), lambda _: None, unexpected)
     blocked.wait(10)
-    lanes = [turns.lane(directly) for _ in range(2)]
-    lanes[0].start(steps("picture", 3), lambda _: None, unexpected, urgency=1, later=3)
-    lanes[1].start(steps("motion", 1), lambda _: None, unexpected, urgency=0)
+    slots = [scheduler.slot(directly) for _ in range(2)]
+    slots[0].start(steps("picture", 3), lambda _: None, unexpected, urgency=1, later=3)
+    slots[1].start(steps("motion", 1), lambda _: None, unexpected, urgency=0)
     go.set()
-    until(lambda: not any(lane.busy for lane in lanes))
+    until(lambda: not any(slot.busy for slot in slots))
     assert sorted(order[:2]) == ["motion", "picture"]
     assert order.count("picture") == 3
 
 
-def test_a_pause_keeps_finer_work_from_beginning(turns):
+def test_a_pause_keeps_finer_work_from_beginning(scheduler):
     times = []
 
     def steps():
@@ -123,14 +123,14 @@ def test_a_pause_keeps_finer_work_from_beginning(turns):
             times.append(time.monotonic())
             yield None
 
-    lane = turns.lane(directly)
-    lane.start(steps(), lambda _: None, unexpected, pause=0.2)
-    until(lambda: not lane.busy)
+    slot = scheduler.slot(directly)
+    slot.start(steps(), lambda _: None, unexpected, pause=0.2)
+    until(lambda: not slot.busy)
     assert times[1] - times[0] >= 0.19
     assert times[2] - times[1] < 0.15
 
 
-def test_failures_are_told_as_sentences(turns, caplog):
+def test_failures_are_told_as_sentences(scheduler, caplog):
     def wrong():
         yield 1
         raise InputError("eta = 3: must be something else.")
@@ -141,14 +141,14 @@ def test_failures_are_told_as_sentences(turns, caplog):
 
     for steps, words in ((wrong(), "eta = 3"), (broken(), "internal error: ZeroDivisionError: oh")):
         seen, told = [], []
-        lane = turns.lane(directly)
-        lane.start(steps, seen.append, told.append)
-        until(lambda lane=lane: not lane.busy)
+        slot = scheduler.slot(directly)
+        slot.start(steps, seen.append, told.append)
+        until(lambda slot=slot: not slot.busy)
         assert told[0].startswith(words)
-    assert "a turn failed" in caplog.text
+    assert "a step failed" in caplog.text
 
 
-def test_a_failure_of_unwanted_work_is_not_told(turns):
+def test_a_failure_of_unwanted_work_is_not_told(scheduler):
     told, running, go = [], threading.Event(), threading.Event()
 
     def wrong():
@@ -157,10 +157,10 @@ def test_a_failure_of_unwanted_work_is_not_told(turns):
         raise InputError("too late")
         yield
 
-    lane = turns.lane(directly)
-    lane.start(wrong(), lambda _: None, told.append)
+    slot = scheduler.slot(directly)
+    slot.start(wrong(), lambda _: None, told.append)
     assert running.wait(10)
-    lane.stop()
+    slot.stop()
     go.set()
     time.sleep(0.05)
     assert told == []
@@ -169,7 +169,7 @@ def test_a_failure_of_unwanted_work_is_not_told(turns):
 @pytest.fixture
 def impatient():
     """One thread, which is not waited for long."""
-    made = Turns(threads=1, patience=0.05, limit=0.6)
+    made = Scheduler(threads=1, patience=0.05, limit=0.6)
     yield made
     made.close()
 
@@ -177,11 +177,11 @@ def impatient():
 class Stuck:
     """Work that does not come back until it is let go, as a kernel that hangs."""
 
-    def __init__(self, turns):
+    def __init__(self, scheduler):
         self.running, self.go, self.closed = (threading.Event() for _ in range(3))
         self.seen, self.told = [], []
-        self.lane = turns.lane(directly)
-        self.lane.start(self.steps(), self.seen.append, self.told.append)
+        self.slot = scheduler.slot(directly)
+        self.slot.start(self.steps(), self.seen.append, self.told.append)
         assert self.running.wait(10)
 
     def steps(self):
@@ -194,11 +194,11 @@ class Stuck:
             self.closed.set()
 
 
-def does_work(turns):
+def does_work(scheduler):
     seen = []
-    lane = turns.lane(directly)
-    lane.start(iter([1, 2]), seen.append, unexpected)
-    until(lambda: not lane.busy)
+    slot = scheduler.slot(directly)
+    slot.start(iter([1, 2]), seen.append, unexpected)
+    until(lambda: not slot.busy)
     return seen == [1, 2]
 
 
@@ -214,7 +214,7 @@ def test_nobody_waits_for_work_that_hangs(impatient):
 
 def test_nor_for_work_of_a_page_that_has_gone(impatient):
     stuck = Stuck(impatient)
-    stuck.lane.stop()
+    stuck.slot.stop()
     assert does_work(impatient)
     stuck.go.set()
     assert stuck.closed.wait(10)
@@ -223,7 +223,7 @@ def test_nor_for_work_of_a_page_that_has_gone(impatient):
 
 def test_work_that_takes_too_long_is_given_up(impatient):
     stuck = Stuck(impatient)
-    until(lambda: not stuck.lane.busy)
+    until(lambda: not stuck.slot.busy)
     assert "0.6 s" in stuck.told[0]
     stuck.go.set()
     assert stuck.closed.wait(10)
@@ -233,31 +233,31 @@ def test_work_that_takes_too_long_is_given_up(impatient):
 
 def test_work_of_short_turns_may_go_on_for_longer_than_one_may_last(impatient):
     seen = []
-    lane = impatient.lane(directly)
-    lane.start((time.sleep(0.1) for _ in range(12)), seen.append, unexpected)
-    until(lambda: not lane.busy)
+    slot = impatient.slot(directly)
+    slot.start((time.sleep(0.1) for _ in range(12)), seen.append, unexpected)
+    until(lambda: not slot.busy)
     assert seen
 
 
 def test_closing_ends_the_threads():
-    turns = Turns(threads=2)
+    scheduler = Scheduler(threads=2)
     before = threading.active_count()
-    turns.close()
+    scheduler.close()
     until(lambda: threading.active_count() <= before - 2)
 
 
-def test_a_page_that_has_gone_does_not_stop_the_others(turns):
+def test_a_page_that_has_gone_does_not_stop_the_others(scheduler):
     """A document that is destroyed refuses all calls; the threads go on."""
 
     def gone(_):
         raise AttributeError("no document")
 
     for _ in range(5):
-        lane = turns.lane(gone)
-        lane.start(iter([1, 2]), unexpected, unexpected)
-        until(lambda lane=lane: not lane.busy)
+        slot = scheduler.slot(gone)
+        slot.start(iter([1, 2]), unexpected, unexpected)
+        until(lambda slot=slot: not slot.busy)
     seen = []
-    living = turns.lane(directly)
+    living = scheduler.slot(directly)
     living.start(iter([1, 2]), seen.append, unexpected)
     until(lambda: not living.busy)
     assert seen == [1, 2]

@@ -13,8 +13,8 @@ import wedgebrake as wb
 from wedgebrake.analysis.linear_stability import Stability
 from wedgebrake.analysis.motion import Motion
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.snapshot import look
-from wedgebrake.explorer.core.state import Desk, new_desk
+from wedgebrake.explorer.core.snapshot import take_snapshot
+from wedgebrake.explorer.core.state import PageState, new_state
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.solvers.status import Status
 
@@ -30,14 +30,14 @@ class Braking:
 
 @dataclass(frozen=True)
 class Seen:
-    """What the verdict reads of a moment."""
+    """What the verdict reads of a snapshot."""
 
     motion: Motion
     stability: Stability
     status: str
     message: str
     braking: Braking = Braking()
-    ghost: Any = None
+    comparison: Any = None
 
 
 _PAPER = wb.paper.system
@@ -62,17 +62,17 @@ MACHINES = {
 
 
 @cache
-def _seen(name: str) -> tuple[Desk, Seen]:
-    desk = new_desk(MACHINES[name])
+def _seen(name: str) -> tuple[PageState, Seen]:
+    state = new_state(MACHINES[name])
     limit = 200 if name == "settling" else 5000
-    motion = wb.motion(desk.system, 50, limit=limit)
+    motion = wb.motion(state.system, 50, limit=limit)
     status = Status(motion.status)
-    return desk, Seen(motion, wb.stability(desk.system), status.value, status.sentence)
+    return state, Seen(motion, wb.stability(state.system), status.value, status.sentence)
 
 
 def _said(name: str, **changes) -> dict:
-    desk, seen = _seen(name)
-    return verdict(desk, replace(seen, **changes))
+    state, seen = _seen(name)
+    return verdict(state, replace(seen, **changes))
 
 
 def _tile(said: dict, name: str) -> dict:
@@ -127,8 +127,8 @@ def test_tones_of_motions():
 
 
 def test_the_evidence_of_a_motion():
-    desk, seen = _seen("six periods")
-    tile = _tile(verdict(desk, seen), "motion")
+    state, seen = _seen("six periods")
+    tile = _tile(verdict(state, seen), "motion")
     assert (tile["value"], tile["detail"]) == ("6T-periodic", "recovers in 510 ms")
     assert "repeats after 6 T" in tile["hint"]
     assert _tile(_said("chaotic"), "motion")["detail"].startswith("errors double in ")
@@ -138,10 +138,10 @@ def test_the_evidence_of_a_motion():
 
 
 def test_a_run_that_met_a_limit_says_so():
-    desk, seen = _seen("settling")
+    state, seen = _seen("settling")
     cut = replace(seen.motion, kind="undecided", status="event_limit", order=0)
     status = Status.EVENT_LIMIT
-    said = verdict(desk, replace(seen, motion=cut, status=status.value, message=status.sentence))
+    said = verdict(state, replace(seen, motion=cut, status=status.value, message=status.sentence))
     assert "met a limit of work" in said["headline"]
     assert "max_events" in _tile(said, "motion")["hint"]
 
@@ -157,10 +157,10 @@ def test_sticks_are_counted_and_named_by_their_side():
 
 
 def test_the_torque_stands_beside_that_of_the_conventional_brake():
-    desk, seen = _seen("six periods")
-    assert _tile(verdict(desk, seen), "torque")["detail"] == "peak 333"
-    ghost = replace(seen, braking=Braking(0.0, 29.12, 40.0))
-    tile = _tile(verdict(desk, replace(seen, ghost=ghost)), "torque")
+    state, seen = _seen("six periods")
+    assert _tile(verdict(state, seen), "torque")["detail"] == "peak 333"
+    comparison = replace(seen, braking=Braking(0.0, 29.12, 40.0))
+    tile = _tile(verdict(state, replace(seen, comparison=comparison)), "torque")
     assert (tile["value"], tile["detail"]) == ("38.4 N m", "conventional: 29.1 N m")
 
 
@@ -169,73 +169,73 @@ def test_rounding_is_no_mean_torque():
     assert "signed mean is 0 N m" in _tile(_said("at rest", braking=braking), "torque")["hint"]
 
 
-def _of(desk):
-    return verdict(desk, look(desk))
+def _of(state):
+    return verdict(state, take_snapshot(state))
 
 
 def test_with_a_shaft_the_damping_at_its_speed_decides():
     """Friction that falls with speed makes sliding unstable that constant friction would not."""
-    desk = preset("falling-friction").desk()
-    said = _of(desk)
+    state = preset("falling-friction").state()
+    said = _of(state)
     assert said["headline"].startswith("Sliding at the shaft's speed is linearly unstable.")
     assert _tile(said, "forward")["detail"] == "−2.7 N m s/rad at Ω"
-    even = _of(desk.edited(coefficients=[0.3] * 5, static=0.3))
+    even = _of(state.edited(coefficients=[0.3] * 5, static=0.3))
     assert even["headline"].startswith("Sliding at the shaft's speed is linearly stable.")
 
 
 def test_beyond_the_release_speed_only_the_driveline_damps():
-    desk = new_desk(wb.paper.system(eta=-24).replace(drive_speed=20.0))
-    tile = _tile(_of(desk), "forward")
+    state = new_state(wb.paper.system(eta=-24).replace(drive_speed=20.0))
+    tile = _tile(_of(state), "forward")
     assert (tile["value"], tile["detail"]) == ("stable", "+0.1 N m s/rad at Ω")
 
 
 def test_without_a_torque_no_period_of_it_is_named():
-    desk = preset("falling-friction").desk()
-    said = _of(desk)
+    state = preset("falling-friction").state()
+    said = _of(state)
     assert "Vibrates by itself at 10 Hz, without a torque" in said["headline"]
     assert (_tile(said, "motion")["value"], said["tone"]) == ("self-excited", "warn")
     # However short the periods are that nothing is driven with.
     for hertz in (10.0, 20.0, 40.0):
-        assert "Vibrates by itself at " in _of(desk.edited(frequency=hertz))["headline"]
-    damped = desk.edited(damping=20.0, initial_angle=0.0)
+        assert "Vibrates by itself at " in _of(state.edited(frequency=hertz))["headline"]
+    damped = state.edited(damping=20.0, initial_angle=0.0)
     assert _tile(_of(damped), "motion")["value"] == "steady"
-    fading = desk.edited(coefficients=[0.3] * 5, static=0.3, damping=0.5, periods=20)
+    fading = state.edited(coefficients=[0.3] * 5, static=0.3, damping=0.5, periods=20)
     assert _tile(_of(fading.edited(initial_velocity=0.5)), "motion")["value"] == "fading"
     assert "torque" not in _tile(_of(damped), "motion")["detail"]
 
 
 def test_locked_on_a_turning_shaft():
     """A wedge that locks itself at rest is carried along by a shaft that turns forwards."""
-    desk = preset("start").desk().edited(static=0.6, drive_speed=2.0)
-    said = _of(desk)
-    assert look(desk).motion.kind == "self-locked"
+    state = preset("start").state().edited(static=0.6, drive_speed=2.0)
+    said = _of(state)
+    assert take_snapshot(state).motion.kind == "self-locked"
     assert said["tone"] == "bad"
     assert _tile(said, "motion")["value"] == "self-locked"
 
 
 def test_where_the_brake_locks_at_the_speed_of_the_shaft_there_is_no_sliding():
-    desk = preset("start").desk().edited(friction="smoothed", static=0.5, drive_speed=0.1)
-    said = _of(desk)
+    state = preset("start").state().edited(friction="smoothed", static=0.5, drive_speed=0.1)
+    said = _of(state)
     assert _tile(said, "forward")["value"] == "does not exist"
     assert "unstable" not in said["headline"].split(".")[1]
 
 
 def test_free_vibration_feeds_on_nothing():
-    desk = preset("band").desk().edited(kinetic=0.25, static=0.25, damping=0.0)
-    assert _tile(_of(desk.edited(drive_speed=30.0)), "motion")["value"] == "free vibration"
+    state = preset("band").state().edited(kinetic=0.25, static=0.25, damping=0.0)
+    assert _tile(_of(state.edited(drive_speed=30.0)), "motion")["value"] == "free vibration"
 
 
 @pytest.mark.parametrize("changes", [{"shown": 1}, {"frequency": 100.0}, {"frequency": 200.0}])
 def test_of_few_vibrations_no_change_is_told(changes):
-    said = _of(preset("falling-friction").desk().edited(**changes))
+    said = _of(preset("falling-friction").state().edited(**changes))
     assert _tile(said, "motion")["value"] == "self-excited"
     for word in ("growing", "shrinking"):
         assert word not in _tile(said, "motion")["detail"]
 
 
 def test_of_a_motion_later_than_the_pictures_that_is_told():
-    desk = preset("start").desk().edited(static=0.35, frequency=31.0, periods=120)
-    settled = look(desk, settle=True)
+    state = preset("start").state().edited(static=0.35, frequency=31.0, periods=120)
+    settled = take_snapshot(state, settle=True)
     assert settled.motion.settling > 120
-    assert "the pictures show the first 120" in verdict(desk, settled)["headline"]
-    assert "the pictures show" not in verdict(desk, look(desk))["headline"]
+    assert "the pictures show the first 120" in verdict(state, settled)["headline"]
+    assert "the pictures show" not in verdict(state, take_snapshot(state))["headline"]
