@@ -30,11 +30,15 @@ class ParameterPanel:
     def __init__(self, edit: Edit, refuse: Callable[[str], None], styles: InlineStyleSheet) -> None:
         self._arguments = (edit, refuse, styles)
         self._controls: dict[tuple[str, str], _Control] = {}
-        style = {"stylesheets": [InlineStyleSheet(css=style_sheet("parameters.css"))], "margin": 0}
-        self._style: dict[str, Any] = style
-        self._column = Column(css_classes=["parameters"], **style)
+        sheet = InlineStyleSheet(css=style_sheet("parameters.css"))
+        self._style: dict[str, Any] = {
+            "stylesheets": [sheet], "margin": 0, "sizing_mode": "stretch_width",
+        }  # fmt: skip
+        self._column = Column(css_classes=["parameters"], **self._style)
         self._sections: dict[str, tuple[Column, Div]] = {}
-        self.view = FigurePane(self._column, css_classes=["parameters"], margin=0)
+        self.view = FigurePane(
+            self._column, css_classes=["parameters"], sizing_mode="stretch_width", margin=0
+        )
 
     def show(self, state: PageState) -> None:
         """Show the values of a study."""
