@@ -115,9 +115,9 @@ def _motion(state: PageState) -> str:
         **options,
         **({"start_time": begin} if begin else {}),
     }
-    judged = {**evaluation_settings(state), **options}
+    evaluated = {**evaluation_settings(state), **options}
     text = _call("response = wb.simulate", ["system,", *_lines(simulated)])
-    lines = ["system,", *_lines(judged)]
+    lines = ["system,", *_lines(evaluated)]
     if begin:  # motions begin at t = 0: from the first whole period of the torque on
         first = ", ".join(f"float(response.poincare_{name}[0])" for name in ("angle", "velocity"))
         lines = [line for line in lines if not line.startswith("initial=")]

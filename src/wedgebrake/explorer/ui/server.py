@@ -33,7 +33,7 @@ _FULL = (
     " page, or try again in a minute."
 )
 _LOST = "The connection to the explorer is lost. Reload the page to begin again."
-# How often pages are looked for that nobody looks at any more, and how long they are kept [ms].
+# How often pages without a browser are searched for, and how long they are kept [ms].
 _CHECK, _KEEP = 5_000, 15_000
 
 

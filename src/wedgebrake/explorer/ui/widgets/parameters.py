@@ -202,6 +202,7 @@ class _Number(_List):
         row = self._row
         if not isinstance(place, float | int) or not math.isfinite(place):
             return
+        place = min(max(place, _place(row, row.low)), _place(row, row.high))
         if row.log:
             value = float(f"{10.0**place:.3g}")
         else:
