@@ -11,8 +11,8 @@ import numpy as np
 from PIL import Image
 
 from wedgebrake.explorer.core.presets import START, preset
-from wedgebrake.explorer.core.snapshot import look
-from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.snapshot import take_snapshot
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.verdict import verdict
 
 # Colours of the page (app/charts/look.py, plots/style.py) that tests look for.
@@ -175,18 +175,18 @@ class Screen:
             self("tab-diagram").click()
             self.choose(START)
             expect(self("input-eta")).to_have_value("-24")
-            self.says(preset(START).desk())
+            self.says(preset(START).state())
             self._first = self.values(everything)
             self._instant = self._instant or self("scrub").input_value()
         self("scrub").fill(self._instant)
         self("notice").evaluate_all(_DISMISS)
         expect(self("verdict")).not_to_have_class(re.compile("pending"))
 
-    def says(self, desk: Desk) -> None:
+    def says(self, state: PageState) -> None:
         """Wait until the page shows the verdict that a study deserves, computed here."""
         from playwright.sync_api import expect
 
-        wanted = verdict(desk, look(desk, settle=True))["headline"]
+        wanted = verdict(state, take_snapshot(state, settle=True))["headline"]
         expect(self("headline")).to_have_text(wanted)
         expect(self("verdict")).not_to_have_class(re.compile("pending"))
 

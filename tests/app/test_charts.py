@@ -11,9 +11,9 @@ import pytest
 from bokeh.document import Document
 
 import wedgebrake as wb
-from wedgebrake.explorer.core import diagram
-from wedgebrake.explorer.core.snapshot import Moment, look
-from wedgebrake.explorer.core.state import Desk, new_desk
+from wedgebrake.explorer.core.plots import diagram
+from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
+from wedgebrake.explorer.core.state import PageState, new_state
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.figures.bokeh.motion import (
@@ -40,10 +40,10 @@ class Page:
             self.document.add_root(chart.figure)
         self.document.on_change(self.sent.append)
 
-    def show(self, moment: Moment) -> None:
-        ghost = moment.ghost.figures if moment.ghost is not None else None
+    def show(self, snapshot: Snapshot) -> None:
+        comparison = snapshot.comparison.figures if snapshot.comparison is not None else None
         for chart in self.all:
-            chart.show(moment.figures, ghost)
+            chart.show(snapshot.figures, comparison)
 
     def sentences(self) -> list[str]:
         return [chart.figure.elements[1].html for chart in self.all]
@@ -57,13 +57,13 @@ class Page:
 
 
 @pytest.fixture(scope="module")
-def desk() -> Desk:
-    return new_desk(wb.paper.system(eta=-24, f=0.63, F0=0.036, alpha=1.18))
+def state() -> PageState:
+    return new_state(wb.paper.system(eta=-24, f=0.63, F0=0.036, alpha=1.18))
 
 
 @pytest.fixture(scope="module")
-def moment(desk) -> Moment:
-    return look(desk)
+def snapshot(state) -> Snapshot:
+    return take_snapshot(state)
 
 
 @pytest.fixture
@@ -79,9 +79,9 @@ def levels(figure):
     return [one for one in figure.center if hasattr(one, "location")]
 
 
-def test_all_charts_show_the_motion(moment, page):
-    page.show(moment)
-    history, section = moment.figures.history, moment.figures.section
+def test_all_charts_show_the_motion(snapshot, page):
+    page.show(snapshot)
+    history, section = snapshot.figures.history, snapshot.figures.section
     for name in ("time", "angle", "velocity"):
         np.testing.assert_array_equal(page.motion()[name], getattr(history, name))
     np.testing.assert_array_equal(page.motion()["torque"], history.brake_torque)
@@ -102,68 +102,68 @@ def test_all_charts_show_the_motion(moment, page):
     assert set(sticks["colour"]) == {"#D55E00", "#CC79A7"}
 
 
-def test_only_what_changes_is_sent(desk, moment, page):
-    page.show(moment)
+def test_only_what_changes_is_sent(state, snapshot, page):
+    page.show(snapshot)
     del page.sent[:]
-    page.show(look(desk))
+    page.show(take_snapshot(state))
     # The orbit always is: the browser may have cut it.
     assert len(page.sent) <= 1
-    page.show(look(desk.edited(eta=-10.0)))
+    page.show(take_snapshot(state.edited(eta=-10.0)))
     before = page.ranges()
-    page.show(look(desk.edited(eta=-10.001)))
+    page.show(take_snapshot(state.edited(eta=-10.001)))
     assert page.ranges() == before
 
 
-def test_a_zoom_in_time_survives_a_new_motion(desk, moment, page):
-    page.show(moment)
+def test_a_zoom_in_time_survives_a_new_motion(state, snapshot, page):
+    page.show(snapshot)
     page.history.figure.x_range.update(start=24.0, end=24.1)
-    page.show(look(desk.edited(eta=-25.0)))
+    page.show(take_snapshot(state.edited(eta=-25.0)))
     assert page.history.figure.x_range.start == 24.0
-    page.show(look(desk.edited(frequency=11.0)))
+    page.show(take_snapshot(state.edited(frequency=11.0)))
     assert page.history.figure.x_range.end < 23.0
 
 
-def test_switching_line_and_release_speed(desk, page):
-    desk = desk.edited(drive_speed=2.0)
-    page.show(look(desk))
+def test_switching_line_and_release_speed(state, page):
+    state = state.edited(drive_speed=2.0)
+    page.show(take_snapshot(state))
     low, high = page.phase.figure.y_range.start, page.phase.figure.y_range.end
     lines = levels(page.phase.figure)
-    release = desk.system.actuation.release_speed
+    release = state.system.actuation.release_speed
     assert [one.location for one in lines] == [-2.0, -2.0 + release, -2.0 - release]
     assert [one.visible for one in lines] == [low <= one.location <= high for one in lines]
     assert lines[0].visible
 
 
-def test_many_periods_are_thinned_with_their_extremes(desk, page):
-    moment = look(desk.edited(shown=100))
-    page.show(moment)
-    velocity, whole = page.motion()["velocity"], moment.figures.history.velocity
+def test_many_periods_are_thinned_with_their_extremes(state, page):
+    snapshot = take_snapshot(state.edited(shown=100))
+    page.show(snapshot)
+    velocity, whole = page.motion()["velocity"], snapshot.figures.history.velocity
     assert len(velocity) <= MOST_POINTS < whole.size
     assert (np.min(velocity), np.max(velocity)) == (np.min(whole), np.max(whole))
 
 
-def test_rounding_does_not_look_like_scatter(desk, page):
-    moment = look(desk.edited(eta=-10.0, periods=1000))
-    page.show(moment)
+def test_rounding_does_not_look_like_scatter(state, page):
+    snapshot = take_snapshot(state.edited(eta=-10.0, periods=1000))
+    page.show(snapshot)
     range_ = page.section.figure.y_range
-    assert range_.end - range_.start > 0.04 * np.ptp(moment.figures.history.velocity)
+    assert range_.end - range_.start > 0.04 * np.ptp(snapshot.figures.history.velocity)
 
 
-def test_spectrum_has_marks_and_five_decades(desk, moment, page):
-    page.show(moment)
-    drawn, data = page.spectrum.figure, moment.figures.spectrum
+def test_spectrum_has_marks_and_five_decades(state, snapshot, page):
+    page.show(snapshot)
+    drawn, data = page.spectrum.figure, snapshot.figures.spectrum
     assert [one.location for one in levels(drawn)] == [data.forcing, data.natural]
     top = np.max(data.amplitude)
     assert drawn.y_range.start <= 1e-5 * top < 10.0 * drawn.y_range.start
     assert top < drawn.y_range.end < 10.0 * top
     assert np.min(drawn.renderers[-1].data_source.data["amplitude"]) >= drawn.y_range.start
     # A torque that does not act is not marked.
-    page.show(look(desk.edited(amplitude=0.0).edited(drive_speed=2.0)))
+    page.show(take_snapshot(state.edited(amplitude=0.0).edited(drive_speed=2.0)))
     assert [one.location for one in levels(drawn) if one.visible] == [data.natural]
 
 
-def test_ghost_lies_behind_in_every_chart(desk, moment, page):
-    page.show(look(desk.edited(ghost=True)))
+def test_ghost_lies_behind_in_every_chart(state, snapshot, page):
+    page.show(take_snapshot(state.edited(comparison=True)))
     ghosts = [
         one.data_source
         for chart in page.all
@@ -172,31 +172,31 @@ def test_ghost_lies_behind_in_every_chart(desk, moment, page):
     ]
     assert len(ghosts) == 4
     assert all(len(column) for one in ghosts for column in one.data.values())
-    page.show(moment)
+    page.show(snapshot)
     assert not any(len(column) for one in ghosts for column in one.data.values())
 
 
 def test_a_diverging_motion_is_cut_where_it_leaves_the_picture(page):
-    moment = look(new_desk(wb.paper.system(eta=-24, release=False, damping=1.0)))
-    page.show(moment)
-    velocity, whole = page.motion()["velocity"], moment.figures.history.velocity
+    snapshot = take_snapshot(new_state(wb.paper.system(eta=-24, release=False, damping=1.0)))
+    page.show(snapshot)
+    velocity, whole = page.motion()["velocity"], snapshot.figures.history.velocity
     assert 100 < len(velocity) < whole.size
     assert np.max(np.abs(velocity)) < 0.01 * np.max(np.abs(whole))
     assert inside(page.history.figure.y_range, velocity)
     assert all(page.sentences()[place] for place in (0, 2, 3))
 
 
-def test_no_samples_at_all(desk, moment, page):
-    figures, response = moment.figures, wb.simulate(desk.system, periods=1, times=[])
+def test_no_samples_at_all(state, snapshot, page):
+    figures, response = snapshot.figures, wb.simulate(state.system, periods=1, times=[])
     history = type(figures.history).last(response, None)
     phase = replace(figures.phase, history=history)
-    page.show(moment)
+    page.show(snapshot)
     page.show(
-        replace(moment, figures=replace(figures, history=history, phase=phase, completed=False))
+        replace(snapshot, figures=replace(figures, history=history, phase=phase, completed=False))
     )
     assert all(page.sentences())
     assert len(page.motion()["time"]) == 0
-    page.show(moment)
+    page.show(snapshot)
     assert not any(page.sentences())
     # Any sentence can stand in place.
     for chart in page.all:
@@ -206,20 +206,20 @@ def test_no_samples_at_all(desk, moment, page):
 
 
 @pytest.mark.parametrize("changes", [{"amplitude": 0.0}, {"frequency": 0.1}])
-def test_rest_and_a_slow_torque_have_no_spectrum(desk, page, changes):
-    page.show(look(desk.edited(**changes)))
+def test_rest_and_a_slow_torque_have_no_spectrum(state, page, changes):
+    page.show(take_snapshot(state.edited(**changes)))
     assert [bool(one) for one in page.sentences()] == [False, False, False, True]
 
 
 @pytest.mark.parametrize("brake", ["wedge", "conventional", "band", "leading-shoe"])
-def test_the_animation_gets_a_small_state(desk, brake):
-    desk = desk.edited(brake=brake)
-    moment = look(desk)
+def test_the_animation_gets_a_small_state(state, brake):
+    state = state.edited(brake=brake)
+    snapshot = take_snapshot(state)
     stage = BrakeAnimation()
-    stage.show(desk, moment)
+    stage.show(state, snapshot)
     assert len(json.dumps(stage.state, allow_nan=False)) < 500
     assert stage.state["name"] == stage.state["schematic"] == brake
-    time = moment.figures.history.time
+    time = snapshot.figures.history.time
     assert time[0] < stage.state["first"] < time[-1]
 
 
@@ -247,7 +247,7 @@ def used() -> Page:
 
 
 @pytest.mark.parametrize("changes", EXTREMES, ids=str)
-def test_extreme_machines_are_answered_in_words(desk, used, monkeypatch, changes):
+def test_extreme_machines_are_answered_in_words(state, used, monkeypatch, changes):
     """By a verdict, charts and a diagram; where a limit is met, where it went."""
     for module in ("state", "machine"):
         monkeypatch.setattr(f"wedgebrake.explorer.core.{module}.MOST_EVENTS", 20_000)
@@ -256,22 +256,22 @@ def test_extreme_machines_are_answered_in_words(desk, used, monkeypatch, changes
     monkeypatch.setattr(diagram, "FINE_POINTS", 4)
     for name, value in changes.items():
         try:
-            desk = desk.edited(**{name: value})
+            state = state.edited(**{name: value})
         except wb.InputError as refused:
             assert name in str(refused)  # noqa: PT017 - either
             return
-    moment = look(desk, settle=True)
-    assert moment.status in {status.value for status in wb.Status}
-    assert moment.motion.status == moment.status
-    assert moment.message
-    history = moment.figures.history
+    snapshot = take_snapshot(state, settle=True)
+    assert snapshot.status in {status.value for status in wb.Status}
+    assert snapshot.motion.status == snapshot.status
+    assert snapshot.message
+    history = snapshot.figures.history
     assert history.time.size != 1
     for name in ("angle", "velocity", "brake_torque", "drive_torque", "sticking"):
         assert getattr(history, name).shape == history.time.shape
     assert np.all(np.isfinite(history.velocity))
-    used.show(moment)
-    BrakeAnimation().show(desk, moment)
+    used.show(snapshot)
+    BrakeAnimation().show(state, snapshot)
     assert used.document.to_json()
-    assert len(verdict(desk, moment)["headline"]) > 10
+    assert len(verdict(state, snapshot)["headline"]) > 10
     with contextlib.suppress(wb.InputError):  # told in place of the diagram
-        assert next(diagram.work(desk)).known.size > 0
+        assert next(diagram.work(state)).known.size > 0

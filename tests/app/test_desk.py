@@ -1,4 +1,4 @@
-"""The desk: every edit gives a new one, or a sentence that says what is wrong."""
+"""The state: every edit gives a new one, or a sentence that says what is wrong."""
 
 import dataclasses
 
@@ -6,50 +6,50 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
-from wedgebrake.explorer.core.state import Desk, View, axes, new_desk
+from wedgebrake.explorer.core.state import PageState, View, axes, new_state
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 
 
 @pytest.fixture
-def desk():
-    return new_desk(wb.paper.system())
+def state():
+    return new_state(wb.paper.system())
 
 
 def study(system, **run):
     return wb.Study(system, wb.load_study("examples/paper.toml").run).changed(**run)
 
 
-def test_an_edit_leaves_the_old_desk_as_it_was(desk):
-    other = desk.edited(eta=-30.0)
-    assert desk.system.groups.eta == -24.0
-    assert other.system == desk.system.replace(eta=-30.0)
+def test_an_edit_leaves_the_old_desk_as_it_was(state):
+    other = state.edited(eta=-30.0)
+    assert state.system.groups.eta == -24.0
+    assert other.system == state.system.replace(eta=-30.0)
     # A whole number from a browser is a number.
-    assert desk.edited(eta=-30).system == other.system
-    assert desk.edited(stiffness=10000).system == desk.system
+    assert state.edited(eta=-30).system == other.system
+    assert state.edited(stiffness=10000).system == state.system
 
 
 @pytest.mark.parametrize("name", ["inertia", "slope", "eta", "frequency", "f", "radius", "angle"])
-def test_values_are_those_of_replace(desk, name):
-    value = desk.value(name) * 1.25
-    other = desk.edited(**{name: value})
+def test_values_are_those_of_replace(state, name):
+    value = state.value(name) * 1.25
+    other = state.edited(**{name: value})
     assert other.value(name) == value
-    assert other.system == desk.system.replace(**{name: value})
+    assert other.system == state.system.replace(**{name: value})
 
 
-def test_every_kind_of_brake_and_back(desk):
-    desk = desk.edited(angle=0.5, radius=0.3)
-    there = desk
+def test_every_kind_of_brake_and_back(state):
+    state = state.edited(angle=0.5, radius=0.3)
+    there = state
     for kind in Brake.kinds:
         there = there.edited(brake=kind)
         assert there.value("brake") == kind
         assert there.value("radius") == 0.3
-    assert there.edited(brake="wedge").system == desk.system
+    assert there.edited(brake="wedge").system == state.system
 
 
-def test_coefficients_move_from_law_to_law(desk):
-    desk = desk.edited(kinetic=0.25, static=0.3)
-    smooth = desk.edited(friction="smoothed")
+def test_coefficients_move_from_law_to_law(state):
+    state = state.edited(kinetic=0.25, static=0.3)
+    smooth = state.edited(friction="smoothed")
     assert (smooth.value("kinetic"), smooth.value("static")) == (0.25, 0.3)
     changed = smooth.edited(kinetic=0.2, steepness=50.0)
     back = changed.edited(friction="coulomb")
@@ -57,33 +57,33 @@ def test_coefficients_move_from_law_to_law(desk):
     assert back.edited(friction="smoothed").value("steepness") == 50.0
 
 
-def test_a_table_begins_from_a_constant_and_is_kept(desk):
-    table = desk.edited(friction="tabulated")
+def test_a_table_begins_from_a_constant_and_is_kept(state):
+    table = state.edited(friction="tabulated")
     assert table.system.friction.coefficients[-1] == pytest.approx(0.3)
     assert table.system.friction.coefficients[0] > 0.3
     own = table.edited(speeds=[0.0, 0.5], coefficients=[0.4, 0.2], static=0.5)
     there = own.edited(friction="coulomb")
-    assert there.system == desk.system
+    assert there.system == state.system
     assert there.edited(friction="tabulated").system == own.system
     # The largest coefficient makes a table too.
-    most = desk.edited(brake="conventional", kinetic=5.0)
+    most = state.edited(brake="conventional", kinetic=5.0)
     assert most.edited(friction="tabulated").value("static") == 5.0
 
 
 def test_a_solver_that_does_not_fit_the_new_law_is_not_kept():
-    desk = Desk.of(study(wb.paper.system(), method="exact"))
-    assert desk.edited(friction="smoothed").study.run.method is None
+    state = PageState.of(study(wb.paper.system(), method="exact"))
+    assert state.edited(friction="smoothed").study.run.method is None
 
 
-def test_static_friction_follows_where_it_must(desk):
-    assert desk.edited(kinetic=0.2).value("static") == 0.2
-    peak = desk.edited(static=0.36)
+def test_static_friction_follows_where_it_must(state):
+    assert state.edited(kinetic=0.2).value("static") == 0.2
+    peak = state.edited(static=0.36)
     assert peak.edited(kinetic=0.31).value("static") == 0.36
     assert peak.edited(kinetic=0.4).value("static") == 0.4
 
 
-def test_initial_state(desk):
-    there = desk.edited(initial_angle=0.1).edited(initial_velocity=-2)
+def test_initial_state(state):
+    there = state.edited(initial_angle=0.1).edited(initial_velocity=-2)
     assert there.study.run.initial == (0.1, -2.0)
     assert (there.value("initial_angle"), there.value("initial_velocity")) == (0.1, -2.0)
 
@@ -104,9 +104,9 @@ def test_initial_state(desk):
         ({"periods": 250.0}, "whole number"),
         ({"periods": True}, "whole number"),
         ({"shown": MOST_SHOWN + 1}, "shown"),
-        ({"ghost": 1}, "ghost = 1: must be true or false"),
-        ({"plate": "x"}, "plate = 'x'"),
-        ({"plate": []}, "plate = []"),
+        ({"comparison": 1}, "comparison = 1: must be true or false"),
+        ({"plot": "x"}, "plot = 'x'"),
+        ({"plot": []}, "plot = []"),
         ({"quantity": {}}, "quantity = {}"),
         ({"axis": "wrap_angle"}, "axis = 'wrap_angle'"),
         ({"axis": []}, "axis = []"),
@@ -124,14 +124,14 @@ def test_initial_state(desk):
         ({"friction": "coulomb", "kinetic": "x"}, "friction.kinetic = 'x'"),
     ],
 )
-def test_wrong_edits_are_refused_with_words(desk, changes, words):
+def test_wrong_edits_are_refused_with_words(state, changes, words):
     with pytest.raises(wb.InputError) as refused:
-        desk.edited(**changes)
+        state.edited(**changes)
     assert words in str(refused.value)
 
 
-def test_views_stay_possible_when_a_brake_goes(desk):
-    seen = desk.edited(axis="alpha", across="alpha", up="angle")
+def test_views_stay_possible_when_a_brake_goes(state):
+    seen = state.edited(axis="alpha", across="alpha", up="angle")
     there = seen.edited(brake="conventional")
     possible = axes(there.system)
     assert "alpha" not in possible
@@ -141,43 +141,43 @@ def test_views_stay_possible_when_a_brake_goes(desk):
 
 @pytest.mark.parametrize("kind", list(Brake.kinds))
 @pytest.mark.parametrize("law", list(Friction.kinds))
-def test_all_axes_can_be_swept(desk, kind, law):
-    system = desk.edited(brake=kind, friction=law).system
+def test_all_axes_can_be_swept(state, kind, law):
+    system = state.edited(brake=kind, friction=law).system
     names = axes(system)
     assert "eta" in names
     for name in names:
         assert isinstance(getattr(system.groups, name, None) or 1.0, float)
 
 
-def test_groups_that_a_machine_lacks_are_no_axes(desk):
+def test_groups_that_a_machine_lacks_are_no_axes(state):
     for value, group, parameter in (("damping", "eta", "slope"), ("initial_force", "F0", None)):
-        names = axes(desk.edited(**{value: 0.0}).system)
+        names = axes(state.edited(**{value: 0.0}).system)
         assert group not in names
         assert (parameter or value) in names
 
 
 def test_a_run_in_seconds_is_counted_in_periods():
-    assert Desk.of(study(wb.paper.system(f=0.63), duration=25.0)).periods == 251
+    assert PageState.of(study(wb.paper.system(f=0.63), duration=25.0)).periods == 251
     exact = wb.paper.system().replace(frequency=10.0)
     for duration, periods in ((25.0, 250), (1e6, MOST_PERIODS), (0.0, 20)):
-        assert Desk.of(study(exact, duration=duration)).periods == periods
+        assert PageState.of(study(exact, duration=duration)).periods == periods
 
 
-def test_the_record_is_the_end_of_the_run(desk):
-    assert (desk.transient, desk.recorded) == (200, 50)
-    short = desk.edited(periods=20)
+def test_the_record_is_the_end_of_the_run(state):
+    assert (state.transient, state.recorded) == (200, 50)
+    short = state.edited(periods=20)
     assert (short.transient, short.recorded) == (10, 10)
 
 
-def test_parts_without_a_name_are_refused(desk):
+def test_parts_without_a_name_are_refused(state):
     law = wb.CustomFriction(law=lambda v: 0.3 * v, width=0.1)
     with pytest.raises(wb.InputError, match="friction = CustomFriction"):
-        new_desk(desk.system.replace(friction=law))
+        new_state(state.system.replace(friction=law))
 
 
-def test_values_by_name(desk):
+def test_values_by_name(state):
     with pytest.raises(wb.InputError, match="nonsense"):
-        desk.value("nonsense")
-    assert desk.value("loss_factor") == desk.system.groups.loss_factor
-    assert desk.value("ghost") is False
-    assert dataclasses.replace(desk, view=View(ghost=True)).value("ghost") is True
+        state.value("nonsense")
+    assert state.value("loss_factor") == state.system.groups.loss_factor
+    assert state.value("comparison") is False
+    assert dataclasses.replace(state, view=View(comparison=True)).value("comparison") is True

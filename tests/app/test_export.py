@@ -20,31 +20,30 @@ from PIL import Image
 import wedgebrake as wb
 from wedgebrake.dynamics.enums import motion_word
 from wedgebrake.explorer.core import export as exporting
-from wedgebrake.explorer.core.calls import picture
+from wedgebrake.explorer.core.computation import following
 from wedgebrake.explorer.core.export import FORMATS, File, export
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
-from wedgebrake.explorer.core.machine import following
 from wedgebrake.explorer.core.presets import PRESETS, preset
-from wedgebrake.explorer.core.program import samples, snippet
-from wedgebrake.explorer.core.snapshot import look
-from wedgebrake.explorer.core.state import Desk, new_desk
+from wedgebrake.explorer.core.program import picture, samples, snippet
+from wedgebrake.explorer.core.snapshot import take_snapshot
+from wedgebrake.explorer.core.state import PageState, new_state
 from wedgebrake.explorer.core.studies import opened
 from wedgebrake.figures.matplotlib import figure
 from wedgebrake.model.study import Run
 from wedgebrake.sweeps.results import PointStatus
 
-PLATES = ("diagram", "regimes", "stability", "basins")
+PLOTS = ("diagram", "regimes", "stability", "basins")
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 
-def desk(**edits: Any) -> Desk:
-    return new_desk(wb.paper.system()).edited(periods=40, **edits)
+def state(**edits: Any) -> PageState:
+    return new_state(wb.paper.system()).edited(periods=40, **edits)
 
 
 @cache
 def saved(kind: str) -> File:
     """A file of the machine to begin with."""
-    return export(desk(), kind)
+    return export(state(), kind)
 
 
 @pytest.fixture
@@ -72,23 +71,23 @@ def execute(monkeypatch):
 
 STIFF = wb.paper.system().replace(stiffness=1e8, frequency=5.0)
 DESKS = {
-    "the paper's": desk(),
-    "a diagram of angles": desk(axis="damping", quantity="angle"),
-    "regimes": desk(plate="regimes", across="kinetic", up="frequency"),
-    "stability": desk(plate="stability"),
-    "basins": desk(plate="basins"),
-    "smoothed friction": desk(friction="smoothed", steepness=50.0),
-    "a table": desk(friction="tabulated", axis="initial_force"),
-    "a shoe that starts somewhere": desk(
+    "the paper's": state(),
+    "a diagram of angles": state(axis="damping", quantity="angle"),
+    "regimes": state(plot="regimes", across="kinetic", up="frequency"),
+    "stability": state(plot="stability"),
+    "basins": state(plot="basins"),
+    "smoothed friction": state(friction="smoothed", steepness=50.0),
+    "a table": state(friction="tabulated", axis="initial_force"),
+    "a shoe that starts somewhere": state(
         brake="leading-shoe", initial_angle=0.1, initial_velocity=-1 / 3
     ),
-    "a band on a turning shaft": preset("band").desk().edited(periods=30),
-    "later": Desk.of(wb.Study(wb.paper.system(eta=-6.0), Run(periods=60, start_time=0.123))),
-    "as printed": preset("as-printed").desk(),
-    "a fixed step": Desk.of(
+    "a band on a turning shaft": preset("band").state().edited(periods=30),
+    "later": PageState.of(wb.Study(wb.paper.system(eta=-6.0), Run(periods=60, start_time=0.123))),
+    "as printed": preset("as-printed").state(),
+    "a fixed step": PageState.of(
         wb.Study(wb.paper.system(eta=-6.0), Run(periods=20, method="ode14x"))
     ).edited(spans={"eta": (-7.0, -5.0)}),
-    "a stiff driveline": Desk.of(wb.Study(STIFF, Run(periods=20))),
+    "a stiff driveline": PageState.of(wb.Study(STIFF, Run(periods=20))),
 }
 
 
@@ -98,39 +97,41 @@ class TestProgram:
     def test_shows_what_the_page_shows(self, name, execute, capsys):
         given = DESKS[name]
         names, files = execute(snippet(given))
-        assert files == ["response.png", f"{given.view.plate}.png"]
+        assert files == ["response.png", f"{given.view.plot}.png"]
         assert names["system"] == given.system
-        moment, response = look(given, settle=True), names["response"]
-        assert response.attrs["status"] == moment.status
-        assert names["motion"].kind == moment.motion.kind
-        assert names["motion"].order == moment.motion.order
+        snapshot, response = take_snapshot(given, settle=True), names["response"]
+        assert response.attrs["status"] == snapshot.status
+        assert names["motion"].kind == snapshot.motion.kind
+        assert names["motion"].order == snapshot.motion.order
         printed = capsys.readouterr().out
         assert names["motion"].verdict in printed
         assert wb.stability(given.system).verdict in printed
-        assert ("BrakeTorque" in printed) == (moment.status == "completed")
-        if moment.status == "completed":
-            shown = np.searchsorted(response["time"].to_numpy(), moment.figures.history.time - 1e-9)
-            scale = np.max(np.abs(moment.figures.history.velocity)) + 1e-9
+        assert ("BrakeTorque" in printed) == (snapshot.status == "completed")
+        if snapshot.status == "completed":
+            shown = np.searchsorted(
+                response["time"].to_numpy(), snapshot.figures.history.time - 1e-9
+            )
+            scale = np.max(np.abs(snapshot.figures.history.velocity)) + 1e-9
             found = response["velocity"].to_numpy()[shown]
-            np.testing.assert_allclose(found, moment.figures.history.velocity, atol=1e-6 * scale)
+            np.testing.assert_allclose(found, snapshot.figures.history.velocity, atol=1e-6 * scale)
             settled = given.transient / given.system.excitation.frequency
             torque = wb.brake_torque(response, given.study.run.start_time + settled)
             assert repr(torque) in printed
-            assert torque.peak == pytest.approx(moment.braking.peak, rel=1e-6)
-            assert torque.mean == pytest.approx(moment.braking.mean, rel=1e-2, abs=1e-9)
+            assert torque.peak == pytest.approx(snapshot.braking.peak, rel=1e-6)
+            assert torque.mean == pytest.approx(snapshot.braking.mean, rel=1e-2, abs=1e-9)
         # Static friction that is the kinetic one stays so over kinetic friction.
         assert name != "regimes" or not np.any(names["picture"]["status"] == PointStatus.INVALID)
 
     def test_draws_as_finely_as_the_page(self):
-        assert "\npoints = 600\n" in snippet(desk())
-        assert "\npoints = (96, 64)\n" in snippet(desk(plate="basins"))
+        assert "\npoints = 600\n" in snippet(state())
+        assert "\npoints = (96, 64)\n" in snippet(state(plot="basins"))
         # Of a solver that takes its time, fewer.
-        assert "\npoints = 150\n" in snippet(desk(friction="smoothed"))
-        assert "\npoints = (24, 16)\n" in snippet(desk(friction="smoothed", plate="regimes"))
+        assert "\npoints = 150\n" in snippet(state(friction="smoothed"))
+        assert "\npoints = (24, 16)\n" in snippet(state(friction="smoothed", plot="regimes"))
 
     def test_has_public_names_alone(self):
         several = [*DESKS.values()]
-        several += [preset(name).desk().edited(plate=one) for name in PRESETS for one in PLATES]
+        several += [preset(name).state().edited(plot=one) for name in PRESETS for one in PLOTS]
         for given in several:
             tree = ast.parse(snippet(given))
             used = {
@@ -146,7 +147,7 @@ class TestProgram:
             assert imports <= {"import numpy as np", "import wedgebrake as wb"}
 
     def test_says_where_there_is_no_picture(self, execute):
-        program = snippet(desk(plate="stability", damping=0.0))
+        program = snippet(state(plot="stability", damping=0.0))
         assert "# No picture: eta" in program
         assert "numpy" not in program
         _, files = execute(program)
@@ -154,7 +155,7 @@ class TestProgram:
 
     def test_tells_the_groups(self):
         """As they were given, each whole on a line."""
-        text = ast.get_docstring(ast.parse(snippet(desk(eta=-1 / 3))))
+        text = ast.get_docstring(ast.parse(snippet(state(eta=-1 / 3))))
         assert "eta = -0.3333333333333333, f = 0.63, F0 = 0.036" in text
 
     def test_of_a_brake_of_ones_own(self):
@@ -165,7 +166,7 @@ class TestProgram:
             law = staticmethod(wb.ConventionalBrake.law)
 
         try:
-            given = new_desk(wb.paper.system().replace(brake=Own(radius=0.2)))
+            given = new_state(wb.paper.system().replace(brake=Own(radius=0.2)))
             with pytest.raises(wb.InputError, match=r"^brake = Own"):
                 snippet(given)
             assert b'kind = "own"' in export(given, "study").content
@@ -173,7 +174,7 @@ class TestProgram:
             del wb.Brake.kinds["own"]
 
     def test_samples_follow_fast_vibration(self):
-        assert samples(desk()) == SAMPLES_PER_PERIOD
+        assert samples(state()) == SAMPLES_PER_PERIOD
         given = DESKS["a stiff driveline"]
         assert samples(given) > 4 * 1e4 / (2 * np.pi * 5.0)
         assert samples(given) * given.edited(periods=2000).periods > 1e6
@@ -192,16 +193,16 @@ MACHINES = [
 @pytest.mark.parametrize(("name", "changes"), MACHINES)
 def test_pictures_and_program_say_what_the_page_says(name, changes):
     """A machine has one class, wherever the explorer says it."""
-    given = preset(name).desk()
+    given = preset(name).state()
     for one, value in changes.items():
         given = given.edited(**{one: value})
-    word = look(given, settle=True).motion.word
-    for plate, function in (("diagram", wb.bifurcation), ("regimes", wb.regime_map)):
-        call = picture(given.edited(plate=plate))
+    word = take_snapshot(given, settle=True).motion.word
+    for plot, function in (("diagram", wb.bifurcation), ("regimes", wb.regime_map)):
+        call = picture(given.edited(plot=plot))
         assert call.function == function.__name__
         here = {name: [float(given.value(name))] for name in call.axes}
         point = function(following(given.system), **here, **call.options, progress=False).squeeze()
-        assert motion_word(int(point["motion"]), int(point["order"])) == word, plate
+        assert motion_word(int(point["motion"]), int(point["order"])) == word, plot
     program = export(given, "python").content.decode()
     head = program.partition("response = ")[0]
     call = re.search(r"^motion = wb\.motion\((.*\)|\n(    .*\n)*\))$", program, re.MULTILINE)[0]
@@ -242,42 +243,42 @@ class TestFiles:
         if mime.startswith("image"):
             check_picture(file.content)
         elif kind != "netcdf":
-            assert export(desk(), kind) == file
+            assert export(state(), kind) == file
 
     @pytest.mark.parametrize("kind", ["pdf", "", None, 3, "PNG", "../x"])
     def test_an_unknown_kind(self, kind):
         with pytest.raises(wb.InputError, match=r"^format = .*: not known"):
-            export(desk(), kind)
+            export(state(), kind)
 
     def test_the_overview_says_the_class(self):
-        assert look(desk(), settle=True).motion.word in saved("svg").content.decode()
+        assert take_snapshot(state(), settle=True).motion.word in saved("svg").content.decode()
 
     @pytest.mark.usefixtures("few")
-    @pytest.mark.parametrize("plate", PLATES)
-    def test_the_open_picture(self, plate):
-        kind = "svg" if plate == "stability" else "png"
-        file = export(desk(plate=plate), f"diagram-{kind}")
-        assert file.name == f"{plate}.{kind}"
+    @pytest.mark.parametrize("plot", PLOTS)
+    def test_the_open_picture(self, plot):
+        kind = "svg" if plot == "stability" else "png"
+        file = export(state(plot=plot), f"diagram-{kind}")
+        assert file.name == f"{plot}.{kind}"
         check_picture(file.content)
 
     @pytest.mark.usefixtures("few")
-    @pytest.mark.parametrize("plate", ["diagram", "regimes", "basins"])
-    def test_a_picture_that_nobody_waits_for_ends(self, plate):
+    @pytest.mark.parametrize("plot", ["diagram", "regimes", "basins"])
+    def test_a_picture_that_nobody_waits_for_ends(self, plot):
         def heed(progress):
             if progress.done:
                 raise wb.InputError("Nobody waits.")
 
         with pytest.raises(wb.InputError, match="Nobody waits"):
-            export(desk(plate=plate), "diagram-png", heed)
+            export(state(plot=plot), "diagram-png", heed)
 
     def test_of_a_run_that_diverges(self):
-        given = preset("as-printed").desk()
+        given = preset("as-printed").state()
         assert export(given, "netcdf").content
         assert "# status: diverged" in export(given, "csv").content.decode()
 
     def test_where_there_is_no_such_picture(self):
         with pytest.raises(wb.InputError, match=r"^eta"):
-            export(desk(plate="stability", damping=0.0), "diagram-png")
+            export(state(plot="stability", damping=0.0), "diagram-png")
 
     @pytest.mark.parametrize("name", [*DESKS, *EXAMPLES], ids=lambda name: Path(name).stem)
     def test_a_study_comes_back(self, name):
@@ -286,21 +287,21 @@ class TestFiles:
         assert read.system == given.system
         assert read.system.groups == given.system.groups
         assert read.run == given.study.run
-        expected = {"stability": 0, "diagram": 1}.get(given.view.plate, 2)
+        expected = {"stability": 0, "diagram": 1}.get(given.view.plot, 2)
         assert len(read.sweep.axes) == expected
 
     def test_the_picture_is_what_lies_open(self):
-        assert picture(desk(axis="f", spans={"f": (0.5, 0.7)})).axes == {
+        assert picture(state(axis="f", spans={"f": (0.5, 0.7)})).axes == {
             "f": (0.5, 0.7, 600, "linear")
         }
-        assert picture(desk(axis="damping")).axes["damping"][3] == "log"
-        assert picture(desk(plate="basins")).function == "basins"
-        assert list(picture(desk(plate="stability", brake="band")).axes) == ["eta", "kinetic"]
+        assert picture(state(axis="damping")).axes["damping"][3] == "log"
+        assert picture(state(plot="basins")).function == "basins"
+        assert list(picture(state(plot="stability", brake="band")).axes) == ["eta", "kinetic"]
 
 
 class TestData:
     def test_csv(self):
-        given, text = desk(), saved("csv").content.decode()
+        given, text = state(), saved("csv").content.decode()
         about = [line for line in text.splitlines() if line.startswith("#")]
         assert about[0] == f"# wedgebrake: {wb.__version__}"
         assert json.loads(about[1].removeprefix("# system: ")) == given.system.as_dict()
@@ -328,12 +329,12 @@ class TestData:
     def test_netcdf_without_the_extra(self, monkeypatch):
         monkeypatch.setattr(exporting, "find_spec", lambda name: None if name == "h5py" else name)
         with pytest.raises(wb.InputError, match=r"needs h5py where .*wedgebrake\[netcdf\]"):
-            export(desk(), "netcdf")
+            export(state(), "netcdf")
 
     def test_limits_hold(self, monkeypatch):
         """A run that meets them says so, in the file too."""
         monkeypatch.setattr("wedgebrake.explorer.core.state.MOST_EVENTS", 50)
-        text = export(desk(), "csv").content.decode()
+        text = export(state(), "csv").content.decode()
         assert "# status: event_limit" in text
 
     @pytest.mark.parametrize(
@@ -342,9 +343,9 @@ class TestData:
          "step_limit")],
     )  # fmt: skip
     def test_a_limit_of_the_study_holds_as_well(self, friction, limit, status):
-        given = desk(friction=friction)
+        given = state(friction=friction)
         given = replace(given, study=given.study.changed(**limit))
-        assert look(given).status == look(given, settle=True).status == status
+        assert take_snapshot(given).status == take_snapshot(given, settle=True).status == status
         assert f"# status: {status}" in export(given, "csv").content.decode()
         [(name, value)] = limit.items()
         assert f"{name}={value}" in export(given, "python").content.decode()

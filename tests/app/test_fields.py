@@ -12,7 +12,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.fields import Row, sections
 from wedgebrake.explorer.core.formatting import parsed_numbers
 from wedgebrake.explorer.core.parameter_ranges import scale, span
-from wedgebrake.explorer.core.state import Desk, axes, new_desk
+from wedgebrake.explorer.core.state import PageState, axes, new_state
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.system import PARTS
@@ -20,23 +20,23 @@ from wedgebrake.model.system import PARTS
 KINDS = list(itertools.product(sorted(Brake.kinds), ("coulomb", "smoothed", "tabulated")))
 
 
-def _paper(**changes) -> Desk:
-    return new_desk(wb.paper.system()).edited(**changes)
+def _paper(**changes) -> PageState:
+    return new_state(wb.paper.system()).edited(**changes)
 
 
-def _rows(desk: Desk) -> dict[str, Row]:
-    return {row.name: row for rows in sections(desk).values() for row in rows}
+def _rows(state: PageState) -> dict[str, Row]:
+    return {row.name: row for rows in sections(state).values() for row in rows}
 
 
 @pytest.mark.parametrize(("brake", "friction"), KINDS)
 def test_every_parameter_has_one_row_whose_slider_can_be_taken(brake, friction):
-    desk = _paper(brake=brake, friction=friction)
-    names = [row.name for rows in sections(desk).values() for row in rows]
+    state = _paper(brake=brake, friction=friction)
+    names = [row.name for rows in sections(state).values() for row in rows]
     assert len(names) == len(set(names))
-    rows = _rows(desk)
+    rows = _rows(state)
     for part in PARTS:
-        for name in type(getattr(desk.system, part)).model_fields:
-            assert rows[name].value == desk.value(name)
+        for name in type(getattr(state.system, part)).model_fields:
+            assert rows[name].value == state.value(name)
     assert rows["brake"].value == brake
     assert {value for value, _ in rows["brake"].choices} == set(Brake.kinds)
     assert {value for value, _ in rows["friction"].choices} == set(Friction.kinds)
@@ -47,7 +47,7 @@ def test_every_parameter_has_one_row_whose_slider_can_be_taken(brake, friction):
             assert row.low < row.high
             assert row.low <= row.value <= row.high
             for end in (row.low, row.high):
-                desk.edited(**{row.name: round(end) if row.whole else end})
+                state.edited(**{row.name: round(end) if row.whole else end})
 
 
 @pytest.mark.parametrize(
@@ -63,10 +63,10 @@ def test_ranges_are_those_of_the_paper(name, wanted):
 
 @pytest.mark.parametrize("name", axes(wb.paper.system()))
 def test_a_range_does_not_drift_with_the_value_inside_it(name):
-    desk = _paper()
-    low, high = span(desk, name)
+    state = _paper()
+    low, high = span(state, name)
     for part in (0.0, 0.3, 0.7, 1.0):
-        assert span(desk.edited(**{name: low + part * (high - low)}), name) == (low, high)
+        assert span(state.edited(**{name: low + part * (high - low)}), name) == (low, high)
 
 
 @pytest.mark.parametrize(
@@ -88,9 +88,9 @@ def test_a_range_reaches_to_a_value_outside_in_round_numbers(changes, name, want
 
 
 def test_the_range_that_the_user_set_is_taken_and_the_slider_still_holds_the_value():
-    desk = _paper(spans={"eta": (-35.0, -25.0)})
-    assert span(desk, "eta") == (-35.0, -25.0)
-    row = _rows(desk)["eta"]
+    state = _paper(spans={"eta": (-35.0, -25.0)})
+    assert span(state, "eta") == (-35.0, -25.0)
+    row = _rows(state)["eta"]
     assert (row.low, row.high) == (-35.0, -20.0)
 
 

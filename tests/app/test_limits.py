@@ -15,7 +15,7 @@ LIMITS = {
     "values in a bifurcation diagram, when all is still": limits.FINE_POINTS,
     "cells of a map, at once": limits.COARSE_MAP,
     "cells of a map, when all is still": limits.FINE_MAP,
-    "seconds of one computation": limits.LONGEST_TURN,
+    "seconds of one computation": limits.LONGEST_STEP,
     "seconds of one export": limits.LONGEST_EXPORT,
     "study file": limits.MOST_UPLOAD,
     "message of a browser": limits.MOST_MESSAGE,

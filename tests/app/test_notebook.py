@@ -19,7 +19,7 @@ def test_a_machine_a_study_a_file_and_nothing():
     assert wb.explore(system).system == system
     assert wb.explore(study).system == study.system
     assert wb.explore("examples/band.toml").study == wb.explore(study).study
-    assert wb.explore().desk == preset(START).desk()
+    assert wb.explore().state == preset(START).state()
 
 
 @pytest.mark.parametrize("subject", [3, [], {"eta": -24}, object()])

@@ -7,10 +7,10 @@ from screen import CARDS, CURSOR, MOTION, colours, near
 
 from wedgebrake.explorer.core.fields import _KINDS as KINDS
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.verdict import verdict
 
-START = preset("start").desk()
+START = preset("start").state()
 SCRIPT = "/static/js/bokeh.min.js"
 
 
@@ -23,7 +23,7 @@ def test_what_the_page_loads_is_served(screen):
 
 def test_shows_the_verdict_and_the_values(screen):
     screen("verdict.warn").wait_for()
-    for tile in verdict(START, look(START, settle=True))["tiles"]:
+    for tile in verdict(START, take_snapshot(START, settle=True))["tiles"]:
         shown = screen(f"tile-{tile['name']}.{tile['tone']}")
         for part in ("title", "value", "detail"):
             expect(shown).to_contain_text(tile[part])

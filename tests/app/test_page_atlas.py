@@ -10,7 +10,7 @@ from screen import colours
 
 from wedgebrake.explorer.core.presets import preset
 
-DESK = preset("start").desk()
+STATE = preset("start").state()
 PIXELS = 1.6  # a click is a pixel, and the frame is known to half a one
 
 
@@ -38,7 +38,7 @@ def test_a_click_in_the_diagram_goes_there(screen):
     eta = screen.number("eta")
     assert eta == pytest.approx(wanted, abs=PIXELS * pixel)
     assert screen.number("slope") == pytest.approx(eta / 0.6, rel=1e-4)
-    screen.says(DESK.edited(eta=eta))
+    screen.says(STATE.edited(eta=eta))
     # The line of the present value stands where the click was, and the slider goes along.
     screen.marks("plot-diagram", 0.35)
     assert screen.place("eta") == pytest.approx(0.35, abs=0.01)
@@ -74,7 +74,7 @@ def test_a_click_in_a_map_goes_there(screen, name, place, set_):
         screen.tile("forward", "good")
         assert screen.number("angle") != pytest.approx(0.34023)  # of alpha
     else:
-        screen.says(DESK.edited(**dict(zip(set_, found, strict=True))))
+        screen.says(STATE.edited(**dict(zip(set_, found, strict=True))))
 
 
 def test_another_pair_of_parameters_is_another_picture(screen):
@@ -83,7 +83,7 @@ def test_another_pair_of_parameters_is_another_picture(screen):
     screen("up").select_option("c  damping")
     screen.after(drawn, "picture")
     expect(screen("up-from")).to_have_value("0.01")
-    assert screen.number("F0") == DESK.value("F0")
+    assert screen.number("F0") == STATE.value("F0")
 
 
 def test_a_picture_that_was_kept_is_shown_again(screen):

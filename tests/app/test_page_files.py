@@ -28,11 +28,11 @@ def test_a_study_is_loaded(screen):
         screen("load").click()
     choosing.value.set_files(path)
     screen.refused(path.name)  # told, and dismissed
-    desk = opened(wb.load_study(path))
-    screen.says(desk)
+    state = opened(wb.load_study(path))
+    screen.says(state)
     for name in ("inertia", "damping", "radius", "kinetic", "slope", "amplitude"):
-        assert screen.number(name) == pytest.approx(desk.value(name), rel=1e-4)
-    assert screen.number("periods") == desk.periods
+        assert screen.number(name) == pytest.approx(state.value(name), rel=1e-4)
+    assert screen.number("periods") == state.periods
 
 
 def test_a_study_with_a_sweep_opens_its_picture(screen):
@@ -71,14 +71,14 @@ SAVED = [
 
 
 def test_what_is_saved_is_what_lies_open(screen):
-    desk = preset("start").desk()
+    state = preset("start").state()
     for name, value in (("periods", 24), ("eta", -7.5), ("kinetic", 0.27), ("initial_angle", 0.01)):
         screen.type(name, value)
-        desk = desk.edited(**{name: value})
-    screen.says(desk)
-    for label, kind, plate, begin in SAVED:
-        screen(f"tab-{plate}").click()
-        expect(screen(f"plot-{plate}")).to_be_visible()
+        state = state.edited(**{name: value})
+    screen.says(state)
+    for label, kind, plot, begin in SAVED:
+        screen(f"tab-{plot}").click()
+        expect(screen(f"plot-{plot}")).to_be_visible()
         with screen.page.expect_download() as coming:
             screen("export").click()
             screen.page.locator(".export").get_by_text(label, exact=True).click()
@@ -87,7 +87,7 @@ def test_what_is_saved_is_what_lies_open(screen):
         if begin is not None:
             assert content.startswith(begin), kind
             continue
-        file = export(desk.edited(plate=plate), kind)
+        file = export(state.edited(plot=plot), kind)
         assert (coming.value.suggested_filename, content) == (file.name, file.content)
     # The button saves the study too; and back on the page it is what it was.
     with screen.page.expect_download() as coming:

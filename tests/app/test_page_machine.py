@@ -9,7 +9,7 @@ from screen import GHOST, MOTION, near
 from wedgebrake.explorer.core.fields import _KINDS as KINDS
 from wedgebrake.explorer.core.presets import preset
 
-DESK = preset("start").desk()
+STATE = preset("start").state()
 
 
 def test_a_slider_moves_everything_that_follows(screen):
@@ -28,12 +28,12 @@ def test_a_slider_moves_everything_that_follows(screen):
     # The line in the diagram stands there.
     screen.marks("plot-diagram", (eta + 120) / 132)
     assert (screen.pixels(screen.card("history")) != drawn).mean() > 0.01
-    screen.says(DESK.edited(eta=eta))
+    screen.says(STATE.edited(eta=eta))
 
 
 def test_a_number_is_typed(screen):
     screen.type("eta", "-6,5")  # with a comma, as some write it
-    screen.says(DESK.edited(eta=-6.5))
+    screen.says(STATE.edited(eta=-6.5))
     assert screen.number("eta") == -6.5
     assert screen.number("slope") == pytest.approx(-6.5 / 0.6, rel=1e-4)
     # What the slope is set to is what the group becomes.
@@ -41,7 +41,7 @@ def test_a_number_is_typed(screen):
     screen("verdict.good").wait_for()
     assert screen.number("eta") == pytest.approx(6.0)
     at = screen.place("eta")
-    low, high = DESK.view.spans["eta"]
+    low, high = STATE.view.spans["eta"]
     assert low + at * (high - low) == pytest.approx(6.0, abs=0.2)
 
 
@@ -72,7 +72,7 @@ def test_a_wrong_value_is_refused_in_words(screen):
         screen.refused("inertia" if name == "inertia" else "")
         expect(field).to_have_value(old)
     assert screen.shown() == before
-    screen.says(DESK)
+    screen.says(STATE)
     screen.type("inertia", "1.5")
     expect(screen("natural")).to_contain_text("12.99")  # sqrt(k/J)/2 pi
 
@@ -90,21 +90,21 @@ def test_kinds_of_brake(screen):
             expect(screen(f"input-{name}")).to_be_visible()
         for name in ("angle", "alpha"):  # of the wedge alone
             expect(screen(f"input-{name}")).to_have_count(0)
-        screen.says(DESK.edited(brake=kind))
+        screen.says(STATE.edited(brake=kind))
         assert (screen.pixels(screen("stage-svg")) != begin).mean() > 0.01
     # There is no other brake to compare this one with.
     expect(screen("comparison")).to_be_disabled()
     screen("input-brake").select_option("wedge")
     expect(screen("input-angle")).to_have_value("0.4")  # as it was left
     screen("input-release").uncheck()
-    screen.says(DESK.edited(angle=0.4, release=False))
+    screen.says(STATE.edited(angle=0.4, release=False))
 
 
 def test_friction_laws(screen):
     screen.type("eta", -6)
     screen("law-Smoothed").click()
     expect(screen("input-steepness")).to_be_visible()
-    smoothed = DESK.edited(eta=-6.0).edited(friction="smoothed")
+    smoothed = STATE.edited(eta=-6.0).edited(friction="smoothed")
     screen.says(smoothed)
     screen("input-friction").select_option(KINDS["tabulated"])
     expect(screen("law-Table")).to_be_visible()
@@ -129,7 +129,7 @@ def test_the_conventional_brake_is_drawn_behind_and_more_of_the_motion(screen):
     screen("comparison").check()
     expect(key).to_be_visible()
     assert near(screen.pixels(screen.card("phase")), GHOST, 4).sum() > grey + 100
-    screen.says(DESK.edited(ghost=True))
+    screen.says(STATE.edited(comparison=True))
     screen("comparison").uncheck()
     expect(key).to_have_count(0)
     before = screen.shown()
@@ -140,10 +140,10 @@ def test_the_conventional_brake_is_drawn_behind_and_more_of_the_motion(screen):
 
 def test_a_preset_is_shown_in_the_list_until_it_is_edited(screen):
     for name, eta in (("falling-friction", None), ("fig9c", -30)):
-        desk = preset(name).desk()
+        state = preset(name).state()
         screen.choose(name)
-        screen.says(desk)
-        assert screen.number("drive_speed") == desk.value("drive_speed")
+        screen.says(state)
+        assert screen.number("drive_speed") == state.value("drive_speed")
         assert eta is None or screen.number("eta") == eta
     screen.type("eta", -5.0)
     expect(screen("preset")).not_to_have_value(preset("fig9c").title)
@@ -154,17 +154,17 @@ def test_a_preset_is_shown_in_the_list_until_it_is_edited(screen):
 
 def test_sentences_stand_where_there_is_no_picture(screen):
     """Of a motion without bound, and of a machine that has no map; and the page goes on."""
-    desk = preset("as-printed").desk()
+    state = preset("as-printed").state()
     screen.choose("as-printed")
-    screen.says(desk)
+    screen.says(state)
     screen("verdict.bad").wait_for()
     for name in ("spectrum", "section"):
         assert near(screen.pixels(screen.card(name)), MOTION).sum() < 40, name
     screen("input-release").check()
-    screen.says(desk.edited(release=True))
+    screen.says(state.edited(release=True))
     assert near(screen.pixels(screen.card("spectrum")), MOTION).sum() > 40
     screen.choose("falling-friction")
     screen("tab-stability").click()
     expect(screen("legend")).to_be_empty()
     screen.type("damping", 20.0)
-    screen.says(preset("falling-friction").desk().edited(damping=20.0))
+    screen.says(preset("falling-friction").state().edited(damping=20.0))

@@ -1,4 +1,4 @@
-"""Several pages, many edits in a short time, and a connection that is lost."""
+"""Several pages, and many edits in a short time."""
 
 from __future__ import annotations
 
@@ -7,68 +7,56 @@ from playwright.sync_api import expect
 
 from wedgebrake.explorer.core.presets import preset
 
-DESK = preset("start").desk()
+STATE = preset("start").state()
 
 
-def test_two_users_do_not_disturb_each_other(screen, visit, server):
-    screen.type("eta", 6)
-    other = visit(server.url, 1300, 850)
-    other.says(DESK)
+def test_two_users_do_not_disturb_each_other(visit):
+    one, other = visit(), visit(1300, 850)
+    one.type("eta", 6)
     other.choose("band")
-    screen.says(DESK.edited(eta=6.0))
-    other.says(preset("band").desk())
-    screen("tab-stability").click()
+    one.says(STATE.edited(eta=6.0))
+    other.says(preset("band").state())
+    one("tab-regimes").click()
     other("comparison").check()
-    expect(screen("plot-stability")).to_be_visible()
+    expect(one("plot-regimes")).to_be_visible()
     other.type("wrap_angle", "-1")
     other.refused("wrap_angle")
     # Each has what it had.
-    assert screen.number("eta") == 6
-    expect(screen("input-angle")).to_be_visible()
-    expect(screen("comparison")).not_to_be_checked()
-    expect(screen("notice")).to_have_count(0)
+    assert one.number("eta") == 6
+    expect(one("input-angle")).to_be_visible()
+    expect(one("comparison")).not_to_be_checked()
     expect(other("plot-diagram")).to_be_visible()
+    # A page that is loaded anew begins anew.
+    one.page.reload()
+    one.page.locator("[data-motion='1']").wait_for()
+    one.says(STATE)
+    expect(other("input-wrap_angle")).to_be_visible()
 
 
-@pytest.mark.xfail(
-    strict=False,
-    reason="the page shows fast edits of sliders late, and may keep the verdict of the first run",
-)
-def test_the_last_of_many_fast_edits_counts(visit, server):
-    screen = visit(server.url)
+def test_the_last_of_many_fast_edits_counts(screen):
     for share in (0.9, 0.1, 0.8, 0.3, 0.75):
         screen.drag("eta", share, steps=20)
     for share in (0.2, 0.9, 0.4):
         screen.drag("f", share, steps=15)
     for name, share in (("eta", 0.75), ("f", 0.4)):
         assert screen.place(name) == pytest.approx(share, abs=0.02)
-    low, high = -120.0, 12.0
-    screen.page.wait_for_timeout(1000)
+    # The numbers follow the handles.
+    wanted = {"eta": -120.0 + 132.0 * screen.place("eta"), "f": 0.2 + 2.0 * screen.place("f")}
+    near = {"eta": pytest.approx(wanted["eta"], abs=0.5), "f": pytest.approx(wanted["f"], abs=0.02)}
+    for _ in range(300):
+        if {name: screen.number(name) for name in wanted} == near:
+            break
+        screen.page.wait_for_timeout(100)
+    screen.still()
     eta, f = screen.number("eta"), screen.number("f")
-    assert eta == pytest.approx(low + screen.place("eta") * (high - low), abs=0.5)
-    screen.says(DESK.edited(eta=eta, f=f))
-    for brake in ("band", "conventional", "leading shoe", "wedge"):
+    assert {"eta": eta, "f": f} == near
+    screen.says(STATE.edited(eta=eta, f=f))
+    for brake in ("band", "conventional", "leading shoe", "wedge") * 2:
         screen("input-brake").select_option(brake)
-    for name in ("regimes", "stability", "basins", "diagram"):
+    for name in ("regimes", "stability", "basins", "diagram", "regimes", "diagram"):
         screen(f"tab-{name}").click()
-    for name in ("as-printed", "band", "start"):
+    for name in ("fig9a", "as-printed", "band", "start"):
         screen.choose(name)
-    screen.says(DESK)
+    screen.says(STATE)
     expect(screen("input-angle")).to_be_visible()
     expect(screen("notice")).to_have_count(0)
-
-
-def test_a_lost_connection_is_told(chromium, server):
-    context = chromium.new_context()
-    page, sockets = context.new_page(), []
-
-    def through(socket):
-        socket.connect_to_server()
-        sockets.append(socket)
-
-    page.route_web_socket("**/ws", through)
-    page.goto(server.url)
-    page.locator("[data-motion='1']").wait_for()
-    sockets[0].close(code=1001)
-    expect(page.locator(".notyf__message").first).to_be_visible()
-    context.close()

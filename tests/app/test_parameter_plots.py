@@ -7,13 +7,13 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core import basins, diagram, machine, progressive_sweep, regimes, stability
-from wedgebrake.explorer.core.axis import parameter_axis
-from wedgebrake.explorer.core.evaluation import judging
-from wedgebrake.explorer.core.machine import following
+from wedgebrake.explorer.core import plots, progressive_sweep
+from wedgebrake.explorer.core.computation import evaluation_settings, following
+from wedgebrake.explorer.core.fields import parameter_axis
+from wedgebrake.explorer.core.plots import basins, diagram, regimes, stability
 from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep, order
-from wedgebrake.explorer.core.state import PLATES, Desk, axes, new_desk
-from wedgebrake.explorer.ui.parameter_plots import ParameterPlot
+from wedgebrake.explorer.core.state import PLOTS, PageState, axes, new_state
+from wedgebrake.explorer.ui.parameter_plots import DrawnPlot
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.class_map import HELD, LOCKED, STABLE
 from wedgebrake.figures.data.class_styles import CODES, PERIODIC, motion_codes, without_result
@@ -25,17 +25,17 @@ BRAKES = ("wedge", "conventional", "band", "leading-shoe")
 TWO_BASINS = {"eta": -47.86, "f": 0.63, "F0": 0.06135, "alpha": 1.0961}
 
 
-def desk_of(brake: str = "wedge", friction: str = "coulomb", **values: float) -> Desk:
-    return new_desk(wb.paper.system(**values)).edited(brake=brake, friction=friction)
+def state_of(brake: str = "wedge", friction: str = "coulomb", **values: float) -> PageState:
+    return new_state(wb.paper.system(**values)).edited(brake=brake, friction=friction)
 
 
 @pytest.fixture
 def few(monkeypatch):
     """Pictures of few points."""
-    monkeypatch.setattr(diagram, "COARSE_POINTS", 10)
-    monkeypatch.setattr(diagram, "FINE_POINTS", 20)
-    monkeypatch.setattr(machine, "COARSE_MAP", (8, 4))
-    monkeypatch.setattr(machine, "FINE_MAP", (16, 8))
+    monkeypatch.setattr(plots, "COARSE_POINTS", 10)
+    monkeypatch.setattr(plots, "FINE_POINTS", 20)
+    monkeypatch.setattr(plots, "COARSE_MAP", (8, 4))
+    monkeypatch.setattr(plots, "FINE_MAP", (16, 8))
 
 
 # Progressive sweeps
@@ -101,22 +101,22 @@ def test_a_step_takes_all_coarse_points_or_one_slow_point(monkeypatch, seconds, 
 # Keys
 
 
-def edits(desk: Desk, name: str) -> list[Desk]:
-    """The desk with other values of a parameter, inside its range."""
-    axis = parameter_axis(desk, name)
+def edits(state: PageState, name: str) -> list[PageState]:
+    """The state with other values of a parameter, inside its range."""
+    axis = parameter_axis(state, name)
     low, high = axis.ends
-    return [desk.edited(**{name: axis.rounded(low + part * (high - low))}) for part in (0.3, 0.6)]
+    return [state.edited(**{name: axis.rounded(low + part * (high - low))}) for part in (0.3, 0.6)]
 
 
-def check_key(key, desk: Desk, names) -> None:
+def check_key(key, state: PageState, names) -> None:
     """It is that of any value of some parameters, and another one of any other parameter."""
-    here = key(desk)
+    here = key(state)
     hash(here)
-    assert all(key(other) == here for name in names for other in edits(desk, name))
+    assert all(key(other) == here for name in names for other in edits(state, name))
     taken = {SETTERS[name].target if name in SETTERS else name for name in names}
-    for name in axes(desk.system):
+    for name in axes(state.system):
         if (SETTERS[name].target if name in SETTERS else name) not in taken:
-            assert any(key(other) != here for other in edits(desk, name)), (names, name)
+            assert any(key(other) != here for other in edits(state, name)), (names, name)
 
 
 @pytest.mark.parametrize(
@@ -124,42 +124,42 @@ def check_key(key, desk: Desk, names) -> None:
     [*((brake, "coulomb") for brake in BRAKES), ("wedge", "smoothed"), ("wedge", "tabulated")],
 )
 def test_the_key_of_the_diagram(brake, friction):
-    for name in axes(desk_of(brake, friction).system):
-        desk = desk_of(brake, friction).edited(axis=name)
-        check_key(diagram.key, desk, [name])
-        key, axis = diagram.key(desk), parameter_axis(desk, name)
+    for name in axes(state_of(brake, friction).system):
+        state = state_of(brake, friction).edited(axis=name)
+        check_key(diagram.key, state, [name])
+        key, axis = diagram.key(state), parameter_axis(state, name)
         narrower = {name: (axis.low, axis.rounded(0.5 * sum(axis.ends)))}
         for changed in (
             {"periods": 30}, {"initial_angle": 0.01}, {"axis": "eta" if name == "f" else "f"},
             {"release": False}, {"spans": narrower},
         ):  # fmt: skip
-            assert diagram.key(desk.edited(**changed)) != key, (name, changed)
-        assert diagram.key(desk.edited(quantity="angle", ghost=True, shown=30)) == key
+            assert diagram.key(state.edited(**changed)) != key, (name, changed)
+        assert diagram.key(state.edited(quantity="angle", comparison=True, shown=30)) == key
 
 
 def test_the_keys_of_maps():
-    desk = desk_of()
+    state = state_of()
     for pair in (("eta", "F0"), ("alpha", "kinetic"), ("f", "slope")):
         # Ranges reach to the present value, which another parameter may move; not if they are set.
-        found = [parameter_axis(desk, name) for name in pair]
+        found = [parameter_axis(state, name) for name in pair]
         spans = {one.name: (one.low, one.high) for one in found}
-        check_key(regimes.key, desk.edited(across=pair[0], up=pair[1], spans=spans), pair)
+        check_key(regimes.key, state.edited(across=pair[0], up=pair[1], spans=spans), pair)
     # That of the basins is not the start.
-    check_key(basins.key, desk, [])
-    start = desk.edited(initial_angle=0.05, initial_velocity=1.0)
-    assert basins.key(start) == basins.key(desk)
+    check_key(basins.key, state, [])
+    start = state.edited(initial_angle=0.05, initial_velocity=1.0)
+    assert basins.key(start) == basins.key(state)
 
 
 def test_the_key_of_the_stability_is_what_it_shows():
-    desk, other = desk_of(), desk_of("leading-shoe")
-    key = stability.key(desk)
-    assert stability.key(desk.edited(eta=-3.0, alpha=1.4, F0=0.05)) == key
-    assert stability.key(desk.edited(kinetic=0.2)) != key
-    assert stability.key(desk.edited(static=0.35)) != key
+    state, other = state_of(), state_of("leading-shoe")
+    key = stability.key(state)
+    assert stability.key(state.edited(eta=-3.0, alpha=1.4, F0=0.05)) == key
+    assert stability.key(state.edited(kinetic=0.2)) != key
+    assert stability.key(state.edited(static=0.35)) != key
     assert stability.key(other.edited(kinetic=0.2)) == stability.key(other)
     assert stability.key(other.edited(friction_arm=0.05)) != stability.key(other)
     with pytest.raises(InputError, match="eta"):
-        stability.key(desk.edited(damping=0.0))
+        stability.key(state.edited(damping=0.0))
 
 
 def test_static_friction_follows_as_on_the_page():
@@ -180,8 +180,8 @@ def last(steps):
 
 @pytest.mark.parametrize("name", ["eta", "stiffness"])
 def test_the_diagram_is_that_of_a_bifurcation(few, name):
-    desk = desk_of().edited(axis=name)
-    pictures = list(diagram.work(desk))
+    state = state_of().edited(axis=name)
+    pictures = list(diagram.work(state))
     known = [one.known.size for one in pictures]
     assert (known[0], known[-1]) == (10, 20)
     assert all(a < b for a, b in pairwise(known))
@@ -190,7 +190,7 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
     picture = pictures[-1]
     assert not picture.progress
     values = picture.axes[0].values(20)
-    truth = wb.bifurcation(following(desk.system), **{name: values}, **judging(desk))
+    truth = wb.bifurcation(following(state.system), **{name: values}, **evaluation_settings(state))
     codes = motion_codes(truth).to_numpy()
     np.testing.assert_array_equal(picture.codes, codes)
     np.testing.assert_array_equal(picture.band, codes)
@@ -207,12 +207,14 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
 
 @pytest.mark.parametrize(("across", "up"), [("eta", "F0"), ("stiffness", "damping")])
 def test_the_regimes_are_those_of_a_map(few, across, up):
-    desk = desk_of().edited(across=across, up=up)
-    picture = last(regimes.work(desk))
+    state = state_of().edited(across=across, up=up)
+    picture = last(regimes.work(state))
     x, y = picture.axes
     assert x.log == y.log == (across == "stiffness")
     truth = wb.regime_map(
-        following(desk.system), **{up: y.values(8), across: x.values(16)}, **judging(desk)
+        following(state.system),
+        **{up: y.values(8), across: x.values(16)},
+        **evaluation_settings(state),
     )
     np.testing.assert_array_equal(picture.data.codes, motion_codes(truth).to_numpy())
     assert picture.progress == ""
@@ -225,8 +227,8 @@ def test_the_regimes_are_those_of_a_map(few, across, up):
 
 def test_the_limit_of_the_regimes_ends_where_the_brake_locks(few):
     spans = {"kinetic": (0.25, 0.345), "slope": (-0.5, 0.12)}
-    desk = desk_of(eta=-0.05).edited(angle=0.3, across="kinetic", up="slope", spans=spans)
-    (line,) = last(regimes.work(desk)).data.limit
+    state = state_of(eta=-0.05).edited(angle=0.3, across="kinetic", up="slope", spans=spans)
+    (line,) = last(regimes.work(state)).data.limit
     assert 0.29 < line[:, 0].max() < np.tan(0.3)
 
 
@@ -242,10 +244,10 @@ def test_cells_not_known_yet_are_as_the_nearest():
 
 @pytest.mark.parametrize("brake", BRAKES)
 def test_the_stability_is_that_of_a_stability_map(brake):
-    desk = desk_of(brake)
-    (picture,) = stability.work(desk)
+    state = state_of(brake)
+    (picture,) = stability.work(state)
     (x, y), (rows, columns) = picture.axes, picture.data.codes.shape
-    truth = wb.stability_map(desk.system, **{y.name: y.values(rows), x.name: x.values(columns)})
+    truth = wb.stability_map(state.system, **{y.name: y.values(rows), x.name: x.values(columns)})
     codes = picture.data.codes
     np.testing.assert_array_equal(picture.data.margin, truth["margin"].to_numpy())
     np.testing.assert_array_equal(codes == LOCKED, truth["locked"].to_numpy())
@@ -254,18 +256,21 @@ def test_the_stability_is_that_of_a_stability_map(brake):
 
 
 def test_a_wedge_that_holds_itself_at_rest_alone():
-    (picture,) = stability.work(desk_of(static=0.33))
+    (picture,) = stability.work(state_of(static=0.33))
     alpha = picture.axes[1].values(picture.data.codes.shape[0])
     held = (picture.data.codes == HELD).all(axis=1)
     np.testing.assert_array_equal(held, (alpha > 1.0) & (alpha <= 1.1))
 
 
 def test_the_basins_are_those_of_wb_basins(few):
-    desk = desk_of(**TWO_BASINS)
-    picture = last(basins.work(desk))
+    state = state_of(**TWO_BASINS)
+    picture = last(basins.work(state))
     x, y = picture.axes
     truth = wb.basins(
-        desk.system, initial_velocity=y.values(8), initial_angle=x.values(16), **judging(desk)
+        state.system,
+        initial_velocity=y.values(8),
+        initial_angle=x.values(16),
+        **evaluation_settings(state),
     )
     assert truth.sizes["attractor_id"] > 1
     given, codes = truth["attractor"].to_numpy(), picture.data.codes
@@ -290,7 +295,7 @@ def test_the_basins_are_those_of_wb_basins(few):
     ],
 )
 def test_diagrams_of_machines_that_do_not_move_on(few, changes, name):
-    picture = last(diagram.work(desk_of().edited(**changes)))
+    picture = last(diagram.work(state_of().edited(**changes)))
     cloud, these = picture.clouds["velocity"], picture.codes == CODES[name]
     assert these.any()
     if name == "diverged":
@@ -305,9 +310,9 @@ def test_diagrams_of_machines_that_do_not_move_on(few, changes, name):
 
 
 def test_a_parameter_beside_the_one_that_it_sets_is_refused():
-    desk = desk_of().edited(across="eta", up="slope")
+    state = state_of().edited(across="eta", up="slope")
     with pytest.raises(InputError, match="both swept"):
-        next(regimes.work(desk))
+        next(regimes.work(state))
 
 
 @pytest.mark.parametrize(
@@ -315,12 +320,12 @@ def test_a_parameter_beside_the_one_that_it_sets_is_refused():
 )
 def test_other_friction_laws_and_methods(few, monkeypatch, friction, method):
     """The first picture of each; of slow methods with as few periods as possible."""
-    monkeypatch.setattr(diagram, "COARSE_POINTS", 2)
-    monkeypatch.setattr(machine, "COARSE_MAP", (4, 4))
-    monkeypatch.setitem(judging.__globals__["_WAIT"], method, 20)
-    desk = desk_of(friction=friction, eta=-6.0).edited(periods=20, method=method)
-    assert next(diagram.work(desk)).known.size > 0
-    assert method == "ode14x" or next(regimes.work(desk)).known > 0
+    monkeypatch.setattr(plots, "COARSE_POINTS", 2)
+    monkeypatch.setattr(plots, "COARSE_MAP", (4, 4))
+    monkeypatch.setitem(evaluation_settings.__globals__["_LONGEST"], method, 20)
+    state = state_of(friction=friction, eta=-6.0).edited(periods=20, method=method)
+    assert next(diagram.work(state)).known.size > 0
+    assert method == "ode14x" or next(regimes.work(state)).known > 0
 
 
 # Axes and figures, without a browser
@@ -345,20 +350,20 @@ def test_ticks_are_round_and_inside():
 
 @pytest.mark.parametrize("brake", ["wedge", "leading-shoe"])
 def test_plots_show_mark_and_pick(few, brake):
-    desk = desk_of(brake)
-    for plot in map(ParameterPlot, PLATES):
-        picture = next(iter(plot.work(desk)))
+    state = state_of(brake)
+    for plot in map(DrawnPlot, PLOTS):
+        picture = next(iter(plot.computed.work(state)))
         plot.show(picture)
-        plot.mark(desk)
+        plot.mark(state)
         drawn = plot.figure
         sources = [one.data_source for one in drawn.renderers if hasattr(one, "data_source")]
         assert sum(any(map(len, one.data.values())) for one in sources) >= 3
         inside = [0.5 * (one.start + one.end) for one in (drawn.x_range, drawn.y_range)]
-        changes = plot.pick(desk, *inside)
+        changes = plot.pick(state, *inside)
         assert len(changes) == (1 if plot.name == "diagram" else 2)
-        assert desk.edited(**changes)
-        assert plot.pick(desk, drawn.x_range.start - 1.0, inside[1]) == {}
-        assert all("$" not in label for _, label in plot.legend(picture))
+        assert state.edited(**changes)
+        assert plot.pick(state, drawn.x_range.start - 1.0, inside[1]) == {}
+        assert all("$" not in label for _, label in (one.css for one in picture.legend))
         plot.say("Nothing to see.")
         assert not any(len(one.data["image"]) for one in sources if "image" in one.data)
         plot.show(picture)

@@ -1,4 +1,4 @@
-"""Every preset is a desk that does what its title says."""
+"""Every preset is a state that does what its title says."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import wedgebrake as wb
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS
 from wedgebrake.explorer.core.parameter_ranges import span
 from wedgebrake.explorer.core.presets import PRESETS, START, preset
-from wedgebrake.explorer.core.snapshot import look
+from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import axes
 from wedgebrake.model.paper_machines import CONVENTIONAL, CORRECTED, DIAGRAMS, RESPONSES, WEDGE
 
@@ -20,35 +20,35 @@ GROUPS = ("Responses of the paper", "Diagrams of the paper", "Other machines")
 
 
 def simulated(name: str):
-    desk = preset(name).desk()
-    run = desk.study.run
-    return desk, wb.simulate(desk.system, periods=desk.periods, initial=run.initial)
+    state = preset(name).state()
+    run = state.study.run
+    return state, wb.simulate(state.system, periods=state.periods, initial=run.initial)
 
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_each_is_a_desk_a_study_and_has_a_motion(name):
     one = preset(name)
-    desk = one.desk()
+    state = one.state()
     assert one.name == name
     assert one.group in GROUPS
-    assert desk.view.axis in axes(desk.system)
-    low, high = span(desk, desk.view.axis)
+    assert state.view.axis in axes(state.system)
+    low, high = span(state, state.view.axis)
     assert low < high
-    assert 20 <= desk.periods <= MOST_PERIODS
-    assert one.desk() == desk
-    assert wb.read_study(desk.study.to_toml()) == desk.study
-    assert look(desk).status in ("completed", "diverged")
+    assert 20 <= state.periods <= MOST_PERIODS
+    assert one.state() == state
+    assert wb.read_study(state.study.to_toml()) == state.study
+    assert take_snapshot(state).status in ("completed", "diverged")
     # Those of the paper run as long as its cases.
-    frequency = desk.system.excitation.frequency
+    frequency = state.system.excitation.frequency
     if name.startswith("fig"):
-        assert 25.0 <= desk.periods / frequency + 1e-9 < 25.0 + 1.0 / frequency
+        assert 25.0 <= state.periods / frequency + 1e-9 < 25.0 + 1.0 / frequency
 
 
 def test_the_list_begins_where_one_starts_and_has_a_heading_for_each_group():
     assert next(iter(PRESETS)) == START
-    desk = preset(START).desk()
-    assert desk.system == wb.paper.system()
-    assert desk.system.stated == {"eta": -24.0, "f": 0.63, "F0": 0.036, "alpha": 1.18}
+    state = preset(START).state()
+    assert state.system == wb.paper.system()
+    assert state.system.stated == {"eta": -24.0, "f": 0.63, "F0": 0.036, "alpha": 1.18}
     assert [key for key, _ in itertools.groupby(one.group for one in PRESETS.values())] == [*GROUPS]
 
 
@@ -76,35 +76,35 @@ def test_all_cases_of_the_paper_in_the_order_of_its_rows():
     found = {name for name, one in PRESETS.items() if one.group == GROUPS[0]}
     assert found - {START, "as-printed"} == set(printed)
     for name, system in printed.items():
-        assert preset(name).desk().system == system
+        assert preset(name).state().system == system
     # 63 rad/s and the like are of the paper; its cases run at 5, 10, ... Hz.
-    hertz = [preset(f"fig15{one}").desk().system.excitation.frequency for one in "abcde"]
+    hertz = [preset(f"fig15{one}").state().system.excitation.frequency for one in "abcde"]
     assert hertz == pytest.approx([5.0, 10.0, 16.0, 20.0, 33.0], rel=1e-12)
 
 
 @pytest.mark.parametrize("name", DIAGRAMS)
 def test_all_diagrams_of_the_paper(name):
-    plan, desk = DIAGRAMS[name], preset(f"fig{name}").desk()
-    assert desk.view.plate == "diagram"
-    assert desk.view.axis == plan.name
-    assert span(desk, plan.name) == (plan.low, plan.high)
-    assert desk.system == CORRECTED.system(plan.base, "coulomb")
-    assert desk.system.brake.kind == {"a": WEDGE, "b": CONVENTIONAL}.get(name[-1], WEDGE)
+    plan, state = DIAGRAMS[name], preset(f"fig{name}").state()
+    assert state.view.plot == "diagram"
+    assert state.view.axis == plan.name
+    assert span(state, plan.name) == (plan.low, plan.high)
+    assert state.system == CORRECTED.system(plan.base, "coulomb")
+    assert state.system.brake.kind == {"a": WEDGE, "b": CONVENTIONAL}.get(name[-1], WEDGE)
 
 
 def test_as_printed_diverges_and_chaos_is_where_the_paper_has_it():
-    desk, response = simulated("as-printed")
+    state, response = simulated("as-printed")
     assert response.attrs["status"] == "diverged"
-    assert (desk.system.driveline.damping, desk.system.friction.static) == (1.0, 0.33)
-    assert not desk.system.actuation.release
-    assert wb.motion(preset("fig9c").desk().system, max_events=MOST_EVENTS).kind == "chaotic"
+    assert (state.system.driveline.damping, state.system.friction.static) == (1.0, 0.33)
+    assert not state.system.actuation.release
+    assert wb.motion(preset("fig9c").state().system, max_events=MOST_EVENTS).kind == "chaotic"
 
 
 @pytest.mark.parametrize("name", ["band", "falling-friction"])
 def test_stick_and_slip_about_the_drive_speed(name):
     """Rest is relative to the drum: the shaft is carried back, and lets go, again and again."""
-    desk, response = simulated(name)
-    speed = desk.system.driveline.drive_speed
+    state, response = simulated(name)
+    speed = state.system.driveline.drive_speed
     sticks = wb.sticks(response)
     assert sticks.attrs["class"] == "unidirectional stick-slip"
     assert sticks.attrs["count"] > 50
@@ -117,23 +117,23 @@ def test_stick_and_slip_about_the_drive_speed(name):
 
 def test_falling_friction_is_what_drives_it():
     """Friction constant in speed lets the same start decay."""
-    desk = preset("falling-friction").desk()
-    speeds, coefficients = zip(*desk.system.friction.nodes(), strict=True)
-    sliding = desk.system.brake.radius * desk.system.driveline.drive_speed
+    state = preset("falling-friction").state()
+    speeds, coefficients = zip(*state.system.friction.nodes(), strict=True)
+    sliding = state.system.brake.radius * state.system.driveline.drive_speed
     level = wb.CoulombFriction(kinetic=float(np.interp(sliding, speeds, coefficients)))
     response = wb.simulate(
-        desk.system.replace(friction=level), periods=250, initial=desk.study.run.initial
+        state.system.replace(friction=level), periods=250, initial=state.study.run.initial
     )
     assert wb.sticks(response).attrs["class"] == "non-stick-slip"
     assert float(np.ptp(response["velocity"].to_numpy()[-500:])) < 0.01
 
 
 def test_the_wedge_locks_itself_and_the_shoe_sticks():
-    desk, response = simulated("self-locking")
-    assert math.tan(desk.system.brake.angle) < desk.system.friction.kinetic
-    assert wb.stability(desk.system).self_locking == "kinetic"
+    state, response = simulated("self-locking")
+    assert math.tan(state.system.brake.angle) < state.system.friction.kinetic
+    assert wb.stability(state.system).self_locking == "kinetic"
     assert float(np.max(response["velocity"])) == 0.0
-    assert look(desk).motion.kind == "at rest"
-    desk, response = simulated("leading-shoe")
-    assert desk.system.brake.kind == "leading-shoe"
+    assert take_snapshot(state).motion.kind == "at rest"
+    state, response = simulated("leading-shoe")
+    assert state.system.brake.kind == "leading-shoe"
     assert wb.sticks(response).attrs["class"] == "bidirectional stick-slip"

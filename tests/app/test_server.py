@@ -19,7 +19,7 @@ from wire import together
 import wedgebrake.explorer.ui.server as serving
 from wedgebrake.explorer.core.limits import MOST_MESSAGE
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.scheduler import Turns
+from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.ui.session import Explorer
 
 PAPER = (Path(__file__).parents[2] / "examples" / "paper.toml").read_text()
@@ -248,11 +248,11 @@ async def test_pages_that_are_left_are_forgotten_and_no_more_than_the_limit_open
     monkeypatch.setattr(serving, "MOST_SESSIONS", 2)
     # What pytest keeps of the log keeps pages alive.
     monkeypatch.setattr(logging.root.manager, "disable", logging.CRITICAL)
-    turns, alive = Turns(2), weakref.WeakSet()
+    scheduler, alive = Scheduler(2), weakref.WeakSet()
 
     def new():
         # With little to compute: it is the pages that are counted.
-        page = Explorer(preset("start").desk().edited(periods=20, plate="stability"), turns)
+        page = Explorer(preset("start").state().edited(periods=20, plot="stability"), scheduler)
         alive.add(page)
         return page
 
@@ -277,7 +277,7 @@ async def test_pages_that_are_left_are_forgotten_and_no_more_than_the_limit_open
                 async with clients(url) as (other,):
                     await answers(other)
             await none_left(server)
-        # Those in the hands of Panel and of each thread, with all four plates.
+        # Those in the hands of Panel and of each thread, with all four plots.
         allowed = 3 * 2.5 * each
         for _ in range(20):
             if models() - before <= allowed and len(alive) <= 3:
@@ -287,4 +287,4 @@ async def test_pages_that_are_left_are_forgotten_and_no_more_than_the_limit_open
         assert models() - before <= allowed
     finally:
         server.stop()
-        turns.close()
+        scheduler.close()

@@ -1,4 +1,4 @@
-"""Work in turns: the newest wish wins, others have their turns, failures are sentences."""
+"""Work in scheduler: the newest wish wins, others have their scheduler, failures are sentences."""
 
 import threading
 import time
@@ -6,12 +6,12 @@ import time
 import pytest
 
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.scheduler import Turns
+from wedgebrake.explorer.core.scheduler import Scheduler
 
 
 @pytest.fixture
-def turns():
-    made = Turns(threads=2)
+def scheduler():
+    made = Scheduler(threads=2)
     yield made
     made.close()
 
@@ -19,7 +19,7 @@ def turns():
 @pytest.fixture
 def impatient():
     """One thread, which is not waited for long."""
-    made = Turns(threads=1, patience=0.05, limit=0.6)
+    made = Scheduler(threads=1, patience=0.05, limit=0.6)
     yield made
     made.close()
 
@@ -39,23 +39,23 @@ def unexpected(words):
     raise AssertionError(words)
 
 
-def done(turns, steps, post=directly, **options):
-    """What is shown of the steps of a new lane, when all is done."""
+def done(scheduler, steps, post=directly, **options):
+    """What is shown of the steps of a new slot, when all is done."""
     seen = []
-    lane = turns.lane(post)
-    lane.start(iter(steps), seen.append, unexpected, **options)
-    until(lambda: not lane.busy)
+    slot = scheduler.slot(post)
+    slot.start(iter(steps), seen.append, unexpected, **options)
+    until(lambda: not slot.busy)
     return seen
 
 
 class Held:
     """Work that goes on when it is let go, as a kernel that hangs; and another step after it."""
 
-    def __init__(self, turns, error=None):
+    def __init__(self, scheduler, error=None):
         self.running, self.go, self.closed = (threading.Event() for _ in range(3))
         self.seen, self.told, self.error = [], [], error
-        self.lane = turns.lane(directly)
-        self.lane.start(self.steps(), self.seen.append, self.told.append)
+        self.slot = scheduler.slot(directly)
+        self.slot.start(self.steps(), self.seen.append, self.told.append)
         assert self.running.wait(10)
 
     def steps(self):
@@ -76,70 +76,70 @@ class Held:
         return self.seen, self.told
 
 
-def test_every_step_is_shown_and_then_the_end(turns):
+def test_every_step_is_shown_and_then_the_end(scheduler):
     end = []
-    assert done(turns, [1, 2, 3], finished=lambda: end.append("end")) == [1, 2, 3]
+    assert done(scheduler, [1, 2, 3], finished=lambda: end.append("end")) == [1, 2, 3]
     assert end == ["end"]
 
 
-def test_newer_work_replaces_older_which_is_closed(turns):
-    old, seen = Held(turns), []
-    old.lane.start(iter(["new"]), seen.append, unexpected)
+def test_newer_work_replaces_older_which_is_closed(scheduler):
+    old, seen = Held(scheduler), []
+    old.slot.start(iter(["new"]), seen.append, unexpected)
     assert old.released() == ([], [])
-    until(lambda: not old.lane.busy)
+    until(lambda: not old.slot.busy)
     assert seen == ["new"]
 
 
-def test_a_slow_page_gets_the_newest_result_only(turns):
+def test_a_slow_page_gets_the_newest_result_only(scheduler):
     calls, seen = [], []
-    lane = turns.lane(calls.append)
-    lane.start(iter(range(100)), seen.append, unexpected, finished=lambda: seen.append("end"))
+    slot = scheduler.slot(calls.append)
+    slot.start(iter(range(100)), seen.append, unexpected, finished=lambda: seen.append("end"))
     until(lambda: len(calls) == 2)  # one to show what there is, one for the end
     for call in calls:
         call()
     assert seen == [99, "end"]
 
 
-def test_what_is_urgent_comes_first_and_finer_work_waits(turns):
-    order, blockers = [], [Held(turns) for _ in range(2)]
+def test_what_is_urgent_comes_first_and_finer_work_waits(scheduler):
+    order, blockers = [], [Held(scheduler) for _ in range(2)]
 
     def steps(name, count):
         for _ in range(count):
             order.append(name)
             yield None
 
-    lanes = [turns.lane(directly) for _ in range(2)]
-    lanes[0].start(steps("picture", 3), lambda _: None, unexpected, urgency=1, later=3)
-    lanes[1].start(steps("motion", 1), lambda _: None, unexpected, urgency=0)
+    slots = [scheduler.slot(directly) for _ in range(2)]
+    slots[0].start(steps("picture", 3), lambda _: None, unexpected, urgency=1, later=3)
+    slots[1].start(steps("motion", 1), lambda _: None, unexpected, urgency=0)
     for one in blockers:
         one.released()
-    until(lambda: not any(lane.busy for lane in lanes))
+    until(lambda: not any(slot.busy for slot in slots))
     assert sorted(order[:2]) == ["motion", "picture"]
     assert order.count("picture") == 3
 
 
-def test_a_pause_keeps_finer_work_from_beginning(turns):
-    times = done(turns, (time.monotonic() for _ in range(3)), pause=0.2)
+def test_a_pause_keeps_finer_work_from_beginning(scheduler):
+    times = done(scheduler, (time.monotonic() for _ in range(3)), pause=0.2)
     assert times[1] - times[0] >= 0.19
 
 
-def test_failures_are_told_as_sentences(turns, caplog):
+def test_failures_are_told_as_sentences(scheduler, caplog):
     for error, words in (
         (InputError("eta = 3: must be something else."), "eta = 3"),
         (ZeroDivisionError("oh"), "internal error: ZeroDivisionError: oh"),
     ):
-        held = Held(turns, error)
+        held = Held(scheduler, error)
         held.released()
         until(lambda held=held: held.told)
         assert held.told[0].startswith(words)
     assert "a turn failed" in caplog.text
 
 
-def test_a_failure_of_unwanted_work_is_not_told(turns):
-    held = Held(turns, InputError("too late"))
-    held.lane.stop()
+def test_a_failure_of_unwanted_work_is_not_told(scheduler):
+    held = Held(scheduler, InputError("too late"))
+    held.slot.stop()
     assert held.released() == ([], [])
-    assert done(turns, [1, 2]) == [1, 2]
+    assert done(scheduler, [1, 2]) == [1, 2]
     assert held.told == []
 
 
@@ -152,35 +152,35 @@ def test_nobody_waits_for_work_that_hangs(impatient):
     until(lambda: threading.active_count() <= before)
     # Nor for that of a page that has gone.
     gone = Held(impatient)
-    gone.lane.stop()
+    gone.slot.stop()
     assert done(impatient, [1, 2]) == [1, 2]
     assert gone.released() == ([], [])
 
 
 def test_work_that_takes_too_long_is_given_up(impatient):
     stuck = Held(impatient)
-    until(lambda: not stuck.lane.busy)
+    until(lambda: not stuck.slot.busy)
     assert "0.6 s" in stuck.told[0]
     seen, told = stuck.released()
     assert (seen, len(told)) == ([], 1)
     assert done(impatient, [1, 2]) == [1, 2]
-    # Work of short turns may go on for longer than one may last.
+    # Work of short scheduler may go on for longer than one may last.
     assert done(impatient, (time.sleep(0.1) for _ in range(8)))
 
 
 def test_closing_ends_the_threads():
-    turns = Turns(threads=2)
+    scheduler = Scheduler(threads=2)
     before = threading.active_count()
-    turns.close()
+    scheduler.close()
     until(lambda: threading.active_count() <= before - 2)
 
 
-def test_a_page_that_has_gone_does_not_stop_the_others(turns):
+def test_a_page_that_has_gone_does_not_stop_the_others(scheduler):
     """A document that is destroyed refuses all calls; the threads go on."""
 
     def gone(_):
         raise AttributeError("no document")
 
     for _ in range(5):
-        assert done(turns, [1, 2], gone) == []
-    assert done(turns, [1, 2]) == [1, 2]
+        assert done(scheduler, [1, 2], gone) == []
+    assert done(scheduler, [1, 2]) == [1, 2]

@@ -11,8 +11,8 @@ import pytest
 import wedgebrake as wb
 from wedgebrake.analysis.torque import BrakeTorque
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.snapshot import Moment, look
-from wedgebrake.explorer.core.state import Desk, new_desk
+from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
+from wedgebrake.explorer.core.state import PageState, new_state
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.solvers.status import Status
 
@@ -40,17 +40,17 @@ MACHINES = {
 
 
 @cache
-def _seen(name: str) -> tuple[Desk, Moment]:
-    desk = new_desk(MACHINES[name])
-    seen = replace(look(desk, settle=True), braking=BrakeTorque(3.2, 38.4, 333.3))
+def _seen(name: str) -> tuple[PageState, Snapshot]:
+    state = new_state(MACHINES[name])
+    seen = replace(take_snapshot(state, settle=True), braking=BrakeTorque(3.2, 38.4, 333.3))
     if name == "settling":
-        seen = replace(seen, motion=wb.motion(desk.system, 50, limit=200))
-    return desk, seen
+        seen = replace(seen, motion=wb.motion(state.system, 50, limit=200))
+    return state, seen
 
 
 def _said(name: str, **changes) -> dict:
-    desk, seen = _seen(name)
-    return verdict(desk, replace(seen, **changes))
+    state, seen = _seen(name)
+    return verdict(state, replace(seen, **changes))
 
 
 def _tile(said: dict, name: str) -> dict:
@@ -116,20 +116,20 @@ def test_a_run_that_met_a_limit_says_so():
 
 def test_the_torque_stands_beside_that_of_the_conventional_brake():
     _, seen = _seen("six periods")
-    ghost = replace(seen, braking=BrakeTorque(0.0, 29.12, 40.0))
-    tile = _tile(_said("six periods", ghost=ghost), "torque")
+    comparison = replace(seen, braking=BrakeTorque(0.0, 29.12, 40.0))
+    tile = _tile(_said("six periods", comparison=comparison), "torque")
     assert (tile["value"], tile["detail"]) == ("38.4 N m", "conventional: 29.1 N m")
     # Rounding is no mean torque.
     braking = BrakeTorque(1e-17, 2.0, 3.6)
     assert "is 0 N m" in _tile(_said("at rest", braking=braking), "torque")["hint"]
 
 
-def _of(desk, tile=None):
-    said = verdict(desk, look(desk))
+def _of(state, tile=None):
+    said = verdict(state, take_snapshot(state))
     return said if tile is None else _tile(said, tile)
 
 
-FALLING = preset("falling-friction").desk()
+FALLING = preset("falling-friction").state()
 
 
 def test_with_a_shaft_the_damping_at_its_speed_decides():
@@ -139,10 +139,10 @@ def test_with_a_shaft_the_damping_at_its_speed_decides():
     even = FALLING.edited(coefficients=[0.3] * 5, static=0.3)
     assert _of(even, "forward")["tone"] == "good"
     # Beyond the release speed only the driveline damps.
-    tile = _of(new_desk(_PAPER().replace(drive_speed=20.0)), "forward")
+    tile = _of(new_state(_PAPER().replace(drive_speed=20.0)), "forward")
     assert (tile["tone"], tile["detail"]) == ("good", "+0.1 N m s/rad at Ω")
     # Where the brake locks at the speed of the shaft there is no sliding.
-    locked = preset("start").desk().edited(friction="smoothed", static=0.5, drive_speed=0.1)
+    locked = preset("start").state().edited(friction="smoothed", static=0.5, drive_speed=0.1)
     assert _of(locked, "forward")["tone"] == "neutral"
 
 
@@ -158,15 +158,15 @@ def test_without_a_torque_no_period_of_it_is_named():
     assert "torque" not in damped["detail"]
     fading = FALLING.edited(coefficients=[0.3] * 5, static=0.3, damping=0.5, periods=20)
     assert _of(fading.edited(initial_velocity=0.5), "motion")["value"] == "fading"
-    free = preset("band").desk().edited(kinetic=0.25, static=0.25, damping=0.0, drive_speed=30.0)
+    free = preset("band").state().edited(kinetic=0.25, static=0.25, damping=0.0, drive_speed=30.0)
     assert _of(free, "motion")["value"] == "free vibration"
 
 
 def test_locked_on_a_turning_shaft():
-    """A wedge that locks itself at rest is carried along by a shaft that turns forwards."""
-    desk = preset("start").desk().edited(static=0.6, drive_speed=2.0)
-    assert look(desk).motion.kind == "self-locked"
-    assert _of(desk)["tone"] == "bad"
+    """A wedge that locks itself at rest is carried along by a shaft that scheduler forwards."""
+    state = preset("start").state().edited(static=0.6, drive_speed=2.0)
+    assert take_snapshot(state).motion.kind == "self-locked"
+    assert _of(state)["tone"] == "bad"
 
 
 @pytest.mark.parametrize("changes", [{"shown": 1}, {"frequency": 100.0}, {"frequency": 200.0}])
@@ -178,8 +178,8 @@ def test_of_few_vibrations_no_change_is_told(changes):
 
 
 def test_of_a_motion_later_than_the_pictures_that_is_told():
-    desk = preset("start").desk().edited(static=0.35, frequency=31.0, periods=120)
-    settled = look(desk, settle=True)
+    state = preset("start").state().edited(static=0.35, frequency=31.0, periods=120)
+    settled = take_snapshot(state, settle=True)
     assert settled.motion.settling > 120
-    assert "first 120" in verdict(desk, settled)["headline"]
-    assert "first 120" not in verdict(desk, look(desk))["headline"]
+    assert "first 120" in verdict(state, settled)["headline"]
+    assert "first 120" not in verdict(state, take_snapshot(state))["headline"]

@@ -30,7 +30,7 @@ def test_export_of_the_page(tmp_path):
     program = (
         "from wedgebrake.explorer.core.export import export\n"
         "from wedgebrake.explorer.core.presets import START, preset\n"
-        "content = export(preset(START).desk().edited(periods=40), 'netcdf').content\n"
+        "content = export(preset(START).state().edited(periods=40), 'netcdf').content\n"
         "print(content[1:4].decode(), len(content))\n"
     )
     exec(program)  # noqa: S102 - its kernels compiled

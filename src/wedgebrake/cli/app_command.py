@@ -44,7 +44,7 @@ def explore(
 
     gc.set_threshold(*USUAL_COLLECTIONS)  # a server that runs for days must free its memory
 
-    desk = preset(START).desk() if study is None else opened(study)
+    state = preset(START).state() if study is None else opened(study)
 
     def ready(url: str) -> None:
         _say(f"The explorer is at {url} until Ctrl-C.")
@@ -54,7 +54,7 @@ def explore(
             webbrowser.open(url)
 
     try:
-        serve(desk, address=address, port=port, origins=allowed, ready=ready)
+        serve(state, address=address, port=port, origins=allowed, ready=ready)
     except InputError as error:
         raise InputError(in_options(str(error), "port|address")) from None
     _say("stopped")

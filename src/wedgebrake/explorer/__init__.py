@@ -5,24 +5,23 @@ notebook    the page in a notebook cell (``wb.explore``), served by its process
 ui/         what needs a browser
   server          one process that gives every browser a page of its own (``wedgebrake app``)
   request_filter  requests that are answered, and under which host names
-  session         one page: edits change the current study; motion and plots follow
+  session         one page: edits change the current state; motion and plots follow
   parameter_plots plots over parameters, computed and drawn
   widgets/        the widgets of the page, one part per file
 
 core/       what knows no browser
   state              the current study and its view; every edit gives a new one
-  fields             the machine as rows of names, values and ranges
+  fields             the machine as rows of names, values and ranges; a parameter as an axis
   parameter_ranges   ranges of sliders and of plots
   presets            machines by name
   studies            study files loaded and saved
+  computation        how motions are computed and classified, in one run and in sweeps
   snapshot           the motion, its class, and the contents of its charts
-  evaluation         periods over which motions are classified
   verdict            the verdict in words
   formatting         numbers as text, and back
-  axis, machine      a parameter as an axis, the machine that plots compute with
-  diagram, regimes, stability, basins, attractors, progressive_sweep : plots over parameters
-  calls, program     run and open plot as calls of public functions, and as a program
-  export             pictures, data, study and program as files
-  scheduler          threads shared by all pages; newer work replaces older work
+  plots              plots over parameters, by progressive_sweep and attractors
+  program            run and open plot as calls of public functions, and as a program
+  export             charts, data, study and program as files
+  scheduler          threads shared by all pages; newer jobs replace older ones
   limits             limits of one page
 """

@@ -18,7 +18,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_whole, shown
 
 if TYPE_CHECKING:
-    from wedgebrake.explorer.core.state import Desk
+    from wedgebrake.explorer.core.state import PageState
     from wedgebrake.explorer.ui.session import Explorer
 
 _LEAST_HEIGHT, _MOST_HEIGHT = 200, 5000
@@ -28,12 +28,12 @@ _UNKNOWN = "This page belongs to no cell of the notebook. Run the cell again."
 class Cell:
     """The explorer as a notebook cell shows it.
 
-    url  : where the page is, for a window of its own
-    desk : what lies on the desk of the page that was opened last
+    url   : where the page is, for a window of its own
+    state : of the page that was opened last: study and view; immutable
     """
 
-    def __init__(self, desk: Desk, port: int, height: int) -> None:
-        self._desk, self._height = desk, height
+    def __init__(self, state: PageState, port: int, height: int) -> None:
+        self._state, self._height = state, height
         self._explorer: Explorer | None = None
         # Not to be guessed by others on this machine.
         key = secrets.token_urlsafe(16)
@@ -41,32 +41,31 @@ class Cell:
         _CELLS[key] = self
 
     @property
-    def desk(self) -> Desk:
-        """The study and how it is looked at, as they are on the page now; immutable."""
-        return self._desk if self._explorer is None else self._explorer.desk
+    def state(self) -> PageState:
+        """The study and its view, as they are on the page now; immutable."""
+        return self._state if self._explorer is None else self._explorer.state
 
     @property
     def study(self) -> Study:
         """The study as the sliders left it."""
-        return self.desk.study
+        return self.state.study
 
     @property
     def system(self) -> BrakedDriveline:
         """The machine as the sliders left it."""
-        return self.desk.system
+        return self.state.system
 
     def page(self) -> Explorer:
-        """A page for a browser; a second one begins with what the first has on its desk."""
+        """A page for a browser; a second one begins with the state of the first."""
         import panel as pn
 
-        from wedgebrake.explorer.core.scheduler import common_turns
         from wedgebrake.explorer.ui.session import Explorer
 
-        explorer = self._explorer = Explorer(self.desk, common_turns())
+        explorer = self._explorer = Explorer(self.state)
 
         def gone(_: Any) -> None:
-            if self._explorer is explorer:  # its desk is kept, its page is not
-                self._desk, self._explorer = explorer.desk, None
+            if self._explorer is explorer:  # its state is kept, its page is not
+                self._state, self._explorer = explorer.state, None
 
         pn.state.on_session_destroyed(gone)
         return explorer
@@ -116,16 +115,16 @@ def explore(
         ("height", height, _LEAST_HEIGHT, _MOST_HEIGHT),
     ):
         check_whole(name, value, least, most)
-    return Cell(_laid(subject), port, height)
+    return Cell(_state_of(subject), port, height)
 
 
-def _laid(subject: Any) -> Desk:
-    """A desk with the subject on it."""
+def _state_of(subject: Any) -> PageState:
+    """The state of a page with the subject."""
     from wedgebrake.explorer.core.presets import START, preset
     from wedgebrake.explorer.core.studies import opened
 
     if subject is None:
-        return preset(START).desk()
+        return preset(START).state()
     if isinstance(subject, BrakedDriveline):
         return opened(Study(subject, Run()))
     if isinstance(subject, Study):
@@ -154,7 +153,7 @@ def _served(port: int) -> str:
         asyncio.set_event_loop(asyncio.new_event_loop())
         loop = IOLoop.current()
         try:
-            _, url = started(_asked_for, port=port)
+            _, url = started(_page, port=port)
         except BaseException as error:
             begun.set_exception(error)
             return
@@ -165,8 +164,8 @@ def _served(port: int) -> str:
     return begun.result()
 
 
-def _asked_for() -> Any:
-    """The page of the cell that a browser asks for."""
+def _page() -> Any:
+    """The page of the cell that a browser requests."""
     import panel as pn
 
     keys = pn.state.session_args.get("cell", [b""])

@@ -12,12 +12,13 @@ from pydantic.fields import FieldInfo
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.formatting import upper
 from wedgebrake.explorer.core.parameter_ranges import field, reaching, scale, span
-from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.state import PageState
+from wedgebrake.figures.data.axes import ParameterAxis, plain
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part
-from wedgebrake.model.sweep_settings import INITIAL
+from wedgebrake.model.sweep_settings import INITIAL, sweepable
 from wedgebrake.model.validation import labels
 
 # Symbol and a word or two, by name.
@@ -106,34 +107,34 @@ class Row:
         return f"{symbol(self.name)}  {label(self.name)}".strip()
 
 
-def sections(desk: Desk) -> dict[str, list[Row]]:
+def sections(state: PageState) -> dict[str, list[Row]]:
     """Return the rows of the machine by section title.
 
     Groups and values that are not defined for this machine have no row.
     """
-    system = desk.system
+    system = state.system
     groups = system.groups.as_dict()
     natural = system.driveline.natural_frequency / (2.0 * math.pi)
-    torque = _of_part(desk, system.excitation)
+    torque = _of_part(state, system.excitation)
     torque += [Row("natural", "fixed", natural, "Hz", _HINTS["natural"])] if natural > 0.0 else []
     return {
         "Normalised groups": [
-            *(_group(desk, name) for name in SETTERS if groups[name] is not None),
+            *(_group(state, name) for name in SETTERS if groups[name] is not None),
             *(
                 Row(name, "fixed", groups[name], "", _HINTS[name])
                 for name in ("loss_factor", "static_ratio", "drive")
                 if groups[name] is not None
             ),
         ],
-        "Brake": [_choice("brake", system.brake.kind, Brake.kinds), *_of_part(desk, system.brake)],
-        "Actuation": _of_part(desk, system.actuation),
+        "Brake": [_choice("brake", system.brake.kind, Brake.kinds), *_of_part(state, system.brake)],
+        "Actuation": _of_part(state, system.actuation),
         "Torque": torque,
         "Friction": [
             _choice("friction", system.friction.kind, Friction.kinds),
-            *_of_part(desk, system.friction),
+            *_of_part(state, system.friction),
         ],
-        "Driveline": _of_part(desk, system.driveline),
-        "Run": [_number(desk, name) for name in ("periods", "shown", *INITIAL)],
+        "Driveline": _of_part(state, system.driveline),
+        "Run": [_number(state, name) for name in ("periods", "shown", *INITIAL)],
     }
 
 
@@ -147,18 +148,29 @@ def label(name: str) -> str:
     return _WORDS[name][1] if name in _WORDS else name.replace("_", " ")
 
 
-def _of_part(desk: Desk, part: Part) -> list[Row]:
+def parameter_axis(state: PageState, name: str) -> ParameterAxis:
+    """The range of a parameter as an axis of a plot.
+
+    Raises ``InputError`` for a parameter that the machine does not have.
+    """
+    low, high = span(state, name)
+    unit = sweepable(state.system).get(name, ("1", ""))[0]
+    log = scale(name) == "log" and low > 0.0
+    return ParameterAxis(name, low, high, log, plain(symbol(name)), label(name), unit)
+
+
+def _of_part(state: PageState, part: Part) -> list[Row]:
     """Return rows of all fields of a part; the radius, common to all brakes, comes last."""
     names = list(type(part).model_fields)
     if isinstance(part, Brake):
         names.sort(key=lambda name: name == "radius")
-    return [_of_field(desk, name, type(part).model_fields[name]) for name in names]
+    return [_of_field(state, name, type(part).model_fields[name]) for name in names]
 
 
-def _of_field(desk: Desk, name: str, one: FieldInfo) -> Row:
+def _of_field(state: PageState, name: str, one: FieldInfo) -> Row:
     if one.annotation is float:
-        return _number(desk, name)
-    value, hint = desk.value(name), _sentence(one)
+        return _number(state, name)
+    value, hint = state.value(name), _sentence(one)
     if one.annotation is bool:
         return Row(name, "switch", bool(value), hint=hint)
     return Row(name, "list", tuple(value), _unit(labels(one).get("unit", "1")), hint)
@@ -168,11 +180,11 @@ def _unit(unit: str) -> str:
     return "" if unit in ("1", "-") else unit.replace("^2", "²")
 
 
-def _number(desk: Desk, name: str) -> Row:
+def _number(state: PageState, name: str) -> Row:
     """Return a row whose slider includes the value even if it lies outside the plots."""
-    value, log = float(desk.value(name)), scale(name) == "log"
-    low, high = reaching(span(desk, name), value, scale(name))
-    one = field(desk.system, name)
+    value, log = float(state.value(name)), scale(name) == "log"
+    low, high = reaching(span(state, name), value, scale(name))
+    one = field(state.system, name)
     unit, hint = (labels(one).get("unit", "1"), _sentence(one)) if one is not None else ("1", "")
     if name in INITIAL:
         unit, hint = INITIAL[name].unit, upper(INITIAL[name].meaning)
@@ -184,13 +196,13 @@ def _number(desk: Desk, name: str) -> Row:
     )  # fmt: skip
 
 
-def _group(desk: Desk, name: str) -> Row:
-    setter, row = SETTERS[name], _number(desk, name)
+def _group(state: PageState, name: str) -> Row:
+    setter, row = SETTERS[name], _number(state, name)
     try:
-        setter.value(desk.system, row.high)
+        setter.value(state.system, row.high)
     except InputError as error:
         return replace(row, enabled=False, hint=str(error).removeprefix("groups."))
-    target = field(desk.system, setter.target)
+    target = field(state.system, setter.target)
     sets = label(setter.target) if target is None else _printed(target.description or "")
     hint = f"{upper(_printed(setter.meaning))}. Setting it changes the {sets}"
     return replace(row, hint=hint)
@@ -210,6 +222,6 @@ def _sentence(one: FieldInfo) -> str:
 
 def _printed(words: str) -> str:
     """Return words with their symbols as printed."""
-    for plain, greek in _GREEK.items():
-        words = re.sub(rf"\b{plain}\b", greek, words)
+    for word, greek in _GREEK.items():
+        words = re.sub(rf"\b{word}\b", greek, words)
     return re.sub(r"(?<=[A-Za-z])_(?=[a-z0-9])", "", words)

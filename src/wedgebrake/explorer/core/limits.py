@@ -16,7 +16,7 @@ COARSE_POINTS, FINE_POINTS = 150, 600
 """Values of the parameter in a bifurcation diagram, at once and when all is still."""
 COARSE_MAP, FINE_MAP = (24, 16), (96, 64)
 """Cells of a map of regimes or basins, at once and when all is still."""
-LONGEST_TURN = 300
+LONGEST_STEP = 300
 """Time limit of one computation [s]; the page reports that it was exceeded."""
 LONGEST_EXPORT = 1800
 """Time limit of one export [s]."""

@@ -1,4 +1,4 @@
-"""The range of a parameter: of its slider, and of pictures over it where the user set none."""
+"""The range of a parameter: of its slider, and of plots over it where the user set none."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
-from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part
 from wedgebrake.model.study import Run
@@ -55,19 +55,19 @@ _DECADES = 1e3
 _LEAST, _MOST = 1e-300, 1e300
 
 
-def span(desk: Desk, name: str) -> Span:
-    """The (lowest, highest) value of a parameter in pictures over it, and of its slider.
+def span(state: PageState, name: str) -> Span:
+    """The (lowest, highest) value of a parameter in plots over it, and of its slider.
 
-    What the user set in ``desk.view.spans``, as far as the parameter may have it; otherwise
+    What the user set in ``state.view.spans``, as far as the parameter may have it; otherwise
     round numbers on the paper's scales, which change with the value only where it lies outside.
 
     Raises ``InputError`` for what this machine does not have.
     """
-    value = desk.value(name)
-    low, high = _usual(desk, name)
-    if name in desk.view.spans:
-        return _possible(desk, name, desk.view.spans[name], (low, high))
-    return _possible(desk, name, reaching((low, high), value, scale(name)), (low, high))
+    value = state.value(name)
+    low, high = _usual(state, name)
+    if name in state.view.spans:
+        return _possible(state, name, state.view.spans[name], (low, high))
+    return _possible(state, name, reaching((low, high), value, scale(name)), (low, high))
 
 
 def scale(name: str) -> Literal["linear", "log"]:
@@ -96,13 +96,13 @@ def field(system: BrakedDriveline, name: str) -> FieldInfo | None:
     return None
 
 
-def _usual(desk: Desk, name: str) -> Span:
+def _usual(state: PageState, name: str) -> Span:
     """The span of a parameter whatever its value."""
-    system = desk.system
+    system = state.system
     if name in _SPANS:
         low, high = _SPANS[name]
     elif name in _GROUP_OF:
-        return _set_by_group(desk, name)
+        return _set_by_group(state, name)
     elif name in ("initial_angle", "initial_velocity", "drive_speed"):
         return _of_motion(system, name)
     else:
@@ -115,15 +115,15 @@ def _usual(desk: Desk, name: str) -> Span:
     return low, high
 
 
-def _set_by_group(desk: Desk, name: str) -> Span:
+def _set_by_group(state: PageState, name: str) -> Span:
     """The span of what a group sets, from that of the group whatever its value."""
     group = _GROUP_OF[name]
-    if desk.system.groups.as_dict()[group] is None:
+    if state.system.groups.as_dict()[group] is None:
         return _WITHOUT_GROUP[name]
     usual = _SPANS[group]
-    wanted = _possible(desk, group, desk.view.spans.get(group, usual), usual)
+    wanted = _possible(state, group, state.view.spans.get(group, usual), usual)
     try:
-        ends = [SETTERS[group].value(desk.system, one) for one in wanted]
+        ends = [SETTERS[group].value(state.system, one) for one in wanted]
     except InputError:
         return _WITHOUT_GROUP[name]
     return _two_digits(min(ends), up=False), _two_digits(max(ends), up=True)
@@ -142,26 +142,26 @@ def _of_motion(system: BrakedDriveline, name: str) -> Span:
     return -most, most
 
 
-def _possible(desk: Desk, name: str, wanted: Span, usual: Span) -> Span:
+def _possible(state: PageState, name: str, wanted: Span, usual: Span) -> Span:
     """As much of a span as the parameter may have; the usual one where that is nothing."""
     low, high = wanted
-    least, most, without = _limits(desk, name)
+    least, most, without = _limits(state, name)
     if low < least or (without and low <= least):
         low = usual[0] if usual[0] < high else max(least, high / _DECADES)
     high = min(high, most)
     return (low, high) if low < high else usual
 
 
-def _limits(desk: Desk, name: str) -> tuple[float, float, bool]:
+def _limits(state: PageState, name: str) -> tuple[float, float, bool]:
     """(least, most) that a parameter may be, and whether the least itself is ruled out."""
     least, most, without = -math.inf, math.inf, False
     if name == "static":
-        return desk.system.friction.reference, 5.0, False
+        return state.system.friction.reference, 5.0, False
     if name in ("periods", "shown"):
         return *_SPANS[name], False
     if name in ("f", "F0", "alpha") or scale(name) == "log":
         least, without = 0.0, True
-    one = field(desk.system, name)
+    one = field(state.system, name)
     for limit in [] if one is None else one.metadata:
         for key in ("gt", "ge"):
             bound = getattr(limit, key, None)

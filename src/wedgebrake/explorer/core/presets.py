@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
+from typing import Any
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.explorer.core.state import Desk, View
+from wedgebrake.explorer.core.state import PageState, View
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import BandBrake, ConventionalBrake, LeadingShoeBrake, WedgeBrake
 from wedgebrake.model.driveline import Driveline
@@ -46,18 +47,18 @@ _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
 
 @dataclass(frozen=True)
 class Preset:
-    """A desk by name.
+    """A state of the page by name.
 
     name  : as in "fig9c"
     title : for a list that one chooses from
     group : heading of the part of the list
-    desk  : makes the desk
+    state : makes the state
     """
 
     name: str
     title: str
     group: str
-    desk: Callable[[], Desk]
+    state: Callable[[], PageState]
 
 
 def preset(name: str) -> Preset:
@@ -67,35 +68,25 @@ def preset(name: str) -> Preset:
     return PRESETS[name]
 
 
-def _of_case(case: Case, over: str, assumptions: Assumptions = CORRECTED) -> Desk:
+def _of_case(case: Case, over: str, assumptions: Assumptions = CORRECTED) -> PageState:
     """A case of the paper as the paper runs it, with the diagram that contains it."""
     plan = DIAGRAMS[over]
     spans = MappingProxyType({plan.name: (plan.low, plan.high)})
     system = assumptions.system(case, "coulomb")
-    return Desk.of(Study(system, Run(duration=DURATION)), View(axis=plan.name, spans=spans))
+    return PageState.of(Study(system, Run(duration=DURATION)), View(axis=plan.name, spans=spans))
 
 
 def _responses() -> Iterator[Preset]:
-    yield Preset(
-        START,
-        f"Start here: {_title(Case(), ('eta',))}",
-        _RESPONSES,
-        partial(_of_case, Case(), "8a"),
-    )
+    title = f"Start here: {_title(Case(), ('eta',))}"
+    yield Preset(START, title, _RESPONSES, partial(_of_case, Case(), "8a"))
     for number, rows in RESPONSES.items():
         for letter, case in zip("abcdef", rows.cases, strict=False):
-            yield Preset(
-                f"fig{number}{letter}",
-                f"Fig. {number} {letter}: {_title(case, rows.varied)}",
-                _RESPONSES,
-                partial(_of_case, case, _OVER[rows.varied[-1]]),
-            )
-    yield Preset(
-        "as-printed",
-        "Fig. 9 b with the parameters as printed: diverges",
-        _RESPONSES,
-        partial(_of_case, RESPONSES[9].cases[1], "8a", AS_PRINTED),
-    )
+            title = f"Fig. {number} {letter}: {_title(case, rows.varied)}"
+            make = partial(_of_case, case, _OVER[rows.varied[-1]])
+            yield Preset(f"fig{number}{letter}", title, _RESPONSES, make)
+    title = "Fig. 9 b with the parameters as printed: diverges"
+    make = partial(_of_case, RESPONSES[9].cases[1], "8a", AS_PRINTED)
+    yield Preset("as-printed", title, _RESPONSES, make)
 
 
 def _title(case: Case, varied: tuple[str, ...]) -> str:
@@ -114,13 +105,9 @@ def _equation(name: str, value: float) -> str:
 
 def _diagrams() -> Iterator[Preset]:
     for name, plan in DIAGRAMS.items():
-        yield Preset(
-            f"fig{name}",
-            f"Fig. {name[:-1]} {name[-1]}: {_over(plan)}" if name[-1].isalpha()
-            else f"Fig. {name}: {_over(plan)}",
-            _DIAGRAMS,
-            partial(_of_case, plan.base, name),
-        )  # fmt: skip
+        number = f"{name[:-1]} {name[-1]}" if name[-1].isalpha() else name
+        title = f"Fig. {number}: {_over(plan)}"
+        yield Preset(f"fig{name}", title, _DIAGRAMS, partial(_of_case, plan.base, name))
 
 
 def _over(plan: Range) -> str:
@@ -130,65 +117,56 @@ def _over(plan: Range) -> str:
 
 
 def _others() -> Iterator[Preset]:
-    for name, title, make in (
-        ("band", "Band brake on a turning shaft: stick-slip without a torque", _band),
-        ("leading-shoe", "Leading shoe brake, its force falls with speed", _leading_shoe),
-        ("self-locking", "Wedge so acute that it locks itself", _self_locking),
-        ("falling-friction", "Friction that falls with speed: judder at 10 Hz", _falling),
-    ):
-        yield Preset(name, title, _OTHERS, make)
+    for name, (title, initial, *parts) in _MACHINES.items():
+        driveline, brake, friction, actuation, excitation = parts
+        system = BrakedDriveline(
+            driveline=driveline, brake=brake, friction=friction, actuation=actuation,
+            excitation=excitation,
+        )  # fmt: skip
+        study, view = Study(system, Run(initial=initial)), View(axis="initial_force")
+        yield Preset(name, title, _OTHERS, partial(PageState.of, study, view))
 
 
-def _band() -> Desk:
-    system = BrakedDriveline(
-        driveline=Driveline(inertia=1.0, damping=0.02, stiffness=1e4, drive_speed=2.0),
-        brake=BandBrake(radius=0.2, wrap_angle=4.0),
-        friction=CoulombFriction(kinetic=0.25, static=0.30),
-        actuation=Actuation(initial_force=300.0),
-        excitation=HarmonicTorque(amplitude=0.0, frequency=15.0),
-    )
-    # At rest relative to the drum.
-    return _desk(system, initial=(0.0, -2.0))
-
-
-def _leading_shoe() -> Desk:
-    system = BrakedDriveline(
-        driveline=Driveline(inertia=1.0, damping=0.1, stiffness=1e4),
-        brake=LeadingShoeBrake(radius=0.2, actuation_arm=0.2, normal_arm=0.1, friction_arm=0.08),
-        friction=CoulombFriction(kinetic=0.30),
-        actuation=Actuation(initial_force=300.0, slope=-40.0),
-        excitation=HarmonicTorque(amplitude=500.0, frequency=10.0),
-    )
-    return _desk(system)
-
-
-def _self_locking() -> Desk:
-    system = BrakedDriveline(
-        driveline=Driveline(inertia=1.0, damping=0.1, stiffness=1e4),
-        brake=WedgeBrake(angle=0.28, radius=0.2),  # tan(0.28 rad) < kinetic
-        friction=CoulombFriction(kinetic=0.30, static=0.33),
-        actuation=Actuation(initial_force=300.0, slope=-40.0),
-        excitation=HarmonicTorque(amplitude=500.0, frequency=10.0),
-    )
-    return _desk(system)
-
-
-def _falling() -> Desk:
-    system = BrakedDriveline(
-        driveline=Driveline(inertia=1.0, damping=0.5, stiffness=4e3, drive_speed=3.0),
-        brake=ConventionalBrake(radius=0.2),
-        friction=TabulatedFriction(
+# Title, initial state and parts of the machines that are not the paper's.
+_MACHINES: dict[str, tuple[Any, ...]] = {
+    "band": (
+        "Band brake on a turning shaft: stick-slip without a torque",
+        (0.0, -2.0),  # at rest relative to the drum
+        Driveline(inertia=1.0, damping=0.02, stiffness=1e4, drive_speed=2.0),
+        BandBrake(radius=0.2, wrap_angle=4.0),
+        CoulombFriction(kinetic=0.25, static=0.30),
+        Actuation(initial_force=300.0),
+        HarmonicTorque(amplitude=0.0, frequency=15.0),
+    ),
+    "leading-shoe": (
+        "Leading shoe brake, its force falls with speed",
+        (0.0, 0.0),
+        Driveline(inertia=1.0, damping=0.1, stiffness=1e4),
+        LeadingShoeBrake(radius=0.2, actuation_arm=0.2, normal_arm=0.1, friction_arm=0.08),
+        CoulombFriction(kinetic=0.30),
+        Actuation(initial_force=300.0, slope=-40.0),
+        HarmonicTorque(amplitude=500.0, frequency=10.0),
+    ),
+    "self-locking": (
+        "Wedge so acute that it locks itself",
+        (0.0, 0.0),
+        Driveline(inertia=1.0, damping=0.1, stiffness=1e4),
+        WedgeBrake(angle=0.28, radius=0.2),  # tan(0.28 rad) < kinetic
+        CoulombFriction(kinetic=0.30, static=0.33),
+        Actuation(initial_force=300.0, slope=-40.0),
+        HarmonicTorque(amplitude=500.0, frequency=10.0),
+    ),
+    "falling-friction": (
+        "Friction that falls with speed: judder at 10 Hz",
+        (-0.02, 0.0),
+        Driveline(inertia=1.0, damping=0.5, stiffness=4e3, drive_speed=3.0),
+        ConventionalBrake(radius=0.2),
+        TabulatedFriction(
             speeds=(0.0, 0.2, 0.5, 1.0, 2.0), coefficients=(0.45, 0.40, 0.35, 0.31, 0.29)
         ),
-        actuation=Actuation(initial_force=1000.0),
-        excitation=HarmonicTorque(amplitude=0.0, frequency=10.0),
-    )
-    return _desk(system, initial=(-0.02, 0.0))
-
-
-def _desk(system: BrakedDriveline, initial: tuple[float, float] = (0.0, 0.0)) -> Desk:
-    return Desk.of(Study(system, Run(initial=initial)), View(axis="initial_force"))
-
-
+        Actuation(initial_force=1000.0),
+        HarmonicTorque(amplitude=0.0, frequency=10.0),
+    ),
+}
 PRESETS: dict[str, Preset] = {one.name: one for one in (*_responses(), *_diagrams(), *_others())}
 """All presets, in the order of a list."""

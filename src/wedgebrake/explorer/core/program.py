@@ -1,4 +1,4 @@
-"""The displayed study as a Python program."""
+"""The displayed run and plot as calls of public functions, and as a Python program."""
 
 from __future__ import annotations
 
@@ -9,33 +9,63 @@ from typing import Any
 from wedgebrake import __all__ as _public
 from wedgebrake._version import __version__
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.calls import chosen, picture, run
-from wedgebrake.explorer.core.evaluation import judging
+from wedgebrake.explorer.core.computation import evaluation_settings
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
-from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.plots import PARAMETER_PLOTS, Call
+from wedgebrake.explorer.core.state import PageState
+from wedgebrake.model.part import Part
 from wedgebrake.model.system import PARTS
 
 # A torque slower than the free vibration is sampled by the vibration's period; but of so many
 # samples a period, and of so many in all, no more.
 _OF_NATURAL, _DENSEST, _MOST = 20, 2000, 400_000
 _WIDTH = 95  # characters
-# Below so many in a period of the free vibration, no torque of the brake is told.
+# Below so many in a period of the free vibration, the torque of the brake is not printed.
 _FEWEST = 5
 
 
-def samples(desk: Desk) -> int:
+def run(state: PageState) -> dict[str, Any]:
+    """Arguments of ``wb.simulate`` and its relatives that say how a run is computed.
+
+    Those alone that differ from their defaults.
+    """
+    names = ("initial", "method", "rtol", "step", "max_events", "max_steps")
+    return _chosen(state.study.run, names)
+
+
+def picture(state: PageState) -> Call:
+    """The open plot as a call, with as many values as the page draws at last.
+
+    Raises ``InputError`` where there is none of this machine.
+    """
+    options = {**evaluation_settings(state), **run(state)}
+    return PARAMETER_PLOTS[state.view.plot].call(state, options)
+
+
+def _chosen(part: Part, names: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Values of a part other than their defaults, of all fields or of some."""
+    values = dict(part)
+    found = {}
+    for name, field in type(part).model_fields.items():
+        default = field.get_default(call_default_factory=True, validated_data=values)
+        if (not names or name in names) and (field.is_required() or values[name] != default):
+            found[name] = values[name]
+    return found
+
+
+def samples(state: PageState) -> int:
     """Samples of the response in a period of the torque."""
-    wanted = math.ceil(_OF_NATURAL * _ratio(desk))
-    return max(SAMPLES_PER_PERIOD, min(wanted, _DENSEST, _MOST // desk.periods))
+    wanted = math.ceil(_OF_NATURAL * _ratio(state))
+    return max(SAMPLES_PER_PERIOD, min(wanted, _DENSEST, _MOST // state.periods))
 
 
-def _ratio(desk: Desk) -> float:
+def _ratio(state: PageState) -> float:
     """Natural frequency over that of the torque."""
-    system = desk.system
+    system = state.system
     return system.driveline.natural_frequency / system.excitation.angular_frequency
 
 
-def snippet(desk: Desk) -> str:
+def snippet(state: PageState) -> str:
     """A Python program that computes what is on the screen and draws it.
 
     It has the machine in SI values, the response, its class, the verdict on stability, the
@@ -43,13 +73,13 @@ def snippet(desk: Desk) -> str:
 
     Raises ``InputError`` for a part that is none of wedgebrake's.
     """
-    parts = [_machine(desk), _motion(desk), _picture(desk)]
+    parts = [_machine(state), _motion(state), _picture(state)]
     numpy = "import numpy as np\n\n" if "np." in parts[-1] else ""
-    return "\n".join([_heading(desk), f"{numpy}import wedgebrake as wb\n", *parts])
+    return "\n".join([_heading(state), f"{numpy}import wedgebrake as wb\n", *parts])
 
 
-def _heading(desk: Desk) -> str:
-    groups = desk.system.groups.as_dict()
+def _heading(state: PageState) -> str:
+    groups = state.system.groups.as_dict()
     said = ", ".join(f"{name}_=_{value!r}" for name, value in groups.items() if value is not None)
     return "\n".join(
         [
@@ -62,32 +92,32 @@ def _heading(desk: Desk) -> str:
     )
 
 
-def _machine(desk: Desk) -> str:
+def _machine(state: PageState) -> str:
     lines = []
     for name in PARTS:
-        part = getattr(desk.system, name)
+        part = getattr(state.system, name)
         kind = type(part).__name__
         if kind not in _public:
             raise InputError(
                 f"{name} = {kind}: is no part of wedgebrake, so that no program of its public names"
                 " can build it. Save the study instead, and load it where the part is known."
             )
-        lines.append(f"{name}=wb.{kind}({_arguments(chosen(part))}),")
+        lines.append(f"{name}=wb.{kind}({_arguments(_chosen(part))}),")
     return _call("system = wb.BrakedDriveline", lines)
 
 
-def _motion(desk: Desk) -> str:
-    options = run(desk)
-    begin = desk.study.run.start_time
+def _motion(state: PageState) -> str:
+    options = run(state)
+    begin = state.study.run.start_time
     simulated = {
-        "periods": desk.periods,
-        "samples_per_period": samples(desk),
+        "periods": state.periods,
+        "samples_per_period": samples(state),
         **options,
         **({"start_time": begin} if begin else {}),
     }
-    judged = {**judging(desk), **options}
+    evaluated = {**evaluation_settings(state), **options}
     text = _call("response = wb.simulate", ["system,", *_lines(simulated)])
-    lines = ["system,", *_lines(judged)]
+    lines = ["system,", *_lines(evaluated)]
     if begin:  # motions begin at t = 0: from the first whole period of the torque on
         first = ", ".join(f"float(response.poincare_{name}[0])" for name in ("angle", "velocity"))
         lines = [line for line in lines if not line.startswith("initial=")]
@@ -95,8 +125,8 @@ def _motion(desk: Desk) -> str:
     text += _call("motion = wb.motion", lines)
     text += 'print(response.attrs["message"])\nprint(motion.verdict)\n'
     text += "print(wb.stability(system).verdict)\n"
-    if samples(desk) >= _FEWEST * _ratio(desk):
-        settled = f"{desk.transient} / system.excitation.frequency"
+    if samples(state) >= _FEWEST * _ratio(state):
+        settled = f"{state.transient} / system.excitation.frequency"
         start = f"{begin!r} + {settled}" if begin else settled
         text += (
             'if response.attrs["status"] == "completed":\n'
@@ -105,9 +135,9 @@ def _motion(desk: Desk) -> str:
     return text + 'wb.plot(response, verdict=motion.verdict).savefig("response.png", dpi=200)\n'
 
 
-def _picture(desk: Desk) -> str:
+def _picture(state: PageState) -> str:
     try:
-        shown = picture(desk)
+        shown = picture(state)
     except InputError as error:
         return (
             "\n".join(f"# {line}" for line in textwrap.wrap(f"No picture: {error}", _WIDTH)) + "\n"
@@ -120,12 +150,12 @@ def _picture(desk: Desk) -> str:
         number = "points" if len(numbers) == 1 else f"points[{place}]"
         lines.append(f"{name}=np.{spread}({first!r}, {last!r}, {number}),")
     text += _call(f"picture = wb.{shown.function}", [*lines, *_lines(shown.options)])
-    quantity = ', quantity="angle"' if _of_angle(desk) else ""
-    return text + f'wb.plot(picture{quantity}).savefig("{desk.view.plate}.png", dpi=200)\n'
+    quantity = ', quantity="angle"' if _of_angle(state) else ""
+    return text + f'wb.plot(picture{quantity}).savefig("{state.view.plot}.png", dpi=200)\n'
 
 
-def _of_angle(desk: Desk) -> bool:
-    return desk.view.plate == "diagram" and desk.view.quantity == "angle"
+def _of_angle(state: PageState) -> bool:
+    return state.view.plot == "diagram" and state.view.quantity == "angle"
 
 
 def _call(what: str, lines: list[str]) -> str:

@@ -1,85 +1,66 @@
-"""Work in turns: threads shared by all pages, where the newest wish of a page replaces the older.
+"""Threads shared by all pages, where the newest job of a page replaces older ones.
 
-Work is an iterator; each of its steps is one turn and gives a result to show. Between two turns
-others have theirs, and work that nobody wants any more ends. Kernels do not hold Python's lock,
-so that a few threads keep all processors busy and the event loop answers meanwhile.
-
-A thread within a kernel cannot be stopped. If a turn takes long, another thread is therefore
-started in addition, and a turn that exceeds the time limit is reported as an error to its page.
+A job is an iterator whose steps give results to show; between two steps other jobs have theirs.
+Kernels do not hold Python's lock, so that a few threads keep all processors busy and the event
+loop answers meanwhile. A thread within a kernel cannot be stopped: if a step takes long, another
+thread is started in its place, and a step beyond the time limit is reported to its page.
 """
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import logging
+import math
 import threading
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
 from functools import cache, partial
+from queue import PriorityQueue
 from typing import Any
 
 from wedgebrake.errors import WedgebrakeError
-from wedgebrake.explorer.core.limits import LONGEST_EXPORT, LONGEST_TURN
+from wedgebrake.explorer.core.limits import LONGEST_EXPORT, LONGEST_STEP
 
 Post = Callable[[Callable[[], None]], None]
 """Hands a function to the thread that owns a page: its event loop."""
 
 _LOG = logging.getLogger("wedgebrake.explorer")
-# Largest number of threads with long turns that are replaced by additional threads.
-_MOST_AWAY = 16
-# Time after which a turn is long, of a display and of an export [s].
+# Largest number of threads with long steps that are replaced.
+_MOST_REPLACED = 16
+# Longest time that a job waits for the first result of the one before it [s].
+_LONGEST_WAIT = 0.4
+# Time after which a step is long, of a display and of an export [s].
 _PATIENCE, _PATIENCE_FOR_FILES = 2.0, 60.0
 
 
 @dataclass(eq=False)
-class _Task:
-    """One iterator, and where its results go."""
+class _Job:
+    """One iterator, and where its results go.
 
-    lane: Lane
+    since    : start of the step in progress [s]; inf once it has been reported as too long
+    replaced : True if another thread has taken the place of the one that computes the step
+    shown    : True if its first result has been shown
+    """
+
+    slot: Slot
     steps: Iterator[Any]
     show: Callable[[Any], None]
     fail: Callable[[str], None]
     finished: Callable[[], None]
     later: int
     pause: float
-
-    @property
-    def wanted(self) -> bool:
-        return self.lane.task is self
-
-
-@dataclass(order=True)
-class _Place:
-    """A place in the queue: first what is urgent, then who came first."""
-
-    urgency: int
-    number: int
-    task: _Task = field(compare=False)
+    since: float = math.inf
+    replaced: bool = False
+    shown: bool = False
 
 
-@dataclass(eq=False)
-class _Turn:
-    """A turn in progress.
-
-    since : start time [s]
-    away  : True if an additional thread has replaced the one that computes it
-    over  : True if it has exceeded the time limit
-    """
-
-    task: _Task
-    since: float
-    away: bool = False
-    over: bool = False
-
-
-class Turns:
-    """Threads that take turns at the work of many lanes.
+class Scheduler:
+    """Threads that compute the jobs of many slots, a step at a time, the urgent ones first.
 
     threads  : number of threads; None: one for each processor
-    patience : time in one turn after which a thread is replaced by another [s]
-    limit    : time limit of a turn [s]
+    patience : time in one step after which a thread is replaced by another [s]
+    limit    : time limit of a step [s]
     """
 
     def __init__(
@@ -87,156 +68,111 @@ class Turns:
         threads: int | None = None,
         *,
         patience: float = _PATIENCE,
-        limit: float = LONGEST_TURN,
+        limit: float = LONGEST_STEP,
     ) -> None:
         from wedgebrake.sweeps.executor import processors
 
-        self._ready: list[_Place] = []
-        self._resting: list[tuple[float, int, _Place]] = []
+        self._queue: PriorityQueue[tuple[int, int, _Job | None]] = PriorityQueue()
         self._numbers = itertools.count()
-        lock = threading.Lock()
-        self._changed, self._begun = threading.Condition(lock), threading.Condition(lock)
-        self._closed = False
         self._patience, self._limit = patience, limit
-        self._turns: set[_Turn] = set()
-        self._wanted, self._here = threads or processors(), 0
-        with lock:
-            for _ in range(self._wanted):
-                self._start_thread()
-        threading.Thread(target=self._watch, name="wedgebrake-watch", daemon=True).start()
+        self._lock, self._closed = threading.Lock(), threading.Event()
+        self._running: set[_Job] = set()
+        for _ in range(threads or processors()):
+            self._start_thread(self._compute)
+        self._start_thread(self._watch)
 
-    def _start_thread(self) -> None:
-        self._here += 1
+    def _start_thread(self, work: Callable[[], None]) -> None:
         name = f"wedgebrake-{next(self._numbers)}"
-        threading.Thread(target=self._take_turns, name=name, daemon=True).start()
+        threading.Thread(target=work, name=name, daemon=True).start()
 
-    def lane(self, post: Post) -> Lane:
-        """A lane whose results are shown by way of ``post``."""
-        return Lane(self, post)
+    def slot(self, post: Post) -> Slot:
+        """A slot whose results are shown by way of ``post``."""
+        return Slot(self, post)
 
     def close(self) -> None:
-        """End all threads when their turns are over."""
-        with self._changed:
-            self._closed = True
-            self._ready.clear()
-            self._resting.clear()
-            self._changed.notify_all()
-            self._begun.notify_all()
+        """End all threads when their steps are over."""
+        self._closed.set()
+        self._queue.put((-1, next(self._numbers), None))
 
-    def enqueue(self, task: _Task, urgency: int, pause: float = 0.0) -> None:
-        """Wait for a turn, from ``pause`` seconds on."""
-        with self._changed:
-            place = _Place(urgency, next(self._numbers), task)
-            if pause > 0.0:
-                heapq.heappush(self._resting, (time.monotonic() + pause, place.number, place))
-            else:
-                heapq.heappush(self._ready, place)
-            self._changed.notify()
+    def enqueue(self, job: _Job, urgency: int) -> None:
+        """Wait for a thread; of equal urgency, who comes first goes first."""
+        self._queue.put((urgency, next(self._numbers), job))
 
-    def _next(self) -> _Turn | None:
-        """Turn of the next task in the queue; None when closed."""
-        with self._changed:
-            while not self._closed:
-                now = time.monotonic()
-                while self._resting and self._resting[0][0] <= now:
-                    heapq.heappush(self._ready, heapq.heappop(self._resting)[2])
-                while self._ready:
-                    task = heapq.heappop(self._ready).task
-                    if task.wanted:
-                        turn = _Turn(task, time.monotonic())
-                        self._turns.add(turn)
-                        self._begun.notify()
-                        return turn
-                    _close(task)
-                self._changed.wait(self._resting[0][0] - now if self._resting else None)
-        return None
-
-    def _take_turns(self) -> None:
-        while (turn := self._next()) is not None:
-            self._take(turn.task)
-            if not self._returned(turn):
+    def _compute(self) -> None:
+        while (job := self._queue.get()[2]) is not None:
+            if job.slot.job is not job:
+                if isinstance(job.steps, Generator):
+                    job.steps.close()
+                continue
+            with self._lock:
+                job.since = time.monotonic()
+                self._running.add(job)
+            again = self._step(job)
+            with self._lock:
+                self._running.discard(job)
+                replaced, job.replaced = job.replaced, False
+            if again and job.pause > 0.0:
+                timer = threading.Timer(job.pause, self.enqueue, (job, job.later))
+                timer.daemon = True
+                timer.start()
+                job.pause = 0.0
+            elif again:
+                self.enqueue(job, job.later)
+            if replaced:
                 return
+        self.close()  # for the next thread
 
-    def _take(self, task: _Task) -> None:
+    def _step(self, job: _Job) -> bool:
+        """Compute a step and hand its result to the page; return True if others may follow."""
         try:
-            result = next(task.steps)
+            result = next(job.steps)
         except StopIteration:
-            task.lane.end(task, task.finished)
+            job.slot.end(job, job.finished)
         except WedgebrakeError as error:
-            task.lane.end(task, partial(task.fail, str(error)))
+            job.slot.end(job, partial(job.fail, str(error)))
         except Exception as error:
-            _LOG.exception("a turn failed")
+            _LOG.exception("a step failed")
             words = f"internal error: {type(error).__name__}: {error}. Please report it."
-            task.lane.end(task, partial(task.fail, words))
+            job.slot.end(job, partial(job.fail, words))
         else:
-            task.lane.offer(task, result)
-            self.enqueue(task, task.later, task.pause)
-            task.pause = 0.0
-
-    def _returned(self, turn: _Turn) -> bool:
-        """Remove a finished turn; return True if its thread is still needed."""
-        with self._changed:
-            self._turns.discard(turn)
-            if not turn.away:
-                return True
-            if self._here >= self._wanted:
-                return False
-            self._here += 1
+            job.slot.offer(job, result)
             return True
+        return False
 
     def _watch(self) -> None:
-        """Replace threads whose turns are long, and report turns that exceed the time limit."""
-        while True:
-            with self._begun:
-                if self._closed:
-                    return
-                now = time.monotonic()
-                self._replace(now)
-                lost = [one for one in self._turns if one.since + self._limit <= now]
-                lost = [one for one in lost if not one.over]
-                if not lost:
-                    self._begun.wait(self._rest(now))
-            for turn in lost:
-                turn.over = True
+        """Replace threads whose steps are long, and report steps beyond the time limit."""
+        while not self._closed.wait(0.5 * self._patience):
+            now = time.monotonic()
+            with self._lock:
+                replaced = sum(job.replaced for job in self._running)
+                for job in self._running:
+                    long = now - job.since >= self._patience and not job.replaced
+                    if long and replaced < _MOST_REPLACED:
+                        job.replaced = True
+                        replaced += 1
+                        self._start_thread(self._compute)
+                lost = [job for job in self._running if now - job.since >= self._limit]
+            for job in lost:
+                job.since = math.inf
                 words = f"The computation exceeded the time limit of {self._limit:g} s."
-                turn.task.lane.end(turn.task, partial(turn.task.fail, words))
-
-    def _replace(self, now: float) -> None:
-        away = sum(turn.away for turn in self._turns)
-        for turn in self._turns:
-            if away < _MOST_AWAY and not turn.away and turn.since + self._patience <= now:
-                turn.away = True
-                away += 1
-                self._here -= 1
-                self._start_thread()
-
-    def _rest(self, now: float) -> float | None:
-        """Time until the next check [s]; None: when the next turn begins."""
-        times = [turn.since + self._patience for turn in self._turns if not turn.away]
-        times += [turn.since + self._limit for turn in self._turns if not turn.over]
-        later = [one for one in times if one > now]
-        return min(later) - now if later else None
+                job.slot.end(job, partial(job.fail, words))
 
 
-def _close(task: _Task) -> None:
-    close = getattr(task.steps, "close", None)
-    if close is not None:
-        close()
-
-
-class Lane:
-    """One kind of work of one page, of which the newest is wanted.
+class Slot:
+    """One kind of work of one page, of which the newest job is wanted.
 
     Results that the page has not shown yet are replaced by newer ones, so that a slow page is
-    never behind by more than one.
+    never behind by more than one. A job waits for the first result of the one before, but not for
+    long: while a slider moves, the page shows what it passes.
     """
 
-    def __init__(self, turns: Turns, post: Post) -> None:
-        self._turns, self._post = turns, post
+    def __init__(self, scheduler: Scheduler, post: Post) -> None:
+        self._scheduler, self._post = scheduler, post
         self._lock = threading.Lock()
-        self._offered: tuple[_Task, Any] | None = None
-        self.task: _Task | None = None
-        """The newest request."""
+        self._offered: list[Any] = []
+        self.job: _Job | None = None
+        """The job in progress."""
+        self._next: tuple[_Job, int] | None = None
 
     def start(
         self,
@@ -249,7 +185,7 @@ class Lane:
         later: int = 9,
         pause: float = 0.0,
     ) -> None:
-        """Begin work that replaces what the lane does now.
+        """Begin work that replaces what the slot does now.
 
         steps    : each step gives a complete result
         show     : called with each result, where ``post`` brings it
@@ -259,43 +195,57 @@ class Lane:
         pause    : seconds between the first step and the second, so that it is not begun while
                    a slider still moves
         """
-        task = _Task(self, steps, show, fail, finished, later, pause)
+        job = _Job(self, steps, show, fail, finished, later, pause)
         with self._lock:
-            self.task, self._offered = task, None
-        self._turns.enqueue(task, urgency)
+            waits, self._next = self._next is not None, (job, urgency)
+            first = self.job is not None and not self.job.shown
+        if not first:
+            self._begin_next()
+        elif not waits:
+            timer = threading.Timer(_LONGEST_WAIT, self._begin_next)
+            timer.daemon = True
+            timer.start()
+
+    def _begin_next(self) -> None:
+        with self._lock:
+            if self._next is None:
+                return
+            (self.job, urgency), self._next, self._offered = self._next, None, []
+            job = self.job
+        self._scheduler.enqueue(job, urgency)
 
     def stop(self) -> None:
-        """Want nothing more."""
+        """Discard the work."""
         with self._lock:
-            self.task = self._offered = None
+            self.job, self._next, self._offered = None, None, []
 
     @property
     def busy(self) -> bool:
         """Return True while work continues."""
-        return self.task is not None
+        return self.job is not None or self._next is not None
 
-    def offer(self, task: _Task, result: Any) -> None:
+    def offer(self, job: _Job, result: Any) -> None:
         """Show a result soon, unless a newer one comes before."""
         with self._lock:
-            if self.task is not task:
+            if self.job is not job:
                 return
-            waiting = self._offered is not None
-            self._offered = (task, result)
-        if not waiting:
-            self._hand(self._show)
+            posted, self._offered = bool(self._offered), [result]
+        if not posted:
+            self._hand(partial(self._show, job))
 
-    def end(self, task: _Task, last: Callable[[], None]) -> None:
+    def end(self, job: _Job, last: Callable[[], None]) -> None:
         """After the last step: what there is to say, if the work is still wanted."""
 
         def say() -> None:
-            self._show()
+            self._show(job)
             with self._lock:
-                if self.task is not task:
+                if self.job is not job:
                     return
-                self.task = None
+                self.job = None
             last()
+            self._begin_next()
 
-        if task.wanted:
+        if self.job is job:
             self._hand(say)
 
     def _hand(self, call: Callable[[], None]) -> None:
@@ -306,22 +256,22 @@ class Lane:
             _LOG.info("a page has gone while work was done for it")
             self.stop()
 
-    def _show(self) -> None:
+    def _show(self, job: _Job) -> None:
         with self._lock:
-            offered, self._offered = self._offered, None
-            if offered is None or self.task is not offered[0]:
-                return
-        task, result = offered
-        task.show(result)
+            results, self._offered = (self._offered, []) if self.job is job else ([], self._offered)
+        for result in results:
+            job.show(result)
+            job.shown = True
+            self._begin_next()
 
 
 @cache
-def common_turns() -> Turns:
+def common_scheduler() -> Scheduler:
     """The threads of all pages of this process."""
-    return Turns()
+    return Scheduler()
 
 
 @cache
-def file_turns() -> Turns:
+def file_scheduler() -> Scheduler:
     """A thread apart for files: a fine picture may take minutes, and no motion waits for it."""
-    return Turns(1, patience=_PATIENCE_FOR_FILES, limit=LONGEST_EXPORT)
+    return Scheduler(1, patience=_PATIENCE_FOR_FILES, limit=LONGEST_EXPORT)

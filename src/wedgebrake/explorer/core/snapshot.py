@@ -1,4 +1,4 @@
-"""The motion of the current machine: one run, its class, and the contents of its pictures."""
+"""The motion of the current machine: one run, its class, and the contents of its charts."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from wedgebrake.analysis.motion import Motion, motion
 from wedgebrake.analysis.spectrum import spectrum
 from wedgebrake.analysis.torque import BrakeTorque, brake_torque
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.evaluation import judging
+from wedgebrake.explorer.core.computation import evaluation_settings
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
-from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.motion import History, MotionFigures, Phase, Section, Spectrum
 from wedgebrake.model.brakes import ConventionalBrake
 from wedgebrake.solvers.simulate import simulate
@@ -34,7 +34,7 @@ _OF_NATURAL, _DENSEST = 20, 2000
 _NATURALS, _FORCINGS = 6.0, 4.0
 # A run that ended early is sampled so often at least.
 _FEWEST = 600
-# Of a run that met its limit, so much is run once more, for the pictures.
+# Of a run that met its limit, so much is run once more, for the charts.
 _SHARE = 0.1
 _LIMITS = ("event_limit", "step_limit")
 _AT_A_LIMIT = "Stopped at a limit of the explorer: the beginning."
@@ -47,17 +47,17 @@ _ENDINGS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class Snapshot:
     """Motion of a machine; of a run that ended early, its computed part.
 
     status, message  : how the simulation ended, as in the attributes of a response
     settled          : (r,) velocity over the recorded periods [rad/s]; empty where the run
                        ended early
-    figures          : contents of its pictures
+    figures          : contents of its charts
     motion           : the class of the motion, with the evidence
     stability        : the linear verdict
     braking          : torque of the brake over the recorded periods; nan where there is none
-    ghost            : the same machine with a conventional brake of the same radius
+    comparison       : the same machine with a conventional brake of the same radius
     """
 
     status: str
@@ -67,61 +67,61 @@ class Moment:
     motion: Motion
     stability: Stability
     braking: BrakeTorque
-    ghost: Moment | None = None
+    comparison: Snapshot | None = None
 
 
-def look(desk: Desk, *, settle: bool = False) -> Moment:
-    """Run the machine on the desk and judge its motion.
+def take_snapshot(state: PageState, *, settle: bool = False) -> Snapshot:
+    """Run the current machine and classify its motion.
 
-    settle : wait until the motion has settled before it is judged, within limits; else it is
-             judged over the recorded periods of the run
+    settle : True to continue the run until the motion has settled, within limits; otherwise it is
+             classified over the recorded periods of the run
 
     Divergence, self-locking and limits are answers. Raises ``InputError`` for a method that
     does not fit the friction law.
     """
-    ghost = None
-    if desk.view.ghost and not isinstance(desk.system.brake, ConventionalBrake):
-        ghost = _look(desk.edited(brake="conventional"), settle)
-    return replace(_look(desk, settle), ghost=ghost)
+    comparison = None
+    if state.view.comparison and not isinstance(state.system.brake, ConventionalBrake):
+        comparison = _one_brake(state.edited(brake="conventional"), settle)
+    return replace(_one_brake(state, settle), comparison=comparison)
 
 
-def _look(desk: Desk, settle: bool) -> Moment:
-    run = _Run(desk)
+def _one_brake(state: PageState, settle: bool) -> Snapshot:
+    run = _Run(state)
     recorded, seen = run.response()
     status = recorded.attrs["status"]
     complete = status == "completed"
-    return Moment(
+    return Snapshot(
         status=status,
         message=recorded.attrs["message"],
         figures=run.figures(recorded, seen),
         settled=run.settled(recorded) if complete else np.empty(0),
-        motion=run.judged(recorded, settle),
-        stability=stability(desk.system),
+        motion=run.classified(recorded, settle),
+        stability=stability(state.system),
         braking=run.braking(recorded) if complete else _NO_TORQUE,
     )
 
 
 class _Run:
-    """The run that a desk asks for."""
+    """The run of a state, and what is evaluated of it."""
 
-    def __init__(self, desk: Desk) -> None:
-        self.desk, self.system = desk, desk.system
-        run = desk.study.run
+    def __init__(self, state: PageState) -> None:
+        self.state, self.system = state, state.system
+        run = state.study.run
         self.begin, self.initial = run.start_time, run.initial
         self.options: dict[str, Any] = {
             "method": run.method,
             "rtol": run.rtol,
             "step": run.step,
-            **desk.limits,
+            **state.limits,
         }
         self.period = 1.0 / self.system.excitation.frequency
         wanted = _OF_NATURAL * self.system.driveline.natural_frequency * self.period
         wanted /= 2.0 * math.pi
         self.resolved = wanted <= _DENSEST
         self.density = max(SAMPLES_PER_PERIOD, math.ceil(wanted) if self.resolved else 0)
-        self.shown = min(desk.view.shown, desk.periods)
-        self.first_recorded = self._time(desk.transient)
-        self.first_shown = self._time(desk.periods - self.shown)
+        self.shown = min(state.view.shown, state.periods)
+        self.first_recorded = self._time(state.transient)
+        self.first_shown = self._time(state.periods - self.shown)
         # Windows begin so much earlier [s]: rounding shall not lose the first sample.
         self.early = 0.5 * self.period / self.density
 
@@ -129,15 +129,15 @@ class _Run:
         return float(self.begin + periods * self.period)
 
     def response(self) -> tuple[xr.Dataset, xr.Dataset]:
-        """The whole run, sampled at its end; and the response that pictures are made of."""
-        periods = self.desk.periods
-        length = max(self.desk.recorded, self.shown)
+        """The whole run, sampled at its end; and the response that the charts show."""
+        periods = self.state.periods
+        length = max(self.state.recorded, self.shown)
         steps = np.arange((periods - length) * self.density, periods * self.density + 1)
         times = self.begin + steps * (self.period / self.density)
         whole = self._simulate(periods=periods, times=times)
         if whole.attrs["status"] == "completed":
             return whole, whole
-        # It ended where nobody looked: again, and with samples where it went.
+        # It ended elsewhere: once more, with samples where it went.
         end = float(whole.attrs["final_time"])
         if whole.attrs["status"] in _LIMITS:
             end = self.begin + _SHARE * (end - self.begin)
@@ -155,31 +155,32 @@ class _Run:
             self.system, initial=self.initial, start_time=self.begin, **given, **self.options
         )
 
-    def judged(self, response: xr.Dataset, settle: bool) -> Motion:
+    def classified(self, response: xr.Dataset, settle: bool) -> Motion:
         """The class of the motion.
 
-        The run that was made is gone on with, from where its record begins: from there the
-        judge would come to the same states.
+        The run is continued from where its record begins.
         """
-        desk, options = self.desk, dict(self.options)
+        state, options = self.state, dict(self.options)
         points = np.column_stack([response["poincare_angle"], response["poincare_velocity"]])
         numbers = response["period"].to_numpy()
         complete = response.attrs["status"] == "completed"
         if settle and complete:
             # As many periods as the limits of one run allow for.
-            most = min(desk.limits.values()) / max(response.attrs["work"], 1) * desk.periods
-            rule = judging(desk)
-            rule["limit"] = int(min(max(most, desk.periods), rule["limit"]))
+            most = min(state.limits.values()) / max(response.attrs["work"], 1) * state.periods
+            rule = evaluation_settings(state)
+            rule["limit"] = int(min(max(most, state.periods), rule["limit"]))
             return motion(self.system, initial=_state(points[0]), **rule, **options)
         if complete:
-            place = int(np.searchsorted(numbers, numbers[-1] - desk.recorded))
+            place = int(np.searchsorted(numbers, numbers[-1] - state.recorded))
             start = _state(points[place])
-            found = motion(self.system, desk.recorded, transient=0, initial=start, **options)
-            return replace(found, transient=desk.transient)
+            found = motion(self.system, state.recorded, transient=0, initial=start, **options)
+            return replace(found, transient=state.transient)
         if response.attrs["status"] in _LIMITS:
             options |= {"max_events": 1, "max_steps": 1}  # it would meet them again
         start = _state(points[0]) if len(points) else self.initial
-        return motion(self.system, desk.periods, transient=desk.transient, initial=start, **options)
+        return motion(
+            self.system, state.periods, transient=state.transient, initial=start, **options
+        )
 
     def settled(self, response: xr.Dataset) -> FloatArray:
         """Velocity over the recorded periods [rad/s]."""
@@ -187,7 +188,7 @@ class _Run:
         return np.asarray(response["velocity"])[first:]
 
     def figures(self, recorded: xr.Dataset, seen: xr.Dataset) -> MotionFigures:
-        """Contents of the pictures: of the last shown periods, and of the recorded ones."""
+        """Contents of the charts: of the last shown periods, and of the recorded ones."""
         time = seen["time"].to_numpy()
         time = time[int(np.searchsorted(time, self.first_shown - self.early)) :]
         if time.size < 2:
@@ -195,7 +196,7 @@ class _Run:
         history = History.between(seen, float(time[0]), float(time[-1]))
         numbers = recorded["period"].to_numpy()
         settled = recorded["poincare_time"].to_numpy()[
-            numbers >= self.desk.transient + min(numbers, default=0)
+            numbers >= self.state.transient + min(numbers, default=0)
         ]
         complete = recorded.attrs["status"] == "completed"
         sliding = history.velocity + self.system.driveline.drive_speed

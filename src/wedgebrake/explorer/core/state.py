@@ -20,8 +20,8 @@ from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import refuse_of_another_kind
 from wedgebrake.model.validation import check_whole, is_finite, is_number, labels, named, shown
 
-Plate = Literal["diagram", "regimes", "stability", "basins"]
-PLATES: tuple[str, ...] = get_args(Plate)
+PlotName = Literal["diagram", "regimes", "stability", "basins"]
+PLOTS: tuple[str, ...] = get_args(PlotName)
 Quantity = Literal["velocity", "angle"]
 _FEWEST, _RECORD = 20, 50
 # Settings of the run that can be edited; "initial" by its two components.
@@ -29,26 +29,26 @@ _SETTINGS = ("periods", "method")
 # A coefficient that falls with speed, for a table that begins from a constant one.
 _FALLING = ((0.0, 1.2), (0.1, 1.1), (1.0, 1.0))
 _LARGEST_COEFFICIENT = 5.0
-# Ends of pictures reach no farther: their distance must be a number too.
+# Ends of axes reach no farther: their distance must be a number too.
 _FARTHEST = 1e300
 
 
 @dataclass(frozen=True)
 class View:
-    """How a study is looked at.
+    """How a study is shown.
 
-    ghost    : the conventional brake beside the study's own
-    shown    : periods of the torque in history and phase portrait
-    plate    : the picture over parameters that lies open
-    quantity : what the bifurcation diagram shows of the Poincare section
-    axis     : parameter of the bifurcation diagram
+    comparison : True for the conventional brake beside the study's own
+    shown      : periods of the torque in history and phase portrait
+    plot       : the open plot over parameters
+    quantity   : what the bifurcation diagram shows of the Poincare section
+    axis       : parameter of the bifurcation diagram
     across, up : parameters of the map of regimes
-    spans    : (first, last) value of a parameter in pictures, where the user set it
+    spans      : (first, last) value of a parameter in plots, where the user set it
     """
 
-    ghost: bool = False
+    comparison: bool = False
     shown: int = 12
-    plate: Plate = "diagram"
+    plot: PlotName = "diagram"
     quantity: Quantity = "velocity"
     axis: str = "eta"
     across: str = "eta"
@@ -57,21 +57,21 @@ class View:
 
 
 @dataclass(frozen=True)
-class Desk:
+class PageState:
     """A study and its view; immutable.
 
-    put_aside : parts of other kinds as they were left, by (table, kind)
+    former : parts of other kinds as they were when last used, by (table, kind)
     """
 
     study: Study
     view: View = View()
-    put_aside: Mapping[tuple[str, str], Part] = field(
+    former: Mapping[tuple[str, str], Part] = field(
         default_factory=lambda: MappingProxyType({}), repr=False
     )
 
     @classmethod
-    def of(cls, study: Study, view: View = View()) -> Desk:
-        """A desk with a study on it, its run counted in periods and within the limits.
+    def of(cls, study: Study, view: View = View()) -> PageState:
+        """The state with a study, its run counted in periods and within the limits.
 
         Raises ``InputError`` for brakes and friction laws that a study file cannot name.
         """
@@ -133,8 +133,8 @@ class Desk:
                 return getattr(part, name)
         raise InputError(f"{name}: no such parameter of this machine. Choose one that it has.")
 
-    def edited(self, /, **changes: Any) -> Desk:
-        """A desk with changed parameters, groups, settings, kinds or view, by name.
+    def edited(self, /, **changes: Any) -> PageState:
+        """The state with changed parameters, groups, settings, kinds or view, by name.
 
         ``brake`` and ``friction`` take a kind; parameters that the kinds share are kept, and
         those of a kind that was there before come back. ``initial_angle`` and
@@ -143,15 +143,13 @@ class Desk:
 
         Raises ``InputError`` that names the parameter, the value and what is allowed.
         """
-        desk = self
+        state = self
         for name in ("brake", "friction"):
             if name in changes:
-                desk = desk._with_kind(name, changes.pop(name))
-        of_view = {one.name for one in fields(View)}
-        view = {name: value for name, value in changes.items() if name in of_view}
-        rest = {name: value for name, value in changes.items() if name not in of_view}
-        study = desk._with_values(rest) if rest else desk.study
-        return replace(desk, study=study, view=_viewed(desk.view, view, study.system))
+                state = state._with_kind(name, changes.pop(name))
+        view = {one.name: changes.pop(one.name) for one in fields(View) if one.name in changes}
+        study = state._with_values(changes) if changes else state.study
+        return replace(state, study=study, view=_viewed(state.view, view, study.system))
 
     def _with_values(self, changes: dict[str, Any]) -> Study:
         parts = [getattr(self.system, part) for part in PARTS]
@@ -175,7 +173,7 @@ class Desk:
                 changes["static"] = kinetic
         return self.study.changed(**changes)
 
-    def _with_kind(self, table: str, kind: Any) -> Desk:
+    def _with_kind(self, table: str, kind: Any) -> PageState:
         kinds: Mapping[str, type[Part]] = Brake.kinds if table == "brake" else Friction.kinds
         if not isinstance(kind, str) or kind not in kinds:
             raise InputError(
@@ -184,26 +182,23 @@ class Desk:
         before: Brake | Friction = getattr(self.system, table)
         if before.kind == kind:
             return self
-        aside = {**self.put_aside, (table, before.kind): before}
-        known = aside.get((table, kind))
+        former = {**self.former, (table, before.kind): before}
+        known = former.get((table, kind))
         if isinstance(before, Brake):
-            part = _brake(kinds[kind], before, known)
-        else:
+            study = self.study.changed(brake=_brake(kinds[kind], before, known))
+        else:  # a solver chosen for the other law may not fit
             part = _friction(kinds[kind], before, known)
-        changes: dict[str, Any] = {table: part}
-        if table == "friction":
-            changes["method"] = None  # a solver chosen for the other law may not fit
-        study = self.study.changed(**changes)
-        return replace(self, study=study, put_aside=MappingProxyType(aside))
+            study = self.study.changed(friction=part, method=None)
+        return replace(self, study=study, former=MappingProxyType(former))
 
 
 def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> View:
     """A changed view, checked; its parameters are such as the machine has."""
-    for name, allowed in (("plate", PLATES), ("quantity", get_args(Quantity))):
+    for name, allowed in (("plot", PLOTS), ("quantity", get_args(Quantity))):
         if name in changes and changes[name] not in allowed:
             raise InputError(f"{name} = {shown(changes[name])}: must be one of {allowed}.")
-    if "ghost" in changes and not isinstance(changes["ghost"], bool):
-        raise InputError(f"ghost = {shown(changes['ghost'])}: must be true or false.")
+    if "comparison" in changes and not isinstance(changes["comparison"], bool):
+        raise InputError(f"comparison = {shown(changes['comparison'])}: must be true or false.")
     if "shown" in changes:
         _check_whole("shown", changes["shown"], 1, MOST_SHOWN)
     possible = axes(system)
@@ -224,7 +219,7 @@ def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> Vie
 
 
 def axes(system: BrakedDriveline) -> list[str]:
-    """Parameters that pictures can go over: those of the machine and the groups it has."""
+    """Parameters that plots can go over: those of the machine and the groups it has."""
     groups = system.groups.as_dict()
     lost = {name for name, value in groups.items() if value is None}
     if groups["F0"] == 0.0:  # no amplitude of the torque makes it another one
@@ -256,11 +251,9 @@ def _spans(given: Any, possible: list[str]) -> dict[str, tuple[float, float]]:
 
 
 def _brake(model: type[Part], before: Brake, known: Part | None) -> Part:
-    if known is not None:
-        kept = {name: getattr(known, name) for name in type(known).model_fields}
-        return model(**{**kept, "radius": before.radius})
-    values = {name: labels(one)["example"] for name, one in model.model_fields.items()}
-    return model(**{**values, "radius": before.radius})
+    """A brake of another kind, as it was before or as in the examples, with the same radius."""
+    examples = {name: labels(one)["example"] for name, one in model.model_fields.items()}
+    return model(**{**examples, **dict(known or ()), "radius": before.radius})
 
 
 def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
@@ -271,13 +264,11 @@ def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
     if isinstance(before, TabulatedFriction):
         kinetic = min(before.coefficients[-1], static)
     if issubclass(model, TabulatedFriction):
-        top = _LARGEST_COEFFICIENT
-        coefficients = tuple(min(share * kinetic, top) for _, share in _FALLING)
-        speeds = tuple(speed for speed, _ in _FALLING)
+        speeds, shares = zip(*_FALLING, strict=True)
+        coefficients = tuple(min(share * kinetic, _LARGEST_COEFFICIENT) for share in shares)
         static = max(static, coefficients[0])
         return model(speeds=speeds, coefficients=coefficients, static=static)
-    others = {} if known is None else dict(known)
-    return model(**{**others, "kinetic": kinetic, "static": max(static, kinetic)})
+    return model(**{**dict(known or ()), "kinetic": kinetic, "static": max(static, kinetic)})
 
 
 def _check_whole(name: str, value: Any, least: int, most: int) -> None:
@@ -285,6 +276,6 @@ def _check_whole(name: str, value: Any, least: int, most: int) -> None:
     check_whole(name, value, least, most, why=why)
 
 
-def new_desk(system: BrakedDriveline) -> Desk:
-    """A desk with a machine on it, to be run as by default."""
-    return Desk.of(Study(system, Run()))
+def new_state(system: BrakedDriveline) -> PageState:
+    """The state with a machine, to be run as by default."""
+    return PageState.of(Study(system, Run()))

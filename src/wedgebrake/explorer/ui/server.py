@@ -20,12 +20,12 @@ from tornado.websocket import WebSocketClosedError
 
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_MESSAGE, MOST_SESSIONS
-from wedgebrake.explorer.core.scheduler import Turns
-from wedgebrake.explorer.core.snapshot import look
-from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.scheduler import Scheduler
+from wedgebrake.explorer.core.snapshot import take_snapshot
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.request_filter import Names, guard, own_names
 from wedgebrake.explorer.ui.session import Explorer
-from wedgebrake.explorer.ui.widgets.controls import style_sheet
+from wedgebrake.explorer.ui.widgets.controls import PageDesign, page_styles
 
 _TITLE = "wedgebrake explorer"
 _FULL = (
@@ -33,12 +33,12 @@ _FULL = (
     " page, or try again in a minute."
 )
 _LOST = "The connection to the explorer is lost. Reload the page to begin again."
-# How often pages are looked for that nobody looks at any more, and how long they are kept [ms].
-_LOOK, _KEEP = 5_000, 15_000
+# How often pages without a browser are searched for, and how long they are kept [ms].
+_CHECK, _KEEP = 5_000, 15_000
 
 
 def serve(
-    desk: Desk,
+    state: PageState,
     *,
     address: str = "127.0.0.1",
     port: int = 5006,
@@ -47,7 +47,7 @@ def serve(
 ) -> None:
     """Serve the explorer until the event loop is stopped.
 
-    desk    : what lies on a new page
+    state   : of a new page
     address : to listen on; port : 0 takes any free one
     origins : "host:port" of pages that may connect, beside the server's own
     ready   : called with the URL when browsers can come
@@ -56,13 +56,15 @@ def serve(
     """
     # The validation searches all models of each page for errors that the tests would have found.
     settings.perform_document_validation = False
-    turns = Turns()
+    scheduler = Scheduler()
     server, url = started(
-        lambda: Explorer(desk, turns), address=address, port=port, origins=origins
+        lambda: Explorer(state, scheduler), address=address, port=port, origins=origins
     )
     loop = IOLoop.current()
     loop.add_callback(ready, url)
-    _warm(turns, desk)
+    # Compile what the first page needs, before there is one.
+    slot = scheduler.slot(lambda call: call())
+    slot.start((take_snapshot(one) for one in [state]), lambda _: None, lambda _: None)
     # The objects that exist now are permanent; the garbage collector need not scan them again.
     gc.collect()
     gc.freeze()
@@ -70,7 +72,7 @@ def serve(
         with _stopped_by_signals(loop):
             loop.start()
     finally:
-        turns.close()
+        scheduler.close()
         server.stop()
 
 
@@ -93,7 +95,7 @@ def started(
     names = Names([*own_names(address, number), *origins])
 
     def page() -> Any:
-        pn.config.raw_css = [style_sheet("theme.css")]
+        pn.config.raw_css, pn.config.design = page_styles(), PageDesign
         pn.state.curdoc.title = _TITLE
         if len(pages) >= MOST_SESSIONS:
             return pn.pane.Alert(_FULL)
@@ -115,27 +117,18 @@ def started(
         {"/": page}, port=number, address=address, sign_sessions=True,
         secret_key=secrets.token_bytes(32), show=False, start=False, title=_TITLE, verbose=False,
         websocket_max_message_size=MOST_MESSAGE,
-        check_unused_sessions_milliseconds=_LOOK, unused_session_lifetime_milliseconds=_KEEP,
+        check_unused_sessions_milliseconds=_CHECK, unused_session_lifetime_milliseconds=_KEEP,
     )  # fmt: skip
     guard(server._tornado, names)
     server.start()
-    IOLoop.current().asyncio_loop.set_exception_handler(_heard)  # type: ignore[attr-defined]
+    IOLoop.current().asyncio_loop.set_exception_handler(_report)  # type: ignore[attr-defined]
     return server, f"http://{_host(address)}:{number}/"
 
 
-def _heard(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+def _report(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     """Report what went wrong in the loop, but not that a browser has gone."""
     if not isinstance(context.get("exception"), WebSocketClosedError):
         loop.default_exception_handler(context)
-
-
-def _warm(turns: Turns, desk: Desk) -> None:
-    """Compile what the first page needs, before there is one."""
-    turns.lane(lambda call: call()).start((look(one) for one in [desk]), _ignore, _ignore)
-
-
-def _ignore(_: Any) -> None:
-    """Nobody is there yet."""
 
 
 @contextmanager
@@ -153,10 +146,9 @@ def _stopped_by_signals(loop: IOLoop) -> Iterator[None]:
 
 
 def _host(address: str) -> str:
-    """The address as a browser on this machine takes it."""
-    if address in ("0.0.0.0", "::", ""):  # noqa: S104 - read, not bound
-        return "localhost"
-    return f"[{address}]" if ":" in address else address
+    """The address as a browser on this machine uses it."""
+    local = address in ("0.0.0.0", "::", "")  # noqa: S104 - read, not bound
+    return "localhost" if local else f"[{address}]" if ":" in address else address
 
 
 def _free_port(address: str, port: int) -> int:
@@ -171,17 +163,14 @@ def _free_port(address: str, port: int) -> int:
     except OverflowError:
         raise InputError(f"port = {port}: must be 0 to 65535.") from None
     except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            raise InputError(
-                f"port = {port}: is in use, perhaps by another explorer. Choose another one, or 0"
-                " for any that is free."
-            ) from None
-        if error.errno == errno.EACCES:
-            raise InputError(
-                f"port = {port}: may not be used by this user. Choose one above 1023, or 0 for"
-                " any that is free."
-            ) from None
-        raise InputError(
+        why = {
+            errno.EADDRINUSE: f"port = {port}: is in use, perhaps by another explorer. Choose"
+            " another one, or 0 for any that is free.",
+            errno.EACCES: f"port = {port}: may not be used by this user. Choose one above 1023, or"
+            " 0 for any that is free.",
+        }
+        other = (
             f"address = {address!r}: cannot be listened on ({error.strerror or error}). Give an"
             " address of this machine, for example 127.0.0.1."
-        ) from None
+        )
+        raise InputError(why.get(error.errno or 0, other)) from None

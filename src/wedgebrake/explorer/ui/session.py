@@ -11,21 +11,21 @@ from typing import Any
 
 import panel as pn
 from bokeh.events import Tap
+from tornado.ioloop import IOLoop
 
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.export import File, export
 from wedgebrake.explorer.core.limits import MOST_FILES, MOST_UPLOAD
 from wedgebrake.explorer.core.presets import PRESETS, preset
-from wedgebrake.explorer.core.scheduler import Lane, Turns, common_turns, file_turns
-from wedgebrake.explorer.core.snapshot import Moment, look
-from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.scheduler import Scheduler, Slot, common_scheduler, file_scheduler
+from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.studies import opened
 from wedgebrake.explorer.core.verdict import verdict
-from wedgebrake.explorer.ui.parameter_plots import ParameterPlot
+from wedgebrake.explorer.ui.parameter_plots import DrawnPlot
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
-from wedgebrake.explorer.ui.widgets.controls import widget_styles
+from wedgebrake.explorer.ui.widgets.controls import FigurePane, style_sheet, widget_styles
 from wedgebrake.explorer.ui.widgets.header import Header
-from wedgebrake.explorer.ui.widgets.page import page
 from wedgebrake.explorer.ui.widgets.parameters import ParameterPanel
 from wedgebrake.explorer.ui.widgets.plot_tabs import PlotTabs
 from wedgebrake.explorer.ui.widgets.verdict_strip import VerdictStrip
@@ -43,13 +43,15 @@ _LOG = logging.getLogger("wedgebrake.explorer")
 _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 # Time without a change after which finer work begins [s].
 _STILL = 0.3
+# Time after an update of the page before the next one, which has all edits until then [ms].
+_GAP = 40
 _STARTING = "Starting; the first start on a machine compiles the solver, about half a minute."
 # How long a notice stays [ms].
 _BRIEF, _LASTING = 6000, 12_000
 
 
-def _answered(action: Callable[..., None]) -> Callable[..., None]:
-    """Let an action of the user end in a notice where it fails."""
+def _reported(action: Callable[..., None]) -> Callable[..., None]:
+    """Show a notice where an action fails."""
 
     @functools.wraps(action)
     def wrapped(self: Explorer, *arguments: Any) -> None:
@@ -69,63 +71,74 @@ class Explorer(pn.viewable.Viewer):
 
     Made within a session of the server, whose document it belongs to.
 
-    desk  : the study to begin with
-    turns : the threads that compute, by default those of all pages of this process
+    state     : the study to begin with
+    scheduler : the threads that compute, by default those of all pages of this process
     """
 
-    def __init__(self, desk: Desk, turns: Turns | None = None) -> None:
+    def __init__(self, state: PageState, scheduler: Scheduler | None = None) -> None:
         super().__init__()
-        self._desk = desk
-        self._number = 0
-        # While a slider is dragged: its parameter, and the study before.
-        self._dragged: tuple[str, Desk] | None = None
-        # What the open plot depends on; of complete plots that too, and what they show.
-        self._drawing: Any = None
-        self._drawn: dict[str, tuple[Any, Any]] = {}
-        self._shown: Any = None
+        # The current state, and the one that the page shows.
+        self._state = self._shown = state
+        self._number, self._preset_name = 0, ""
+        # What the motion was computed from.
+        self._computed: Any = None
+        self._waiting, self._behind, self._closed = False, False, False
+        # While a slider is dragged: its parameter, and the state before.
+        self._dragged: tuple[str, PageState] | None = None
+        # Inputs of the open plot; of complete plots these too, and what they show.
+        self._plot_key: Any = None
+        self._complete: dict[str, tuple[Any, Any]] = {}
+        self._picture: Any = None
         styles = widget_styles()
-        self._header = Header(
-            PRESETS.values(), self._preset, self._upload, self._deliver,
-            lambda name, value: self._edit({name: value}), styles,
-        )  # fmt: skip
-        self._machine = ParameterPanel(
+        self._header = Header(PRESETS.values(), self._choose, self._upload, self._export,
+                              lambda name, value: self._edit({name: value}), styles)  # fmt: skip
+        self._parameters = ParameterPanel(
             lambda name, value, dragging: self._edit({name: value}, dragging), self.refuse, styles
         )
-        self._strip = VerdictStrip()
+        self._verdict = VerdictStrip()
         history, section, spectrum = HistoryChart(), SectionChart(), SpectrumChart()
         phase = PhaseChart(history)
         self._charts = (history, phase, section, spectrum)
-        self._stage = BrakeAnimation(sizing_mode="stretch_both", margin=0)
-        self._plates: dict[str, Any] = {}
-        self._atlas = PlotTabs(self._edit, styles)
-        self._plate(desk.view.plate)
-        self._page = page(
-            self._header.view, self._machine.view, self._strip.view, self._atlas.view,
-            history=_pane(history.figure), phase=_pane(phase.figure), brake=self._stage,
-            spectrum=_pane(spectrum.figure), section=_pane(section.figure),
-        )  # fmt: skip
-        threads = common_turns() if turns is None else turns
-        post = pn.state.curdoc.add_next_tick_callback
-        self._motion, self._picture = threads.lane(post), threads.lane(post)
-        self._post, self._files = post, list[Lane]()
+        self._animation = BrakeAnimation(sizing_mode="stretch_both", margin=0)
+        self._plots: dict[str, DrawnPlot] = {}
+        self._tabs = PlotTabs(self._edit, styles)
+        self._plot(state.view.plot)
+        cards = {
+            "history": _pane(history.figure), "phase": _pane(phase.figure),
+            "brake": self._animation, "spectrum": _pane(spectrum.figure),
+            "section": _pane(section.figure), "plots": self._tabs.view,
+        }  # fmt: skip
+        for name, card in cards.items():
+            card.css_classes = [*card.css_classes, "card", name]
+        layout = {"stylesheets": [style_sheet("page.css")], "margin": 0}
+        layout["sizing_mode"] = "stretch_both"
+        main = pn.Column(self._verdict.view, *cards.values(), css_classes=["main"], **layout)
+        self._page = pn.Column(
+            self._header.view, self._parameters.view, main, css_classes=["explorer"], **layout
+        )
+        scheduler = common_scheduler() if scheduler is None else scheduler
+        self._document, self._loop = pn.state.curdoc, IOLoop.current()
+        self._motion_slot, self._plot_slot = (scheduler.slot(self._post) for _ in range(2))
+        self._files: list[Slot] = []
         self._notices = pn.state.notifications
         self._header.busy(_STARTING)
-        self._lay(desk)
+        self._show_values(state)
         # Not before the browser listens: what is sent while it connects may be lost.
-        pn.state.onload(lambda: self._put(self._desk))
+        pn.state.onload(lambda: self._set_state(self._state))
 
     def __panel__(self) -> Any:
         return self._page
 
     @property
-    def desk(self) -> Desk:
+    def state(self) -> PageState:
         """The current study and its view."""
-        return self._desk
+        return self._state
 
     def close(self) -> None:
         """Discard all work: the page is gone."""
-        for lane in (self._motion, self._picture, *self._files):
-            lane.stop()
+        self._closed = True
+        for slot in (self._motion_slot, self._plot_slot, *self._files):
+            slot.stop()
 
     def refuse(self, words: str) -> None:
         """Show why something cannot be done."""
@@ -135,76 +148,87 @@ class Explorer(pn.viewable.Viewer):
         if self._notices is not None:
             self._notices.send(html.escape(words), duration=duration, type=kind)
 
+    def _post(self, call: Callable[[], None]) -> None:
+        """Call a function on the event loop of the page, from any thread.
+
+        Bokeh's documents may lose callbacks that other threads add to them.
+        """
+
+        def add() -> None:
+            if not self._closed:
+                self._document.add_next_tick_callback(call)
+
+        self._loop.add_callback(add)
+
     # Actions of the user
 
-    @_answered
+    @_reported
     def _edit(self, changes: dict[str, Any], dragging: bool = False) -> None:
-        # What a slider only passes leaves no trace: all its values edit the same study.
-        name, base = next(iter(changes)), self._desk
+        # What a slider only passes leaves no trace: all its values edit the same state.
+        name, base = next(iter(changes)), self._state
         if self._dragged is not None and self._dragged[0] == name:
             base = self._dragged[1]
         self._dragged = (name, base) if dragging else None
         try:
-            desk = base.edited(**changes)
+            state = base.edited(**changes)
         except InputError:
-            self._lay(self._desk)
+            self._show_values(self._state)
             raise
-        self._put(desk)
+        self._set_state(state)
 
-    @_answered
-    def _preset(self, name: str) -> None:
-        view, self._dragged = self._desk.view, None
-        desk = preset(name).desk().edited(ghost=view.ghost, shown=view.shown)
-        self._put(desk, chosen=name)
+    @_reported
+    def _choose(self, name: str) -> None:
+        view, self._dragged = self._state.view, None
+        state = preset(name).state().edited(comparison=view.comparison, shown=view.shown)
+        self._set_state(state, name)
 
-    @_answered
+    @_reported
     def _upload(self, name: str, content: bytes) -> None:
         name = name[:60]
         if len(content) > MOST_UPLOAD:
             raise InputError(f"{name}: is larger than {MOST_UPLOAD} bytes.")
         try:
             study = read_study(content)
-            desk = opened(study, self._desk.view)
+            state = opened(study, self._state.view)
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
         self._dragged = None
-        self._put(desk)
-        self._header.choose("")
-        if study.run.periods in (None, desk.periods):
+        self._preset_name = ""
+        self._set_state(state)
+        if study.run.periods in (None, state.periods):
             self._notify(f"Loaded {name}.")
         else:
-            self._notify(f"Loaded {name}; run for {desk.periods} periods of the torque instead of"
+            self._notify(f"Loaded {name}; run for {state.periods} periods of the torque instead of"
                          f" {study.run.periods}.", "success", _LASTING)  # fmt: skip
 
-    @_answered
-    def _deliver(self, kind: str) -> None:
+    @_reported
+    def _export(self, kind: str) -> None:
         if len(self._files) >= MOST_FILES:
             raise InputError(f"{MOST_FILES} files are being prepared. Wait for one of them.")
-        lane = file_turns().lane(self._post)
-        self._files.append(lane)
-        self._say_files()
-        lane.start(
-            _exported(self._desk, kind, lane), self._header.deliver,
-            partial(self._not_delivered, lane), finished=partial(self._delivered, lane),
-        )  # fmt: skip
+        slot = file_scheduler().slot(self._post)
+        self._files.append(slot)
+        self._show_busy()
 
-    def _delivered(self, lane: Lane) -> None:
-        self._files.remove(lane)
-        self._say_files()
+        def finished() -> None:
+            self._files.remove(slot)
+            self._show_busy()
 
-    def _not_delivered(self, lane: Lane, words: str) -> None:
-        self._delivered(lane)
-        self.refuse(words)
+        def failed(words: str) -> None:
+            finished()
+            self.refuse(words)
 
-    def _say_files(self) -> None:
+        slot.start(_exported(self._state, kind, slot), self._header.deliver, failed,
+                   finished=finished)  # fmt: skip
+
+    def _show_busy(self) -> None:
         self._header.busy("Preparing the file …" if self._files else "")
 
     def _tapped(self, event: Tap) -> None:
         if event.x is None or event.y is None:
             return
-        plate = self._plate(self._desk.view.plate)
+        plot = self._plot(self._state.view.plot)
         try:
-            changes = plate.pick(self._desk, float(event.x), float(event.y))
+            changes = plot.pick(self._state, float(event.x), float(event.y))
         except InputError:  # there is no plot, and the reason stands in its place
             return
         if changes:
@@ -212,126 +236,139 @@ class Explorer(pn.viewable.Viewer):
 
     # Display
 
-    def _put(self, desk: Desk, chosen: str = "") -> None:
-        """Make a study the current one: show its values and compute what follows from them."""
-        with pn.io.hold():
-            before, self._desk = self._desk, desk
-            self._lay(desk)
-            if (desk.study, chosen) != (before.study, ""):
-                self._header.choose(chosen)
-            if desk == before and self._number:
-                return
+    def _set_state(self, state: PageState, preset_name: str = "") -> None:
+        """Make a state the current one, and update the page at once or after the gap."""
+        before, self._state = self._state, state
+        if state != before or not self._number:
             self._number += 1
-            if _seen(desk) != _seen(before) or self._number == 1:
-                self._strip.pending()
-                self._motion.start(
-                    _moments(desk), partial(self._show_moment, self._number),
-                    partial(self._no_moment, self._number),
+        if (state.study, preset_name) != (before.study, ""):
+            self._preset_name = preset_name
+        if self._waiting:
+            self._behind = True
+        else:
+            self._update()
+
+    @_reported
+    def _update(self) -> None:
+        """Show the values of the current state, and compute what follows from them."""
+        state = self._shown = self._state
+        self._behind, self._waiting = False, True
+        self._document.add_timeout_callback(self._continue, _GAP)
+        with pn.io.hold():
+            self._show_values(state)
+            self._header.choose(self._preset_name)
+            if _motion_inputs(state) != self._computed:
+                self._computed = _motion_inputs(state)
+                self._verdict.pending()
+                self._motion_slot.start(
+                    _snapshots(state), partial(self._show_motion, state, self._number),
+                    partial(self._show_no_motion, self._number),
                     urgency=_MOTION, later=_SETTLED, pause=_STILL,
                 )  # fmt: skip
-            self._draw(desk)
+            self._draw_plot(state)
 
-    def _lay(self, desk: Desk) -> None:
+    def _continue(self) -> None:
+        self._waiting = False
+        if self._behind:
+            self._update()
+
+    def _show_values(self, state: PageState) -> None:
         """Show the values of a study wherever they can be changed."""
-        self._machine.show(desk)
-        self._header.show(desk)
-        self._atlas.show(desk)
+        self._parameters.show(state)
+        self._header.show(state)
+        self._tabs.show(state)
 
-    def _show_moment(self, number: int, moment: Moment) -> None:
+    def _show_motion(self, state: PageState, number: int, snapshot: Snapshot) -> None:
         with pn.io.hold():
-            self._say_files()
-            ghost = moment.ghost.figures if moment.ghost is not None else None
+            self._show_busy()
+            other = snapshot.comparison.figures if snapshot.comparison is not None else None
             for chart in self._charts:
-                chart.show(moment.figures, ghost)
-            self._stage.show(self._desk, moment)
-            self._strip.show(verdict(self._desk, moment), number)
+                chart.show(snapshot.figures, other)
+            self._animation.show(state, snapshot)
+            self._verdict.show(verdict(state, snapshot), number)
+            if _motion_inputs(state) != self._computed:
+                self._verdict.pending()
 
-    def _no_moment(self, number: int, words: str) -> None:
+    def _show_no_motion(self, number: int, words: str) -> None:
         with pn.io.hold():
             for chart in self._charts:
                 chart.say("No run.")
-            self._say_files()
-            self._strip.show({"headline": words, "tone": "bad", "tiles": []}, number)
+            self._show_busy()
+            self._verdict.show({"headline": words, "tone": "bad", "tiles": []}, number)
 
-    def _draw(self, desk: Desk) -> None:
+    def _plot(self, name: str) -> DrawnPlot:
+        """Return a plot, created on first use: each costs as much as all charts of a motion."""
+        if name not in self._plots:
+            plot = self._plots[name] = DrawnPlot(name)
+            plot.figure.on_event(Tap, self._tapped)
+            self._tabs.add(name, plot.figure)
+        return self._plots[name]
+
+    def _draw_plot(self, state: PageState) -> None:
         """Mark the current value in the open plot, and draw it anew if it depends on more."""
-        plate = self._plate(desk.view.plate)
+        plot = self._plot(state.view.plot)
         try:
-            key = (plate.name, plate.key(desk))
+            key = (plot.name, plot.computed.key(state))
         except InputError as error:
-            self._picture.stop()
-            self._no_picture(plate, str(error))
+            self._plot_slot.stop()
+            self._show_no_plot(plot, str(error))
             return
-        plate.mark(desk)
-        if key == self._drawing:
+        plot.mark(state)
+        if key == self._plot_key:
             return
-        self._drawing = key
-        before, picture = self._drawn.get(plate.name, (None, None))
+        if self._plot_key is None or self._plot_key[0] != plot.name:
+            self._plot_slot.stop()
+        self._plot_key = key
+        before, picture = self._complete.get(plot.name, (None, None))
         if before == key:  # it is still there from when it was open before
-            self._picture.stop()
-            self._tell(plate, picture, self._number)
+            self._plot_slot.stop()
+            self._tabs.describe(picture, self._number)
             return
-        self._forget(plate)
-        self._drawing = key
-        self._picture.start(
-            plate.work(desk), partial(self._show_picture, plate, self._number),
-            partial(self._no_picture, plate), finished=partial(self._keep, plate, key),
+        self._complete.pop(plot.name, None)
+
+        def finished() -> None:
+            self._complete[plot.name] = (key, self._picture)
+
+        self._plot_slot.start(
+            plot.computed.work(state), partial(self._show_plot, plot, self._number),
+            partial(self._show_no_plot, plot), finished=finished,
             urgency=_DRAFT, later=_FINER, pause=_STILL,
         )  # fmt: skip
 
-    def _show_picture(self, plate: Any, number: int, picture: Any) -> None:
+    def _show_plot(self, plot: DrawnPlot, number: int, picture: Any) -> None:
         with pn.io.hold():
-            self._shown = picture
-            plate.show(picture)
-            plate.mark(self._desk)
-            self._tell(plate, picture, number)
+            self._picture = picture
+            plot.show(picture)
+            plot.mark(self._shown)
+            self._tabs.describe(picture, number)
 
-    def _plate(self, name: str) -> Any:
-        """Return a plot, created on first use: each costs as much as all charts of a motion."""
-        if name not in self._plates:
-            plate = self._plates[name] = ParameterPlot(name)
-            plate.figure.on_event(Tap, self._tapped)
-            self._atlas.add(name, plate.figure)
-        return self._plates[name]
-
-    def _tell(self, plate: Any, picture: Any, number: int) -> None:
-        """Show the legend, and how much of the plot is known."""
-        self._atlas.legend(plate.legend(picture), plate.progress(picture), number)
-
-    def _keep(self, plate: Any, key: Any) -> None:
-        """Keep a complete plot."""
-        self._drawn[plate.name] = (key, self._shown)
-
-    def _forget(self, plate: Any) -> None:
-        self._drawing = None
-        self._drawn.pop(plate.name, None)
-
-    def _no_picture(self, plate: Any, words: str) -> None:
+    def _show_no_plot(self, plot: DrawnPlot, words: str) -> None:
         with pn.io.hold():
-            self._forget(plate)
-            plate.say(words)
-            self._atlas.legend((), "", self._number)
+            self._plot_key = None
+            self._complete.pop(plot.name, None)
+            plot.say(words)
+            self._tabs.describe(None, self._number)
 
 
-def _moments(desk: Desk) -> Iterator[Moment]:
+def _motion_inputs(state: PageState) -> Any:
+    """Return what the motion and its charts depend on."""
+    return state.study, state.view.comparison, state.view.shown
+
+
+def _snapshots(state: PageState) -> Iterator[Snapshot]:
     """Give the motion of the run as it is set, then of one continued until it has settled."""
-    yield look(desk)
-    yield look(desk, settle=True)
+    yield take_snapshot(state)
+    yield take_snapshot(state, settle=True)
 
 
-def _exported(desk: Desk, kind: str, lane: Lane) -> Iterator[File]:
-    def heed(_: Any) -> None:
+def _exported(state: PageState, kind: str, slot: Slot) -> Iterator[File]:
+    def progress(_: Any) -> None:
         """Cancel a sweep whose result is no longer needed."""
-        if not lane.busy:
+        if not slot.busy:
             raise InputError("export: cancelled. Save the file again.")
 
-    yield export(desk, kind, heed)
+    yield export(state, kind, progress)
 
 
-def _seen(desk: Desk) -> Any:
-    """Return what the motion and its charts depend on."""
-    return desk.study, desk.view.ghost, desk.view.shown
-
-
-def _pane(figure: Any) -> pn.pane.Bokeh:
-    return pn.pane.Bokeh(figure, sizing_mode="stretch_both", margin=0)
+def _pane(figure: Any) -> FigurePane:
+    return FigurePane(figure, sizing_mode="stretch_both", margin=0)

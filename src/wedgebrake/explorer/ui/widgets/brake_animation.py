@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import param
 from panel.custom import JSComponent
 
-from wedgebrake.explorer.core.snapshot import Moment
-from wedgebrake.explorer.core.state import Desk
+from wedgebrake.explorer.core.snapshot import Snapshot
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.widgets.controls import style_sheet
 
 
@@ -25,9 +25,9 @@ class BrakeAnimation(JSComponent):
     _esm = Path(__file__).with_name("brake_animation.js")
     _stylesheets: ClassVar[list[str]] = [style_sheet("brake_animation.css")]
 
-    def show(self, desk: Desk, moment: Moment) -> None:
+    def show(self, state: PageState, snapshot: Snapshot) -> None:
         """Show a machine in motion."""
-        system, brake = desk.system, desk.system.brake
+        system, brake = state.system, state.system.brake
         self.state = {
             "schematic": brake.schematic,
             "name": brake.kind,
@@ -37,13 +37,13 @@ class BrakeAnimation(JSComponent):
             "drive_speed": system.driveline.drive_speed,
             "amplitude": system.excitation.amplitude,
             "frequency": system.excitation.frequency,
-            "first": _first(moment),
+            "first": _first(snapshot),
         }
 
 
-def _first(moment: Moment) -> Any:
+def _first(snapshot: Snapshot) -> Any:
     """Return the time to begin at [s]: the end of the first stick phase, or the middle."""
-    history = moment.figures.history
+    history = snapshot.figures.history
     if not history.time.size:
         return None
     ended = history.sticks.end[history.sticks.end < history.end]

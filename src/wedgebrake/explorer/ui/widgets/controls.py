@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
 import panel as pn
 import param
+from bokeh.model import Model
 from bokeh.models import InlineStyleSheet
+from panel.theme.base import THEME_CSS
+from panel.theme.native import Native
 from panel.widgets.base import Widget
 
 
@@ -19,6 +23,30 @@ def style_sheet(name: str) -> str:
 def widget_styles() -> InlineStyleSheet:
     """Return the style sheet of the widgets of one page, as one model that they share."""
     return InlineStyleSheet(css=style_sheet("widgets.css"))
+
+
+class PageDesign(Native):
+    """Panel's design without a style sheet in each widget: ``page_styles`` has its variables.
+
+    Panel looks the sheets up anew at each change of each widget.
+    """
+
+    def params(self, viewable: Any, doc: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:  # noqa: ARG002
+        """Nothing to be changed."""
+        return {}, {}
+
+
+def page_styles() -> list[str]:
+    """Return the style sheets of the page as a whole."""
+    return [(THEME_CSS / "default.css").read_text(encoding="utf-8"), style_sheet("theme.css")]
+
+
+class FigurePane(pn.pane.Bokeh):
+    """A figure or layout of Bokeh, which Panel does not search for callbacks of notebooks."""
+
+    def _get_model(self, doc: Any, root: Any = None, parent: Any = None, comm: Any = None) -> Any:  # noqa: ARG002
+        self._models[root.ref["id"]] = (self.object, parent)
+        return self.object
 
 
 class _Hinted(Widget):
@@ -40,10 +68,6 @@ class _Hinted(Widget):
         return found
 
 
-class Slider(_Hinted, pn.widgets.FloatSlider):
-    """A slider."""
-
-
 class Input(_Hinted, pn.widgets.TextInput):
     """An input for numbers as text."""
 
@@ -56,8 +80,28 @@ class Checkbox(_Hinted, pn.widgets.Checkbox):
     """A switch."""
 
 
+_UPDATED: set[int] = set()
+
+
 def update(one: Any, **values: Any) -> None:
-    """Set parameters that differ, all at once."""
+    """Set properties of a widget of Panel or Bokeh that differ; ``on_user`` does not notice."""
     changed = {name: value for name, value in values.items() if getattr(one, name) != value}
     if changed:
-        one.param.update(**changed)
+        _UPDATED.add(id(one))
+        try:
+            getattr(one, "param", one).update(**changed)
+        finally:
+            _UPDATED.discard(id(one))
+
+
+def on_user(widget: Any, call: Callable[[Any], None], name: str = "value") -> None:
+    """Call a function with each value that the user gives to a property of a widget."""
+
+    def changed(value: Any) -> None:
+        if id(widget) not in _UPDATED:
+            call(value)
+
+    if isinstance(widget, Model):
+        widget.on_change(name, lambda _attr, _old, new: changed(new))
+    else:
+        widget.param.watch(lambda event: changed(event.new), name)

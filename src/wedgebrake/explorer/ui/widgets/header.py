@@ -5,15 +5,17 @@ from __future__ import annotations
 import html
 import io
 from collections.abc import Callable, Iterable
-from typing import Any, Protocol
+from functools import partial
+from typing import Any
 
 import panel as pn
 from bokeh.models import InlineStyleSheet
 
+from wedgebrake.explorer.core.export import File
 from wedgebrake.explorer.core.limits import FINE_MAP, FINE_POINTS, MOST_PERIODS
 from wedgebrake.explorer.core.presets import Preset
-from wedgebrake.explorer.core.state import Desk
-from wedgebrake.explorer.ui.widgets.controls import Checkbox, Select, style_sheet, update
+from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.ui.widgets.controls import Checkbox, Select, on_user, style_sheet, update
 from wedgebrake.model.brakes import ConventionalBrake
 from wedgebrake.model.friction import CoulombFriction, SmoothedFriction, TabulatedFriction
 
@@ -51,15 +53,6 @@ _HELP = {
 }
 
 
-class Delivered(Protocol):
-    """A file for the user: name and content."""
-
-    @property
-    def name(self) -> str: ...  # noqa: D102
-    @property
-    def content(self) -> bytes: ...  # noqa: D102
-
-
 class Header:
     """The bar at the top.
 
@@ -80,7 +73,7 @@ class Header:
     ) -> None:
         self._style = {"stylesheets": [style_sheet("header.css")], "margin": 0}
         shared = {"shared": styles, "margin": 0}
-        self._load, self._showing = load, False
+        self._load = load
         groups: dict[str, dict[str, str]] = {"Presets": {"Choose a machine …": ""}}
         for one in presets:
             groups.setdefault(one.group, {})[one.title] = one.name
@@ -91,7 +84,7 @@ class Header:
         )
         save = pn.widgets.Button(label="Save", css_classes=["save"], **self._style)
         self._law = pn.widgets.RadioButtonGroup(css_classes=["law"], **self._style)
-        self._ghost = Checkbox(
+        self._comparison = Checkbox(
             label="conventional brake behind", css_classes=["comparison"], **shared
         )
         self._busy = pn.pane.HTML(css_classes=["busy"], **self._style)
@@ -102,49 +95,41 @@ class Header:
         details = f"<details><summary>Help</summary><dl>{described}</dl></details>"
         self.view = pn.Row(
             pn.pane.HTML(_BRAND, css_classes=["brand"], **self._style),
-            self._presets, self._files, save, exports, self._law, self._ghost, self._busy,
+            self._presets, self._files, save, exports, self._law, self._comparison, self._busy,
             pn.pane.HTML(details, css_classes=["help"], **self._style), self._download,
             css_classes=["header"], sizing_mode="stretch_width", **self._style,
         )  # fmt: skip
-        self._presets.param.watch(lambda event: self._said(choose, event.new), "value")
+        on_user(self._presets, choose)
         save.on_click(lambda _: export("study"))
         exports.on_click(lambda event: export(event.new))
-        self._law.param.watch(lambda event: self._said(edit, "friction", event.new), "value")
-        self._ghost.param.watch(lambda event: self._said(edit, "ghost", event.new), "value")
+        on_user(self._law, partial(edit, "friction"))
+        on_user(self._comparison, partial(edit, "comparison"))
 
-    def show(self, desk: Desk) -> None:
+    def show(self, state: PageState) -> None:
         """Show the friction law, and whether the conventional brake is compared."""
-        self._showing = True
-        kind = desk.system.friction.kind
+        kind = state.system.friction.kind
         laws = [CoulombFriction.kind, SmoothedFriction.kind]
         laws += [] if kind in laws else [kind]
-        conventional = isinstance(desk.system.brake, ConventionalBrake)
+        conventional = isinstance(state.system.brake, ConventionalBrake)
         update(self._law, options={_LAWS.get(one, one): one for one in laws}, value=kind)
         update(
-            self._ghost, value=desk.view.ghost and not conventional, disabled=conventional,
-            hint="The brake is the conventional one." if conventional
+            self._comparison, value=state.view.comparison and not conventional,
+            disabled=conventional, hint="The brake is the conventional one." if conventional
             else "Show the same machine with a conventional brake of the same radius.",
         )  # fmt: skip
-        self._showing = False
 
     def choose(self, name: str) -> None:
         """Show which preset is loaded; an empty name: none."""
-        self._showing = True
         update(self._presets, value=name)
-        self._showing = False
 
     def busy(self, text: str) -> None:
         """Show what is in progress; an empty text: nothing."""
         update(self._busy, object=html.escape(text))
 
-    def deliver(self, file: Delivered) -> None:
+    def deliver(self, file: File) -> None:
         """Hand a file to the browser, which saves it."""
         self._download.param.update(filename=file.name, file=io.BytesIO(file.content))
         self._download._transfer()
-
-    def _said(self, callback: Callable[..., None], *arguments: Any) -> None:
-        if not self._showing:
-            callback(*arguments)
 
     def _file(self) -> Any:
         chosen = pn.widgets.FileInput(accept=".toml", css_classes=["load"], **self._style)

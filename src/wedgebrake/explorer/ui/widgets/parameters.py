@@ -4,101 +4,75 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
-import panel as pn
-from bokeh.models import InlineStyleSheet
+from bokeh.models import Checkbox, Column, Div, InlineStyleSheet, Select, Slider, TextInput
 
 from wedgebrake.explorer.core.fields import Row, sections, symbol
 from wedgebrake.explorer.core.formatting import number_text, parsed_numbers, plain
-from wedgebrake.explorer.core.state import Desk
-from wedgebrake.explorer.ui.widgets.controls import (
-    Checkbox,
-    Input,
-    Select,
-    Slider,
-    style_sheet,
-    update,
-)
+from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.ui.widgets.controls import FigurePane, on_user, style_sheet, update
 
 Edit = Callable[[str, Any, bool], None]
 """Takes a name, its new value, and True while the slider is dragged."""
 
-_STYLE = style_sheet("parameters.css")
 _STEPS = 400  # of a slider
 
 
 class ParameterPanel:
-    """Sections of parameters.
+    """Sections of parameters, with widgets of Bokeh: sixty of Panel's would slow down each page.
 
     edit   : called with each change by the user
     refuse : called with a sentence if an input cannot be read
     """
 
     def __init__(self, edit: Edit, refuse: Callable[[str], None], styles: InlineStyleSheet) -> None:
-        self._showing = False
-
-        def changed(name: str, value: Any, dragging: bool) -> None:
-            if not self._showing:
-                edit(name, value, dragging)
-
-        self._new = {
-            kind: lambda row, control=control: control(row, changed, refuse, styles)
-            for kind, control in _CONTROLS.items()
-        }
-        self._sections: dict[str, _Section] = {}
-        self.view = pn.Column(css_classes=["parameters"], stylesheets=[_STYLE], margin=0)
-
-    def show(self, desk: Desk) -> None:
-        """Show the values of a study."""
-        self._showing = True
-        try:
-            found = sections(desk)
-            if not self._sections:
-                self._sections = {title: _Section(title) for title in found}
-                self.view.extend(one.view for one in self._sections.values())
-            for title, rows in found.items():
-                self._sections[title].show(rows, self._new)
-        finally:
-            self._showing = False
-
-
-class _Section:
-    """A heading, the controls of some rows, and the values that cannot be set."""
-
-    def __init__(self, title: str) -> None:
+        self._arguments = (edit, refuse, styles)
         self._controls: dict[tuple[str, str], _Control] = {}
-        style = {"stylesheets": [_STYLE], "margin": 0}
-        self._heading = pn.pane.HTML(title, css_classes=["heading"], **style)
-        self._facts = pn.pane.HTML(css_classes=["facts"], **style)
-        self.view = pn.Column(css_classes=["section"], **style)
+        sheet = InlineStyleSheet(css=style_sheet("parameters.css"))
+        self._style: dict[str, Any] = {
+            "stylesheets": [sheet], "margin": 0, "sizing_mode": "stretch_width",
+        }  # fmt: skip
+        self._column = Column(css_classes=["parameters"], **self._style)
+        self._sections: dict[str, tuple[Column, Div]] = {}
+        self.view = FigurePane(
+            self._column, css_classes=["parameters"], sizing_mode="stretch_width", margin=0
+        )
 
-    def show(self, rows: list[Row], new: Mapping[str, Callable[[Any], _Control]]) -> None:
-        """Show rows, with controls made where there are none yet."""
-        widgets = [self._heading]
+    def show(self, state: PageState) -> None:
+        """Show the values of a study."""
+        for title, rows in sections(state).items():
+            if title not in self._sections:
+                title_style = {"--title": f'"{title}"'}
+                column = Column(css_classes=["section"], styles=title_style, **self._style)
+                self._sections[title] = column, Div(css_classes=["facts"], **self._style)
+            self._show_section(*self._sections[title], rows)
+        update(self._column, children=[column for column, _ in self._sections.values()])
+
+    def _show_section(self, column: Column, facts: Div, rows: list[Row]) -> None:
+        """Show rows, with controls made where there are none yet; and values that cannot be set."""
+        widgets: list[Any] = []
+        texts = []
         for row in rows:
             if row.kind == "fixed":
+                texts.append(
+                    f'<span title="{html.escape(row.hint)}" class="fact-{row.name}">'
+                    f"{symbol(row.name)} = {plain(row.value)} {row.unit}</span>"
+                )
                 continue
             key = row.name, row.kind
             if key not in self._controls:
-                self._controls[key] = new[row.kind](row)
+                self._controls[key] = _CONTROLS[row.kind](row, *self._arguments)
             self._controls[key].show(row)
             widgets += self._controls[key].widgets
-        facts = "".join(
-            f'<span title="{html.escape(row.hint)}" class="fact-{row.name}">{symbol(row.name)} ='
-            f" {plain(row.value)} {row.unit}</span>"
-            for row in rows
-            if row.kind == "fixed"
-        )
-        if facts:
-            update(self._facts, object=facts)
-            widgets.append(self._facts)
+        if texts:
+            update(facts, text="".join(texts))
+            widgets.append(facts)
         # Bokeh puts children that are added later behind those that are there already.
         for place, widget in enumerate(widgets):
             update(widget, styles={**widget.styles, "order": str(place)})
-        if list(self.view) != widgets:
-            self.view.objects = widgets
+        update(column, children=widgets)
 
 
 class _Control:
@@ -113,48 +87,47 @@ class _Control:
     def _add(self, widget: type, *classes: str, **options: Any) -> Any:
         self.widgets.append(
             widget(
-                css_classes=[*classes],
-                shared=self._styles,
-                margin=0,
-                width=None,
-                sizing_mode="stretch_width",
-                **options,
+                css_classes=[*classes], stylesheets=[self._styles], margin=0, width=None,
+                sizing_mode="stretch_width", **options,
             )
-        )
+        )  # fmt: skip
         return self.widgets[-1]
 
     def show(self, row: Row) -> None:
         """Show a value."""
         self._row = row
         for widget in self.widgets:
-            update(widget, hint=row.hint, disabled=not row.enabled)
+            update(widget, html_attributes={"title": row.hint}, disabled=not row.enabled)
 
 
 class _Choice(_Control):
+    """A choice from a list."""
+
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
-        options = {words: kind for kind, words in row.choices}
+        self._words = dict(row.choices)
         self._select = self._add(
-            Select, "wide", f"input-{row.name}", label=row.title, options=options, value=row.value
-        )
-        self._select.param.watch(lambda event: self._edit(row.name, event.new, False), "value")
+            Select, "wide", f"input-{row.name}", title=row.title,
+            options=list(self._words.values()), value=self._words[row.value],
+        )  # fmt: skip
+        kinds = {words: kind for kind, words in row.choices}
+        on_user(self._select, lambda words: self._edit(row.name, kinds.get(words), False))
 
     def show(self, row: Row) -> None:
         super().show(row)
-        update(self._select, value=row.value)
+        update(self._select, value=self._words[row.value])
 
 
 class _Switch(_Control):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
-        self._box = self._add(
-            Checkbox, "wide", f"input-{row.name}", label=row.title, value=row.value
-        )
-        self._box.param.watch(lambda event: self._edit(row.name, event.new, False), "value")
+        name = f"input-{row.name}"
+        self._box = self._add(Checkbox, "wide", name, label=row.title, active=row.value)
+        on_user(self._box, lambda value: self._edit(row.name, value, False), "active")
 
     def show(self, row: Row) -> None:
         super().show(row)
-        update(self._box, value=row.value)
+        update(self._box, active=row.value)
 
 
 class _List(_Control):
@@ -166,9 +139,9 @@ class _List(_Control):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         name = row.title if "wide" in self.place else ""
-        self._input = self._add(Input, *self.place, f"input-{row.name}", label=name)
+        self._input = self._add(TextInput, *self.place, f"input-{row.name}", title=name)
         self._input.styles = {"--unit": f'"{row.unit}"'}
-        self._input.param.watch(self._typed, "value")
+        on_user(self._input, self._typed)
 
     def show(self, row: Row) -> None:
         super().show(row)
@@ -177,10 +150,10 @@ class _List(_Control):
     def _text(self, row: Row) -> str:
         return ", ".join(map(number_text, row.value))
 
-    def _typed(self, event: Any) -> None:
-        if event.new == self._text(self._row):
+    def _typed(self, text: str) -> None:
+        if text == self._text(self._row):
             return
-        value = self._value(parsed_numbers(event.new))
+        value = self._value(parsed_numbers(text))
         if value is None:
             self._refuse(f"{self._row.title}: {self.example}")
             update(self._input, value=self._text(self._row))
@@ -200,12 +173,12 @@ class _Number(_List):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         self._slider = self._add(
-            Slider, f"slider-{row.name}", label=row.title, show_value=False, tooltips=False,
+            Slider, f"slider-{row.name}", title=row.title, show_value=False, tooltips=False,
             start=row.low, end=row.high, value=row.low,
         )  # fmt: skip
         self.widgets.reverse()
-        self._slider.param.watch(lambda event: self._slid(event.new, True), "value")
-        self._slider.param.watch(lambda event: self._slid(event.new, False), "value_throttled")
+        on_user(self._slider, lambda place: self._slid(place, True))
+        on_user(self._slider, lambda place: self._slid(place, False), "value_throttled")
 
     def show(self, row: Row) -> None:
         super().show(row)
@@ -229,17 +202,18 @@ class _Number(_List):
         row = self._row
         if not isinstance(place, float | int) or not math.isfinite(place):
             return
-        value = 10.0**place if row.log else place
-        digits = 3 - math.floor(math.log10((row.high - row.low) / _STEPS)) if not row.log else 0
-        value = float(f"{value:.3g}") if row.log else round(value, digits - 2)
+        place = min(max(place, _place(row, row.low)), _place(row, row.high))
+        if row.log:
+            value = float(f"{10.0**place:.3g}")
+        else:
+            step = (row.high - row.low) / _STEPS
+            value = round(place, 1 - math.floor(math.log10(step)))
         self._edit(row.name, round(value) if row.whole else value + 0.0, dragging)
 
 
 def _place(row: Row, value: float) -> float:
     """Return where a value lies on its slider."""
-    if not row.log:
-        return value
-    return math.log10(max(value, row.low))
+    return math.log10(max(value, row.low)) if row.log else value
 
 
 _CONTROLS: dict[str, type[_Control]] = {

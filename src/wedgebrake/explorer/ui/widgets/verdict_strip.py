@@ -34,20 +34,20 @@ class VerdictStrip:
         self._put(pending=True)
 
     def _put(self, *, pending: bool) -> None:
-        said = self._verdict
-        tiles = "".join(map(_tile, said["tiles"]))
+        verdict = self._verdict
+        tiles = "".join(map(_tile, verdict["tiles"]))
         update(self.view, object=(
-            f'<div class="verdict {said["tone"]} {"pending" if pending else ""}"'
+            f'<div class="verdict {verdict["tone"]} {"pending" if pending else ""}"'
             f' data-motion="{self._number}"><p role="status" aria-live="polite">'
-            f'<span class="headline">{escape(said["headline"])}</span>'
-            f'<span class="tone">{_WORDS[said["tone"]]}</span></p><dl>{tiles}</dl></div>'
+            f'<span class="headline">{escape(verdict["headline"])}</span>'
+            f'<span class="tone">{_WORDS[verdict["tone"]]}</span></p><dl>{tiles}</dl></div>'
         ))  # fmt: skip
 
 
 def _tile(tile: dict[str, str]) -> str:
-    told = {name: escape(text) for name, text in tile.items()}
+    shown = {name: escape(text) for name, text in tile.items()}
     return (
-        f'<div class="tile {told["tone"]} tile-{told["name"]}" title="{told["hint"]}">'
-        f'<dt>{told["title"]}</dt><dd class="value"><i aria-hidden="true">'
-        f"{_SIGNS[tile['tone']]}</i> {told['value']}</dd><dd>{told['detail']}</dd></div>"
+        f'<div class="tile {shown["tone"]} tile-{shown["name"]}" title="{shown["hint"]}">'
+        f'<dt>{shown["title"]}</dt><dd class="value"><i aria-hidden="true">'
+        f"{_SIGNS[tile['tone']]}</i> {shown['value']}</dd><dd>{shown['detail']}</dd></div>"
     )

@@ -1,0 +1,61 @@
+"""How motions of the current study are computed and classified, in one run and in sweeps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_STEPS
+from wedgebrake.explorer.core.state import PageState
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.simulate import choose_method
+
+# Largest number of periods until a motion has settled, by method. Aperiodic motions need them all.
+# "smooth" costs twenty times as much per period as "exact", and "ode14x" more.
+_LONGEST = {"exact": 2000, "smooth": 1000, "ode14x": 250}
+# The limits of one of many points are smaller by this factor than those of the single run.
+_SHARE = 4
+
+
+def method(state: PageState) -> str:
+    """Solver of a run: "exact", "smooth" or "ode14x".
+
+    Raises ``InputError`` if it does not support the friction law.
+    """
+    return choose_method(state.system, state.study.run.method)
+
+
+def slow(state: PageState) -> bool:
+    """Return True if the solver takes small steps. Raises ``InputError`` as ``method`` does."""
+    return method(state) != "exact"
+
+
+def evaluation_settings(state: PageState) -> dict[str, Any]:
+    """Arguments of ``wb.motion`` and of sweeps that select the periods for the classification.
+
+    These follow the transient, whatever its length. Raises ``InputError`` as ``method`` does.
+    """
+    return {"periods": state.recorded, "transient": "auto", "limit": _LONGEST[method(state)]}
+
+
+def sweep_settings(state: PageState) -> dict[str, Any]:
+    """Arguments of a sweep that set how each run is computed, plain and hashable."""
+    run = state.study.run
+    # The number of fixed steps of ode14x follows from the time.
+    share = 1 if run.method == "ode14x" else _SHARE
+    return {
+        **{name: getattr(run, name) for name in ("initial", "method", "rtol", "step")},
+        "max_events": min(run.max_events, MOST_EVENTS // _SHARE),
+        "max_steps": min(run.max_steps, MOST_STEPS // share),
+    }
+
+
+def following(system: BrakedDriveline) -> BrakedDriveline:
+    """The machine with static friction that follows kinetic friction if they are equal now.
+
+    An edit of kinetic friction on the page moves static friction in the same way.
+    """
+    friction = system.friction
+    values = dict(friction)
+    if not {"kinetic", "static"} <= set(values) or friction.reference != values.pop("static"):
+        return system
+    return system.replace(friction=type(friction)(**values))

@@ -1,0 +1,310 @@
+"""Plots over parameters: their inputs, their computation in steps, and the call that makes them.
+
+Each computes its coarse points first; every item of ``work`` is a complete picture.
+"""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.linear_stability import stability_map
+from wedgebrake.analysis.linear_stability.damping import is_constant
+from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.attractors import AttractorSet
+from wedgebrake.explorer.core.computation import (
+    evaluation_settings,
+    following,
+    slow,
+    sweep_settings,
+)
+from wedgebrake.explorer.core.fields import parameter_axis
+from wedgebrake.explorer.core.limits import COARSE_MAP, COARSE_POINTS, FINE_MAP, FINE_POINTS
+from wedgebrake.explorer.core.progressive_sweep import STEP, ProgressiveSweep
+from wedgebrake.explorer.core.state import PageState, axes
+from wedgebrake.figures.data import basins as basins_data
+from wedgebrake.figures.data import class_map
+from wedgebrake.figures.data.axes import ParameterAxis, SweptAxis, arranged
+from wedgebrake.figures.data.bifurcation import BifurcationDiagram
+from wedgebrake.figures.data.class_map import ClassMap
+from wedgebrake.figures.data.class_styles import LIMIT_ENTRY, MOTIONS, class_entries, motion_codes
+from wedgebrake.figures.data.partial import (
+    PartialDiagram,
+    PartialMap,
+    hover_boxes,
+    nearest_known,
+)
+from wedgebrake.figures.data.stability_limit import limit_lines
+from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.system import BrakedDriveline
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Time of the first step of a diagram [s]: enough for all coarse points, except of a slow solver.
+_FIRST_STEP = 0.25
+# Steps of maps are longer by this factor with a slow solver; those of basins shorter by the other,
+# for the time that it takes to distinguish attractors.
+_SLOW, _BASINS = 2.5, 0.7
+# Cells of the stability map across and up; fewer if each is computed individually.
+_CELLS, _FEW_CELLS = (280, 120), (56, 30)
+
+Picture = PartialDiagram | PartialMap
+
+
+@dataclass(frozen=True)
+class Call:
+    """The call of a public function that computes a plot.
+
+    function : its name
+    axes     : parameters with (first, last, number, scale)
+    options  : other arguments than their defaults
+    """
+
+    function: str
+    axes: dict[str, tuple[float, float, int, str]]
+    options: dict[str, Any]
+
+
+class ParameterPlot(ABC):
+    """A plot over one or two parameters: across, and up."""
+
+    function: str
+    """Name of the public function that computes it."""
+    from_initial = True
+    """False if the initial state of the run is not an input."""
+
+    @abstractmethod
+    def parameters(self, state: PageState) -> tuple[str, ...]:
+        """The parameters: the selected ones, or others that the machine has."""
+
+    @abstractmethod
+    def work(self, state: PageState) -> Iterator[Picture]:
+        """Compute the plot, coarse before fine.
+
+        Raises ``InputError`` where the machine has no such plot, for two parameters of which one
+        sets the other, and where no value of one can be taken.
+        """
+
+    def axes(self, state: PageState) -> list[ParameterAxis]:
+        """The axes of the parameters; raises ``InputError`` where there is no such plot."""
+        return [parameter_axis(state, name) for name in self.parameters(state)]
+
+    def key(self, state: PageState) -> Hashable:
+        """All inputs of the plot; of its own parameters the ends of the axes alone.
+
+        Raises ``InputError`` where the machine has no such plot.
+        """
+        run = sweep_settings(state)
+        if not self.from_initial:
+            run.pop("initial")
+        return (
+            *self.axes(state),
+            _without(state.system, self.parameters(state)),
+            tuple(evaluation_settings(state).items()),
+            tuple(run.items()),
+        )
+
+    def call(self, state: PageState, options: dict[str, Any]) -> Call:
+        """The call that computes as many values as the page draws at last.
+
+        options : of a sweep of this study
+        """
+        if not self.from_initial:
+            options = {name: value for name, value in options.items() if name != "initial"}
+        return self._call(state, COARSE_MAP if slow(state) else FINE_MAP, options)
+
+    def _call(self, state: PageState, counts: tuple[int, ...], options: dict[str, Any]) -> Call:
+        scaled = {
+            one.name: (one.low, one.high, count, "log" if one.log else "linear")
+            for one, count in zip(self.axes(state), counts, strict=True)
+        }
+        return Call(self.function, scaled, options)
+
+    def _sweep(
+        self, state: PageState, levels: Sequence[tuple[int, ...]], **options: Any
+    ) -> ProgressiveSweep:
+        """A sweep over the axes, up before across, with successive numbers of values."""
+        values = {
+            axis.name: axis.values(count)
+            for axis, count in zip(reversed(self.axes(state)), levels[-1], strict=True)
+        }
+        arguments = {**evaluation_settings(state), **sweep_settings(state), **options}
+        return ProgressiveSweep(following(state.system), values, levels, **arguments)
+
+
+class _Diagram(ParameterPlot):
+    """The bifurcation diagram: Poincare points over one parameter, by class of motion."""
+
+    function = "bifurcation"
+
+    def parameters(self, state: PageState) -> tuple[str, ...]:
+        possible = axes(state.system)
+        return (state.view.axis if state.view.axis in possible else possible[-1],)
+
+    def work(self, state: PageState) -> Iterator[PartialDiagram]:
+        (axis,), few = self.axes(state), slow(state)
+        sweep = self._sweep(
+            state, [(COARSE_POINTS,)] if few else [(COARSE_POINTS,), (FINE_POINTS,)]
+        )
+        for _ in sweep.steps(_FIRST_STEP, 2.0 * STEP if few else STEP):
+            known = np.flatnonzero(sweep.known)
+            dataset = sweep.dataset().isel({axis.name: known})
+            data = {name: BifurcationDiagram.of(dataset, name) for name in ("velocity", "angle")}
+            yield PartialDiagram.of(axis, known, sweep.known.size, data)
+
+    def call(self, state: PageState, options: dict[str, Any]) -> Call:
+        return self._call(state, (COARSE_POINTS if slow(state) else FINE_POINTS,), options)
+
+
+class _Regimes(ParameterPlot):
+    """The regime map: the class of motion over two parameters."""
+
+    function = "regime_map"
+
+    def parameters(self, state: PageState) -> tuple[str, ...]:
+        possible = axes(state.system)
+        across = state.view.across if state.view.across in possible else possible[-1]
+        wanted = (state.view.up, "F0", "eta", *possible)
+        return across, next(one for one in wanted if one in possible and one != across)
+
+    def work(self, state: PageState) -> Iterator[PartialMap]:
+        x, y = self.axes(state)
+        sweep = self._sweep(state, _levels(state), keep_points=False)
+        limit: list[NDArray[np.float64]] = []
+        level = sweep.level
+        step = STEP * (_SLOW if slow(state) else 1.0)
+        for _ in sweep.steps(step, step):
+            dataset = sweep.dataset()
+            if sweep.level != level:
+                level = sweep.level
+                up, across = sweep.complete_places()
+                complete = dataset.isel({y.name: up, x.name: across})
+                limit = limit_lines(complete, *_swept_axes(complete))
+            columns, rows = _swept_axes(dataset)
+            found = arranged(motion_codes(dataset), columns, rows).astype(np.int64)
+            legend = class_entries(found[sweep.known], MOTIONS, shares=True)
+            legend += [LIMIT_ENTRY] if limit else []
+            codes = nearest_known(found, sweep.known)
+            data = ClassMap(columns, rows, codes, MOTIONS, legend, limit)
+            known, whole = int(sweep.known.sum()), sweep.known.size
+            yield PartialMap((x, y), data, hover_boxes((x, y), data), known, whole)
+
+
+class _Stability(ParameterPlot):
+    """Linear stability of sliding over two groups: margins, and where the brake locks."""
+
+    function = "stability_map"
+
+    def parameters(self, state: PageState) -> tuple[str, ...]:
+        return "eta", "alpha" if isinstance(state.system.brake, WedgeBrake) else "kinetic"
+
+    def axes(self, state: PageState) -> list[ParameterAxis]:
+        if state.system.groups.eta is None:
+            raise InputError(
+                "eta: not defined without damping or friction, and so no margin in it. Raise them;"
+                " without damping sliding is linearly stable exactly where the slope of the"
+                " actuation force is positive."
+            )
+        if state.system.driveline.stiffness == 0.0:
+            raise InputError(
+                "No map: without a spring nothing brings the driveline back. Raise the stiffness."
+            )
+        if self.parameters(state)[1] not in axes(state.system):
+            raise InputError(
+                "No map: it goes over the kinetic friction coefficient, and a table of friction"
+                " has many. Choose Coulomb friction, or a wedge brake, whose map goes over its"
+                " angle."
+            )
+        return super().axes(state)
+
+    def key(self, state: PageState) -> Hashable:
+        """The axes, and the machine without its torque and the values on the axes."""
+        untouched = state.system.replace(amplitude=0.0, frequency=1.0)
+        return *self.axes(state), _without(untouched, self.parameters(state))
+
+    def work(self, state: PageState) -> Iterator[PartialMap]:
+        x, y = self.axes(state)
+        line = state.system.driveline
+        sliding = state.system.brake.radius * abs(line.drive_speed)
+        wide, high = _CELLS if is_constant(state.system.friction, sliding) else _FEW_CELLS
+        dataset = stability_map(state.system, **{x.name: x.values(wide), y.name: y.values(high)})
+        held = np.zeros(high, dtype=bool)
+        if y.name == "alpha" and line.drive_speed == 0.0:
+            held = y.values(high) <= (state.system.groups.static_ratio or 1.0)
+        data = class_map.stability_map(dataset, held)
+        yield PartialMap((x, y), data, None, data.codes.size, data.codes.size)
+
+    def call(self, state: PageState, options: dict[str, Any]) -> Call:  # noqa: ARG002
+        return self._call(state, FINE_MAP, {})
+
+
+class _Basins(ParameterPlot):
+    """Basins of attraction: the steady motion that each initial state leads to."""
+
+    function = "basins"
+    from_initial = False
+
+    def parameters(self, state: PageState) -> tuple[str, ...]:  # noqa: ARG002
+        return basins_data.PARAMETERS
+
+    def work(self, state: PageState) -> Iterator[PartialMap]:
+        x, y = self.axes(state)
+        sweep = self._sweep(state, _levels(state))
+        attractors = AttractorSet(sweep.plan.attributes())
+        numbers = np.zeros(sweep.known.shape, dtype=np.int64)
+        labelled = np.zeros(sweep.known.shape, dtype=bool)
+        columns, rows = (SweptAxis.of(sweep.dataset(), one.name) for one in (x, y))
+        step = STEP * (_SLOW if slow(state) else _BASINS)
+        for _ in sweep.steps(step, step):
+            new = sweep.known & ~labelled
+            found, merged = attractors.add({name: one[new] for name, one in sweep.results.items()})
+            for one, other in merged.items():
+                numbers[numbers == one] = other
+            numbers[new] = found
+            labelled |= new
+            given = attractors.found(numbers[labelled])
+            shown = nearest_known(numbers, labelled)
+            data = basins_data.basins(columns, rows, shown, given, known=labelled, numbered=False)
+            boxes = hover_boxes((x, y), data)
+            yield PartialMap((x, y), data, boxes, int(labelled.sum()), labelled.size, "starts")
+
+
+diagram, regimes, stability, basins = _Diagram(), _Regimes(), _Stability(), _Basins()
+PARAMETER_PLOTS: dict[str, ParameterPlot] = {
+    "diagram": diagram, "regimes": regimes, "stability": stability, "basins": basins,
+}  # fmt: skip
+"""All plots by the name that the state has for them."""
+
+
+def _without(system: BrakedDriveline, names: Sequence[str]) -> str:
+    """All of a machine except the parameters that some names set, as text to be compared."""
+    dropped = {SETTERS[name].target if name in SETTERS else name for name in names}
+    if "kinetic" in dropped and following(system) is not system:
+        dropped.add("static")
+    tables = {
+        part: {name: value for name, value in table.items() if name not in dropped}
+        for part, table in system.as_dict().items()
+    }
+    return json.dumps(tables)
+
+
+def _levels(state: PageState) -> list[tuple[int, int]]:
+    """Rows and columns of the successive grids of a map; fewer for a slow solver."""
+    (width, height), (most_wide, most_high) = COARSE_MAP, FINE_MAP
+    if slow(state):
+        return [(height // 4, width // 4), (height // 2, width // 2), (height, width)]
+    return [(height, width), (most_high // 2, most_wide // 2), (most_high, most_wide)]
+
+
+def _swept_axes(dataset: xr.Dataset) -> tuple[SweptAxis, SweptAxis]:
+    """Axes across and up: the second and the first dimension."""
+    y, x = (SweptAxis.of(dataset, str(name)) for name in dataset["motion"].dims)
+    return x, y
