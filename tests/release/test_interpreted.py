@@ -8,21 +8,17 @@ import sys
 from pathlib import Path
 
 import pytest
+from interpreted import results
 
 PROGRAM = Path(__file__).with_name("interpreted.py")
 
 
-def numbers(*options: str) -> dict[str, list[float]]:
-    done = subprocess.run(
-        [sys.executable, PROGRAM, *options], capture_output=True, text=True, timeout=600
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
 @pytest.fixture(scope="module")
 def both() -> tuple[dict[str, list[float]], dict[str, list[float]]]:
-    return numbers("--plain"), numbers()
+    command = [sys.executable, PROGRAM, "--plain"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), results()
 
 
 def test_plain_python_gives_the_same_numbers(both):

@@ -106,17 +106,12 @@ def _ends(*ranges: Range) -> dict[str, tuple[float, float]]:
 
 def _ranges(asked: Order) -> tuple[Range, Range | None]:
     """The parameters with their ends, checked."""
-    over, system, run = asked.over or [], asked.study.system, asked.study.run
+    over, system = asked.over or [], asked.study.system
     if len(over) != 1:
         many = f"given {len(over)} times" if over else "not given"
         raise InputError(
             f"--over: {many}, must be one parameter with its ends, for example --over eta=12:-60."
             " A second one, for the boundaries of the motions, is --and."
-        )
-    if run.start_time != 0.0:
-        raise InputError(
-            f"run.start_time = {run.start_time!r}: must be 0, where orbits are looked for. Set it"
-            " with --set start_time=0."
         )
     first = parse_range("--over", over[0], system)
     if asked.second is None:

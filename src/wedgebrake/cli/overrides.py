@@ -62,6 +62,11 @@ def load(
         study = study.changed(**wanted)
     except InputError as error:
         raise InputError(f"--set: {error}") from None
+    if unused and study.run.start_time != 0.0:
+        raise InputError(
+            f"run.start_time = {study.run.start_time!r}: must be 0, where sweeps and orbits start."
+            " Set it with --set start_time=0."
+        )
     return study if method is None else study.changed(method=method)
 
 

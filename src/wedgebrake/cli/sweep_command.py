@@ -97,12 +97,6 @@ def _check(study: Study, store: Path | None, resume: bool, *, picture: bool) -> 
         )
     if resume and store is None:
         raise InputError("--resume: needs --store, the store to go on with.")
-    start = study.run.start_time
-    if start != 0.0:
-        raise InputError(
-            f"run.start_time = {start!r}: must be 0 for a sweep, whose points all start at time 0."
-            " Set it with --set start_time=0."
-        )
     if picture and len(names) > 2:
         raise InputError(
             f"--plot: there are pictures of sweeps over one or two parameters, not over"
