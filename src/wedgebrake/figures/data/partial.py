@@ -119,7 +119,8 @@ class PartialDiagram:
     @property
     def codes(self) -> Codes:
         """Codes of the motions, (known,)."""
-        return self.first.motions[0]
+        codes: Codes = self.first.motions[0]
+        return codes
 
     @property
     def positions(self) -> FloatArray:

@@ -79,7 +79,8 @@ def _beside_changes(values: FloatArray) -> NDArray[np.bool_]:
 
     stable, unstable = values > 0.0, values <= 0.0
     beside: NDArray[np.bool_] = stable & binary_dilation(unstable)
-    return beside | (unstable & binary_dilation(stable))
+    beside |= unstable & binary_dilation(stable)
+    return beside
 
 
 def _extrapolated(values: FloatArray, axis: SweptAxis, along: int) -> FloatArray:
