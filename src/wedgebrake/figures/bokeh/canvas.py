@@ -107,14 +107,9 @@ class Canvas(Chart):
     def choose(self, quantity: str) -> None:
         """Select the quantity, where a picture has several."""
 
-    def say(self, sentence: str) -> None:
-        """Show nothing but a sentence."""
-        super().say(sentence)
-        self.explain(sentence)
-
     def explain(self, sentence: str) -> None:
         """Show a sentence in place of the axes; an empty one brings axes and grid back."""
-        self._overlay.say(sentence.strip())
+        super().explain(sentence.strip())
         for axis in (self.figure.xaxis[0], self.figure.yaxis[0]):
             update_model(axis, visible=not sentence)
         for grid in self.figure.grid:
@@ -122,7 +117,7 @@ class Canvas(Chart):
 
     def note(self, words: str) -> None:
         """Write a remark in the upper right corner."""
-        self._overlay.key(*([("", MUTED, words)] if words else []))
+        self.key(*([("", MUTED, words)] if words else []))
 
     def hover(self, renderer: GlyphRenderer, mode: str) -> None:
         """Show the column ``text`` of a renderer at the pointer."""

@@ -69,10 +69,12 @@ def chart(title: str, across: str, up: str, **options: Any) -> figure:
     return drawn
 
 
-class Overlay:
-    """Text over a figure: a key beside its title, and a sentence in its middle."""
+class Chart:
+    """A figure with a key beside its title, and sources that ``say`` empties."""
 
     def __init__(self, drawn: figure) -> None:
+        self.figure = drawn
+        self._sources: list[ColumnDataSource] = []
         place = {"position": "absolute", "font-family": FONT, "pointer-events": "none"}
         key = {"right": "10px", "top": "5px", "font-size": "11px", "color": MUTED}
         middle = {
@@ -83,6 +85,12 @@ class Overlay:
         self._middle = HTML(html="", style={**place, **middle})
         drawn.elements = [self._key, self._middle]
 
+    def source(self, *columns: str, name: str | None = None) -> ColumnDataSource:
+        """Create an empty source of this chart."""
+        made = ColumnDataSource({column: [] for column in columns}, name=name)
+        self._sources.append(made)
+        return made
+
     def key(self, *items: tuple[str, str, str]) -> None:
         """Show a row of (symbol, colour, label) as the key."""
         text = "&emsp;".join(
@@ -91,34 +99,19 @@ class Overlay:
         )
         update_model(self._key, html=text)
 
-    def say(self, sentence: str) -> None:
+    def explain(self, sentence: str) -> None:
         """Show a sentence in the middle; an empty one removes it."""
         text = html.escape(sentence)
         if text:
             text = f'<span style="background:#FFFFFFD9;padding:3px 8px">{text}</span>'
         update_model(self._middle, html=text)
 
-
-class Chart:
-    """A figure with text over it and sources that ``say`` empties."""
-
-    def __init__(self, drawn: figure) -> None:
-        self.figure = drawn
-        self._overlay = Overlay(drawn)
-        self._sources: list[ColumnDataSource] = []
-
-    def source(self, *columns: str, name: str | None = None) -> ColumnDataSource:
-        """Create an empty source of this chart."""
-        made = ColumnDataSource({column: [] for column in columns}, name=name)
-        self._sources.append(made)
-        return made
-
     def say(self, sentence: str) -> None:
         """Show nothing but a sentence."""
         for source in self._sources:
             clear_source(source)
-        self._overlay.key()
-        self._overlay.say(sentence)
+        self.key()
+        self.explain(sentence)
 
 
 class MarkedLine:

@@ -22,7 +22,7 @@ from wedgebrake.figures.bokeh.canvas import (
 )
 from wedgebrake.figures.bokeh.chart import FONT, INK, MUTED, float32, update_model, update_source
 from wedgebrake.figures.data.axes import ParameterAxis, number
-from wedgebrake.figures.data.class_map import LEVEL_LINE, Marks
+from wedgebrake.figures.data.class_map import LEVEL_LINE
 from wedgebrake.figures.data.partial import PartialMap
 
 # Pixels of one typographic point in the size of markers.
@@ -92,7 +92,10 @@ class MapPlot(Canvas):
             x=[line[len(line) // 2, 0] for _, line in data.levels],
             y=[line[len(line) // 2, 1] for _, line in data.levels],
         )
-        self._put_marks(data.marks)
+        points = np.concatenate([*(one.points for one in data.marks), np.empty((0, 2))])
+        markers = [one.marker for one in data.marks for _ in one.points]
+        sizes, colours = [_PIXELS * one.size for one in markers], [one.face for one in markers]
+        update_source(self._points, x=points[:, 0], y=points[:, 1], size=sizes, colour=colours)
         update_model(self._hatching, visible=True)
         self.explain("")
 
@@ -107,17 +110,6 @@ class MapPlot(Canvas):
         """Show nothing but a sentence."""
         super().say(sentence)
         update_model(self._hatching, visible=False)
-
-    def _put_marks(self, marks: Sequence[Marks]) -> None:
-        points = np.concatenate([*(one.points for one in marks), np.empty((0, 2))])
-        markers = [one.marker for one in marks for _ in one.points]
-        update_source(
-            self._points,
-            x=points[:, 0],
-            y=points[:, 1],
-            size=[_PIXELS * marker.size for marker in markers],
-            colour=[marker.face for marker in markers],
-        )
 
 
 def _put_lines(source: ColumnDataSource, lines: Sequence[np.ndarray]) -> None:

@@ -165,12 +165,12 @@ class HistoryChart(MotionChart):
         first, last = data.time[data.bounded][[0, -1]]
         chart.set_range(self.figure.x_range, float(first), float(last))
         chart.set_range(self.figure.y_range, *_velocity_limits(motion, ghost))
-        self._overlay.say(motion.ending)
+        self.explain(motion.ending)
         sides = data.sticks.by_side()
         key = [("■", _STICKS[side], style.plain(style.STICKS[side][1])) for side in sides]
         if ghost is not None:
             key.append(("—", GHOST, "conventional brake"))
-        self._overlay.key(*key)
+        self.key(*key)
 
 
 class PhaseChart(MotionChart):
@@ -226,12 +226,12 @@ class PhaseChart(MotionChart):
         seen = self.show_levels(data.levels, low, high)
         words = {style.SWITCHING: ("—", "switching"), style.RELEASE: ("╌", "release")}
         colours = list(dict.fromkeys(level.colour for level in seen))
-        self._overlay.key(*((words[one][0], one, words[one][1]) for one in colours))
+        self.key(*((words[one][0], one, words[one][1]) for one in colours))
         across = data.angle_extent
         if ghost is not None and ghost.history.time.size and not ghost.history.diverged:
             across = extent(np.array([across, ghost.phase.angle_extent]))
         chart.set_range(self.figure.x_range, *about(*across))
-        self._overlay.say("")
+        self.explain("")
 
 
 class SectionChart(MotionChart):
@@ -262,9 +262,9 @@ class SectionChart(MotionChart):
         across, up = extent(*(s.angle for s in shown)), extent(*(s.velocity for s in shown))
         chart.set_range(self.figure.x_range, *round_limits(*across, data.least[0]))
         chart.set_range(self.figure.y_range, *round_limits(*up, data.least[1]))
-        self._overlay.say("")
+        self.explain("")
         absent = "" if data.stated_period is None else ", once in the period of an absent torque"
-        self._overlay.key(("●", style.MOTION, f"{data.angle.size} points{absent}"))
+        self.key(("●", style.MOTION, f"{data.angle.size} points{absent}"))
 
 
 class SpectrumChart(MotionChart):
@@ -301,7 +301,7 @@ class SpectrumChart(MotionChart):
         chart.set_range(self.figure.x_range, 0.0, float(data.frequency[-1]))
         chart.set_range(self.figure.y_range, floor, ceiling)
         self.show_levels(data.levels, 5e-324, math.inf)
-        self._overlay.say("")
+        self.explain("")
 
 
 def _velocity_limits(motion: MotionFigures, ghost: MotionFigures | None) -> Limits:

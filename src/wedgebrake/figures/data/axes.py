@@ -144,7 +144,6 @@ class SweptAxis:
     Positions along the axis are values or, if ``log``, their logarithms to the base 10.
 
     values : ascending, (n,)
-    order  : indices of these values in the dataset, (n,)
     edges  : of the cells about the values, (n + 1,)
     log    : the values are evenly spaced in their logarithm
     """
@@ -152,7 +151,6 @@ class SweptAxis:
     name: str
     label: str
     values: FloatArray
-    order: NDArray[np.int64]
     edges: FloatArray
     log: bool
 
@@ -163,17 +161,16 @@ class SweptAxis:
         given = coordinate.to_numpy()
         if given.dtype.kind not in "iuf" or not np.all(np.isfinite(given)):
             raise InputError(f"{name}: values of the axis must be finite numbers.")
-        order = np.argsort(given, kind="stable")
-        values = given[order].astype(float)
+        values = np.sort(given).astype(float)
         log = bool(values[0] > 0.0 and not _evenly(values) and _evenly(np.log(values)))
         edges = _edges(np.log10(values) if log else values)
-        return cls(name, label(coordinate), values, order, 10.0**edges if log else edges, log)
+        return cls(name, label(coordinate), values, 10.0**edges if log else edges, log)
 
     @classmethod
     def between(cls, edges: FloatArray, *, log: bool = False) -> SweptAxis:
         """Axis of cells between edges, without a parameter."""
         middle = np.sqrt(edges[1:] * edges[:-1]) if log else 0.5 * (edges[1:] + edges[:-1])
-        return cls("", "", middle, np.arange(middle.size), edges, log)
+        return cls("", "", middle, edges, log)
 
     @property
     def even(self) -> bool:
@@ -239,7 +236,7 @@ def label(values: xr.DataArray) -> str:
 
 def arranged(values: xr.DataArray, x: SweptAxis, y: SweptAxis) -> NDArray[Any]:
     """Values as (y, x), both ascending; a copy."""
-    plain: NDArray[Any] = values.transpose(y.name, x.name).to_numpy()[np.ix_(y.order, x.order)]
+    plain: NDArray[Any] = values.sortby([x.name, y.name]).transpose(y.name, x.name).to_numpy()
     return plain
 
 

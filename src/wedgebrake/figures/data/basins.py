@@ -104,10 +104,16 @@ def basins(
     if ranked:
         hollow = classes.MarkerStyle("o", _SIZE, "white", "black", 0.6)
         legend.append(classes.LegendEntry("points of attractors", hollow))
+    columns = [PARAMETERS.index(x.name), PARAMETERS.index(y.name)]
+    low, high = ([axis.edges[end] for axis in (x, y)] for end in (0, -1))
+    visible = {}
+    for one in ranked:
+        points = one.points[:, columns]
+        visible[one.number] = points[np.all((points >= low) & (points <= high), axis=1)]
     marks = tuple(
         Marks(
             str(one.number),
-            _visible(one.points, x, y),
+            visible[one.number],
             classes.MarkerStyle(
                 "o", _SMALLER if len(one.points) > _MANY else _SIZE, colour, "black", 0.5
             ),
@@ -115,14 +121,6 @@ def basins(
         for one, colour in coloured
     )
     return ClassMap(x, y, codes, table, legend, marks=marks)
-
-
-def _visible(points: FloatArray, x: SweptAxis, y: SweptAxis) -> FloatArray:
-    """Points (angle, velocity) inside the picture, as (x, y)."""
-    points = points[:, [PARAMETERS.index(x.name), PARAMETERS.index(y.name)]]
-    low, high = ([one.edges[end] for one in (x, y)] for end in (0, -1))
-    inside: FloatArray = points[np.all((points >= low) & (points <= high), axis=1)]
-    return inside
 
 
 def _check(dataset: Any) -> None:

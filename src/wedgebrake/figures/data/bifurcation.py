@@ -106,8 +106,8 @@ class BifurcationDiagram:
         branches = split(dataset)
 
         def rows(values: Callable[[xr.Dataset], xr.DataArray]) -> NDArray[Any]:
-            found = [values(branch.dataset).transpose(name, ...) for branch in branches]
-            return np.stack([one.to_numpy()[x.order] for one in found])
+            found = [values(branch.dataset).sortby(name) for branch in branches]
+            return np.stack([one.transpose(name, ...).to_numpy() for one in found])
 
         def result(of: str) -> FloatArray:
             return rows(lambda dataset: dataset[of]).astype(float)

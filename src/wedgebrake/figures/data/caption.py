@@ -61,7 +61,9 @@ def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
     if followed:
         parts.append(f"{followed} followed over {' and '.join(map(style.short, names))}")
     if protocol.get("periods") is not None:
-        absent = "" if _is_driven(dataset, names) else " of a torque that does not act"
+        swept = {_parameter(name) for name in (*names, *fixed_parameters(dataset))}
+        driven = "amplitude" in swept or is_driven(dataset)
+        absent = "" if driven else " of a torque that does not act"
         parts.append(f"{protocol['periods']} periods{absent}{_left_out(protocol)}")
     initial = protocol.get("initial")
     chosen = {"initial_angle", "initial_velocity"} & {*names, *fixed_parameters(dataset)}
@@ -154,12 +156,6 @@ def swept_name(name: str) -> str:
     """
     part, _, own = name.partition("_")
     return own if part in PARTS else name
-
-
-def _is_driven(dataset: xr.Dataset, names: Sequence[str]) -> bool:
-    """Return True if a torque acts, at least somewhere if its amplitude is swept."""
-    changed = {_parameter(name) for name in (*names, *fixed_parameters(dataset))}
-    return "amplitude" in changed or is_driven(dataset)
 
 
 def _left_out(protocol: Mapping[str, Any]) -> str:

@@ -78,9 +78,8 @@ def _beside_changes(values: FloatArray) -> NDArray[np.bool_]:
     from scipy.ndimage import binary_dilation
 
     stable, unstable = values > 0.0, values <= 0.0
-    beside: NDArray[np.bool_] = (stable & binary_dilation(unstable)) | (
-        unstable & binary_dilation(stable)
-    )
+    beside: NDArray[np.bool_] = stable & binary_dilation(unstable)
+    beside |= unstable & binary_dilation(stable)
     return beside
 
 

@@ -46,8 +46,12 @@ def page(
     """
     inside = width - beside
     legends = [one for one in legends if one[1]]
-    below = [_legend_height(entries, inside) for _, entries in legends]
-    height = sum(rows) + sum(below) + _caption_height(sentences, width) + more
+    below = [
+        math.ceil(len(entries) / _columns(entries, inside)) * _LINE + _ABOVE
+        for _, entries in legends
+    ]
+    above = 1.45 * _CAPTION / 72.0 * len(caption_lines(sentences, width))
+    height = sum(rows) + sum(below) + above + more
     figure = style.new_figure(width, height)
     heights = [*rows, *below]
     grid = figure.add_gridspec(len(heights), across, height_ratios=heights)
@@ -78,16 +82,6 @@ def caption_lines(sentences: Sequence[str], width: float) -> list[str]:
             line = longer
         lines.append(line)
     return lines
-
-
-def _caption_height(sentences: Sequence[str], width: float) -> float:
-    """Height of such a caption [inch]."""
-    return 1.45 * _CAPTION / 72.0 * len(caption_lines(sentences, width))
-
-
-def _legend_height(entries: Sequence[LegendEntry], width: float) -> float:
-    """Height of a legend [inch], with the space above it."""
-    return math.ceil(len(entries) / _columns(entries, width)) * _LINE + _ABOVE
 
 
 def _columns(entries: Sequence[LegendEntry], width: float) -> int:
