@@ -11,6 +11,7 @@ import pytest
 from bokeh.document import Document
 
 import wedgebrake as wb
+from wedgebrake.explorer.core import plots
 from wedgebrake.explorer.core.plots import diagram
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState, new_state
@@ -249,11 +250,11 @@ def used() -> Page:
 @pytest.mark.parametrize("changes", EXTREMES, ids=str)
 def test_extreme_machines_are_answered_in_words(state, used, monkeypatch, changes):
     """By a verdict, charts and a diagram; where a limit is met, where it went."""
-    for module in ("state", "machine"):
+    for module in ("state", "computation"):
         monkeypatch.setattr(f"wedgebrake.explorer.core.{module}.MOST_EVENTS", 20_000)
         monkeypatch.setattr(f"wedgebrake.explorer.core.{module}.MOST_STEPS", 40_000)
-    monkeypatch.setattr(diagram, "COARSE_POINTS", 4)
-    monkeypatch.setattr(diagram, "FINE_POINTS", 4)
+    monkeypatch.setattr(plots, "COARSE_POINTS", 4)
+    monkeypatch.setattr(plots, "FINE_POINTS", 4)
     for name, value in changes.items():
         try:
             state = state.edited(**{name: value})

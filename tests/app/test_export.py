@@ -49,10 +49,10 @@ def saved(kind: str) -> File:
 @pytest.fixture
 def few(monkeypatch):
     """Pictures of few points."""
-    monkeypatch.setattr("wedgebrake.explorer.core.calls.FINE_MAP", (4, 3))
-    monkeypatch.setattr("wedgebrake.explorer.core.calls.FINE_POINTS", 5)
-    monkeypatch.setattr("wedgebrake.explorer.core.calls.COARSE_MAP", (3, 2))
-    monkeypatch.setattr("wedgebrake.explorer.core.calls.COARSE_POINTS", 3)
+    monkeypatch.setattr("wedgebrake.explorer.core.plots.FINE_MAP", (4, 3))
+    monkeypatch.setattr("wedgebrake.explorer.core.plots.FINE_POINTS", 5)
+    monkeypatch.setattr("wedgebrake.explorer.core.plots.COARSE_MAP", (3, 2))
+    monkeypatch.setattr("wedgebrake.explorer.core.plots.COARSE_POINTS", 3)
 
 
 @pytest.fixture
