@@ -28,8 +28,8 @@ _SCREENSHOTS = Path("out/screenshots")
 # The command, with pictures that are not as fine at last.
 _QUICK = """
 from wedgebrake.cli.main import main
-from wedgebrake.explorer.core import diagram, machine
-diagram.FINE_POINTS, machine.FINE_MAP = 300, (48, 32)
+from wedgebrake.explorer.core import plots
+plots.FINE_POINTS, plots.FINE_MAP = 300, (48, 32)
 main()
 """
 

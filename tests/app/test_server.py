@@ -116,10 +116,8 @@ def changes(client):
     return {
         "a state of its own": [changed("css_classes", mapped(sections="x"))],
         "a script of its own": [changed("subscribed_events", ["x"])],
-        "another kind of value": [changed("state", 5)],
         "no such property": [changed("on_msg", 5)],
         "a private one": [changed("_callbacks", mapped())],
-        "another part": [changed("machine", None, figure)],
         "no such model": [changed("state", 1, "p999999")],
         "a model of a name": [added("Button", label="x")],
         "a model of no name": [added("os.system")],

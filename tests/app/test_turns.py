@@ -82,10 +82,10 @@ def test_every_step_is_shown_and_then_the_end(scheduler):
     assert end == ["end"]
 
 
-def test_newer_work_replaces_older_which_is_closed(scheduler):
+def test_newer_work_replaces_older_after_its_first_result(scheduler):
     old, seen = Held(scheduler), []
     old.slot.start(iter(["new"]), seen.append, unexpected)
-    assert old.released() == ([], [])
+    assert old.released() == (["late"], [])
     until(lambda: not old.slot.busy)
     assert seen == ["new"]
 
@@ -132,7 +132,7 @@ def test_failures_are_told_as_sentences(scheduler, caplog):
         held.released()
         until(lambda held=held: held.told)
         assert held.told[0].startswith(words)
-    assert "a turn failed" in caplog.text
+    assert "a step failed" in caplog.text
 
 
 def test_a_failure_of_unwanted_work_is_not_told(scheduler):
