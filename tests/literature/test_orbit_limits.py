@@ -24,6 +24,8 @@ FOLLOWED = {
     "conventional, T, over F_0": ("conventional", 1, "F0", (0.042, 0.037)),
 }
 BESIDE = 0.003
+# Longest step along a branch, as a share of its range; limits are located between the steps.
+STEP = 0.1
 # Of the printed smooth limits: those at the default 1e-10 differ in the eighth digit.
 SMOOTH_RTOL = 1e-12
 
@@ -51,7 +53,7 @@ def branch(words, friction):
     fixed = {"F0": 0.036} if name == "eta" else {"eta": -24.0}
     system = wb.paper.system(brake=brake, friction=friction, **fixed)
     found = wb.branches(
-        system, order=order, switch=0, opposite=False, rtol=SMOOTH_RTOL, **{name: ends}
+        system, order=order, switch=0, opposite=False, rtol=SMOOTH_RTOL, step=STEP, **{name: ends}
     )
     return system, found
 
@@ -110,7 +112,7 @@ def test_smoothed_limits_tend_to_the_exact_one() -> None:
     values = []
     for xi, told in zip(steepness, printed[:5], strict=True):
         system = wb.paper.system(F0=0.036, friction="smoothed").replace(steepness=xi)
-        found = wb.branches(system, switch=0, opposite=False, eta=(-16.0, -18.0))
+        found = wb.branches(system, switch=0, opposite=False, step=STEP, eta=(-16.0, -18.0))
         values.append(located(found, "period doubling")[1])
         assert values[-1] == pytest.approx(told, abs=6e-5)
     exact = located(branch("wedge, T, over η", "coulomb")[1], "period doubling")[1]
