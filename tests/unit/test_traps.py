@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import wedgebrake as wb
 from equations import law
@@ -156,13 +157,10 @@ class TestGrazing:
         return float(v[i]), float(time), v2
 
     def _start(self, height: float) -> float:
-        """Initial angle that gives this peak speed, by bisection."""
-        high, low = -0.2, -0.045
-        assert self._peak(low)[0] < height < self._peak(high)[0]
-        for _ in range(54):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self._peak(middle)[0] < height else (low, middle)
-        return high
+        """Initial angle that gives this peak speed."""
+        return brentq(
+            lambda angle: self._peak(angle)[0] - height, -0.2, -0.045, xtol=1e-17, rtol=1e-15
+        )
 
     @pytest.mark.parametrize("eps", [1e-3, 1e-5, 1e-7, 1e-9, 1e-11])
     def test_a_slight_crossing_is_seen(self, eps):
