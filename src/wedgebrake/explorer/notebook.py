@@ -119,7 +119,6 @@ def explore(
 
 
 def _state_of(subject: Any) -> PageState:
-    """The state of a page with the subject."""
     from wedgebrake.explorer.core.presets import START, preset
     from wedgebrake.explorer.core.studies import opened
 

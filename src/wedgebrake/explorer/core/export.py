@@ -63,7 +63,6 @@ def export(state: PageState, kind: str, progress: Progress = lambda _: None) -> 
 
 
 def _response(state: PageState) -> xr.Dataset:
-    """The whole run."""
     return simulate(
         state.system,
         periods=state.periods,
@@ -74,7 +73,6 @@ def _response(state: PageState) -> xr.Dataset:
 
 
 def _overview(state: PageState, kind: str) -> bytes:
-    """The response, with the class of its motion."""
     return image(
         plot(_response(state), verdict=take_snapshot(state, settle=True).motion.verdict), kind
     )

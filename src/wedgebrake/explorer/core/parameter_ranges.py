@@ -188,7 +188,6 @@ def _round(value: float, *, up: bool) -> float:
 
 
 def _two_digits(value: float, *, up: bool) -> float:
-    """The next number of two digits."""
     if not _LEAST < abs(value) < _MOST:
         return 0.0 if abs(value) <= _LEAST else math.copysign(_MOST, value)
     power = 10.0 ** (math.floor(math.log10(abs(value))) - 1)

@@ -60,7 +60,6 @@ def samples(state: PageState) -> int:
 
 
 def _ratio(state: PageState) -> float:
-    """Natural frequency over that of the torque."""
     system = state.system
     return system.driveline.natural_frequency / system.excitation.angular_frequency
 

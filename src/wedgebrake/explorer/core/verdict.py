@@ -125,7 +125,6 @@ def _stability_word(one: DirectionStability) -> str:
 
 
 def _bound(state: PageState, snapshot: Snapshot) -> str:
-    """Describe the limit of a growing vibration."""
     if snapshot.motion.kind == "diverged":
         return " Nothing bounds the vibration."
     speed = state.system.actuation.release_speed
@@ -188,7 +187,6 @@ _CLASSES = {
 
 
 def _motion(state: PageState, snapshot: Snapshot) -> Tile:
-    """The class of the motion, with the evidence."""
     motion = snapshot.motion
     if _stuck(state, motion):
         return ("stuck", "turns with the shaft", _STUCK, "bad")
@@ -277,7 +275,6 @@ def _evidence(snapshot: Snapshot) -> str:
 
 
 def _help(state: PageState, motion: Motion) -> str:
-    """Suggest remedies for an undecided class."""
     rate = motion.largest_exponent
     if rate < -_SLOW and math.isfinite(rate):
         periods = -math.log(1e-5) / -rate * state.system.excitation.frequency
@@ -289,7 +286,6 @@ def _help(state: PageState, motion: Motion) -> str:
 
 
 def _sticks(state: PageState, motion: Motion) -> Tile:
-    """The class of stick-slip."""
     kind = motion.stick_class
     if _stuck(state, motion):
         return ("always stuck", "with the shaft", _STUCK, "neutral")

@@ -1,10 +1,9 @@
 """The widgets of the page, one part per file; they show what they are given and report changes.
 
-page            layout
 header          presets, files, friction law, comparison, activity, help
 parameters      sliders, inputs and choices of the machine and its run
 verdict_strip   the verdict in words and colour
 brake_animation the brake in motion, drawn by the only script of the page
 plot_tabs       plots over parameters, their ranges and legend
-controls        Panel's widgets with tooltips; style sheets
+controls        design of the page, widgets with tooltips, and changes by the user
 """

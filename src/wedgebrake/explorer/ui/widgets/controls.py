@@ -1,4 +1,4 @@
-"""Panel's widgets with a tooltip, and the style sheets of the page."""
+"""The design of the page, widgets with tooltips, and changes of widgets by the user."""
 
 from __future__ import annotations
 

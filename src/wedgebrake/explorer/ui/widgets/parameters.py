@@ -212,7 +212,6 @@ class _Number(_List):
 
 
 def _place(row: Row, value: float) -> float:
-    """Return where a value lies on its slider."""
     return math.log10(max(value, row.low)) if row.log else value
 
 
