@@ -21,7 +21,13 @@ def printed(notebook):
     return found
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=[path.stem for path in NOTEBOOKS])
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem == "researcher"))
+        for path in NOTEBOOKS
+    ],
+)
 # Of Jupyter's own parts, which warn of each other.
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::RuntimeWarning:zmq")
 def test_a_notebook_prints_what_it_was_committed_with(path, tmp_path):

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from interpreted import results
 
+pytestmark = pytest.mark.slow  # half a minute of plain Python
 PROGRAM = Path(__file__).with_name("interpreted.py")
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import gc
 import re
-import sys
 import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
 
-from wedgebrake.cli.main import USUAL_COLLECTIONS
+from wedgebrake.cli.main import USUAL_COLLECTIONS, say
 from wedgebrake.cli.overrides import in_options
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import load_study
@@ -47,9 +46,9 @@ def explore(
     state = preset(START).state() if study is None else opened(study)
 
     def ready(url: str) -> None:
-        _say(f"The explorer is at {url} until Ctrl-C.")
+        say(f"The explorer is at {url} until Ctrl-C.")
         if address not in _LOCAL:
-            _say("Whoever can reach this address can use this machine's processors.")
+            say("Whoever can reach this address can use this machine's processors.")
         if browser:
             webbrowser.open(url)
 
@@ -57,10 +56,4 @@ def explore(
         serve(state, address=address, port=port, origins=allowed, ready=ready)
     except InputError as error:
         raise InputError(in_options(str(error), "port|address")) from None
-    _say("stopped")
-
-
-def _say(words: str) -> None:
-    if sys.stderr is not None:
-        sys.stderr.write(words + "\n")
-        sys.stderr.flush()
+    say("stopped")

@@ -46,8 +46,9 @@ def _refuse_table(option: str, text: str, name: str, tables: Collection[str]) ->
     """Refuse a name with its table, which is not needed."""
     table, _, rest = name.partition(".")
     if table in tables and rest.isidentifier():
+        value = "VALUE" if option == "--set" else "..."
         raise InputError(
-            f"{option} {as_typed(text)}: write the name without its table: {option} {rest}=..."
+            f"{option} {as_typed(text)}: write the name without its table: {option} {rest}={value}"
         )
 
 

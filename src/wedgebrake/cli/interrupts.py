@@ -5,12 +5,13 @@ from __future__ import annotations
 import atexit
 import os
 import signal
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
+
+from wedgebrake.cli.main import say
 
 
 class Interrupted(BaseException):
@@ -57,10 +58,8 @@ def announce_compilation(time: str = "about ten seconds") -> Iterator[list[str]]
     class Listener(event.Listener):
         def on_start(self, _: Any) -> None:
             if not said:
-                said.append(f"Compiling the kernels: once per installation, {time} ...\n")
-                if sys.stderr is not None:
-                    sys.stderr.write(said[0])
-                    sys.stderr.flush()
+                said.append(f"Compiling the kernels: once per installation, {time} ...")
+                say(said[0])
 
         def on_end(self, _: Any) -> None:
             """Nothing to say."""

@@ -42,7 +42,7 @@ def _interrupted(*notes: str) -> None:
 
     notes : lines about results that are kept
     """
-    _say("\n".join(["interrupted", *notes]))
+    say("\n".join(["interrupted", *notes]))
     os._exit(1)
 
 
@@ -119,11 +119,12 @@ def _notes(error: BaseException) -> list[str]:
 
 def _stop(message: str, status: int) -> None:
     if message:
-        _say(message)
+        say(message)
     sys.exit(status)
 
 
-def _say(message: str) -> None:
+def say(message: str) -> None:
+    """Write a line to standard error, if that is open."""
     if sys.stderr is not None:
         sys.stderr.write(message + "\n")
         sys.stderr.flush()

@@ -99,7 +99,11 @@ def run(
     written, and ``Interrupted`` with a note on what is kept.
     """
     if not targets:
-        put(as_json, _listing_report(), _listing)
+        listed = {
+            name: {"number": str(one.number), "caption": one.caption}
+            for name, one in FIGURES.items()
+        }
+        put(as_json, {"wedgebrake": __version__, "figures": listed, "others": OTHERS}, _listing)
         return
     order = Order(tuple(target.lower() for target in targets), out, method, threads, kind)
     begin = time.perf_counter()
@@ -243,14 +247,6 @@ def _listing() -> str:
     lines += ["", "And:", *(listed(name, words) for name, words in OTHERS.items())]
     lines += ["", "For example: wedgebrake paper fig8, or: wedgebrake paper all --out paper"]
     return "\n".join(lines)
-
-
-def _listing_report() -> dict[str, Any]:
-    """The same for ``--json``."""
-    figures = {
-        name: {"number": str(one.number), "caption": one.caption} for name, one in FIGURES.items()
-    }
-    return {"wedgebrake": __version__, "figures": figures, "others": OTHERS}
 
 
 def _text(report: dict[str, Any], findings: Sequence[Finding] | None) -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
+from wedgebrake.cli.main import say
 from wedgebrake.cli.output import finish, of_option
 from wedgebrake.cli.progress import Watch
 from wedgebrake.cli.sweep_report import sweep_report, sweep_text
@@ -131,8 +131,7 @@ def _telling(told: list[str], otherwise: Callable[..., None]) -> Callable[..., N
             otherwise(message, category, *where, **more)
             return
         told.append(str(message))
-        if sys.stderr is not None:
-            sys.stderr.write(f"warning: {message}\n")
+        say(f"warning: {message}")
 
     return tell
 
