@@ -227,8 +227,8 @@ class TestFiles:
 
     @pytest.mark.parametrize("plot", PLOTS)
     def test_the_open_picture(self, plot, monkeypatch):
-        monkeypatch.setattr("wedgebrake.explorer.core.calls.FINE_MAP", (6, 4))
-        monkeypatch.setattr("wedgebrake.explorer.core.calls.FINE_POINTS", 7)
+        monkeypatch.setattr("wedgebrake.explorer.core.plots.FINE_MAP", (6, 4))
+        monkeypatch.setattr("wedgebrake.explorer.core.plots.FINE_POINTS", 7)
         file = export(state(plot=plot), "diagram-png")
         assert file.name == f"{plot}.png"
         assert Image.open(io.BytesIO(file.content)).size[0] == 1600
