@@ -26,10 +26,11 @@ _SCREENSHOTS = Path("out/screenshots")
 
 
 # The command, with pictures that are not as fine at last.
-_QUICK = """
+QUICK = {"FINE_POINTS": 300, "FINE_MAP": (48, 32)}
+_PROGRAM = f"""
 from wedgebrake.cli.main import main
 from wedgebrake.explorer.core import plots
-plots.FINE_POINTS, plots.FINE_MAP = 300, (48, 32)
+vars(plots).update({QUICK})
 main()
 """
 
@@ -38,7 +39,7 @@ class Server:
     """The command, running."""
 
     def __init__(self, *arguments):
-        command = [sys.executable, "-c", _QUICK, "app", "--port", "0", "--no-browser"]
+        command = [sys.executable, "-c", _PROGRAM, "app", "--port", "0", "--no-browser"]
         self.process = subprocess.Popen(
             [*command, *arguments], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
         )

@@ -339,7 +339,7 @@ class TestData:
         assert "# status: event_limit" in text
 
     @pytest.mark.parametrize(
-        ("friction", "limit"),
+        ("friction", "limit", "status"),
         [("coulomb", {"max_events": 50}, "event_limit"), ("smoothed", {"max_steps": 50},
          "step_limit")],
     )  # fmt: skip

@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from browsing import QUICK
 from playwright.sync_api import expect
 
 import wedgebrake as wb
+from wedgebrake.explorer.core import plots
 from wedgebrake.explorer.core.export import export
 from wedgebrake.explorer.core.presets import preset
 from wedgebrake.explorer.core.studies import opened
@@ -70,7 +72,9 @@ SAVED = [
 ]
 
 
-def test_what_is_saved_is_what_lies_open(screen):
+def test_what_is_saved_is_what_lies_open(screen, monkeypatch):
+    for name, value in QUICK.items():
+        monkeypatch.setattr(plots, name, value)
     state = preset("start").state()
     for name, value in (("periods", 24), ("eta", -7.5), ("kinetic", 0.27), ("initial_angle", 0.01)):
         screen.type(name, value)

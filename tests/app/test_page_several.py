@@ -1,4 +1,4 @@
-"""Several pages, and many edits in a short time."""
+"""Several pages, many edits in a short time, and a connection that is lost."""
 
 from __future__ import annotations
 
@@ -10,30 +10,28 @@ from wedgebrake.explorer.core.presets import preset
 STATE = preset("start").state()
 
 
-def test_two_users_do_not_disturb_each_other(visit):
-    one, other = visit(), visit(1300, 850)
-    one.type("eta", 6)
+def test_two_users_do_not_disturb_each_other(screen, visit, server):
+    screen.type("eta", 6)
+    other = visit(server.url, 1300, 850)
+    other.says(STATE)
     other.choose("band")
-    one.says(STATE.edited(eta=6.0))
+    screen.says(STATE.edited(eta=6.0))
     other.says(preset("band").state())
-    one("tab-regimes").click()
+    screen("tab-stability").click()
     other("comparison").check()
-    expect(one("plot-regimes")).to_be_visible()
+    expect(screen("plot-stability")).to_be_visible()
     other.type("wrap_angle", "-1")
     other.refused("wrap_angle")
     # Each has what it had.
-    assert one.number("eta") == 6
-    expect(one("input-angle")).to_be_visible()
-    expect(one("comparison")).not_to_be_checked()
+    assert screen.number("eta") == 6
+    expect(screen("input-angle")).to_be_visible()
+    expect(screen("comparison")).not_to_be_checked()
+    expect(screen("notice")).to_have_count(0)
     expect(other("plot-diagram")).to_be_visible()
-    # A page that is loaded anew begins anew.
-    one.page.reload()
-    one.page.locator("[data-motion='1']").wait_for()
-    one.says(STATE)
-    expect(other("input-wrap_angle")).to_be_visible()
 
 
-def test_the_last_of_many_fast_edits_counts(screen):
+def test_the_last_of_many_fast_edits_counts(visit, server):
+    screen = visit(server.url)
     for share in (0.9, 0.1, 0.8, 0.3, 0.75):
         screen.drag("eta", share, steps=20)
     for share in (0.2, 0.9, 0.4):
@@ -60,3 +58,19 @@ def test_the_last_of_many_fast_edits_counts(screen):
     screen.says(STATE)
     expect(screen("input-angle")).to_be_visible()
     expect(screen("notice")).to_have_count(0)
+
+
+def test_a_lost_connection_is_told(chromium, server):
+    context = chromium.new_context()
+    page, sockets = context.new_page(), []
+
+    def through(socket):
+        socket.connect_to_server()
+        sockets.append(socket)
+
+    page.route_web_socket("**/ws", through)
+    page.goto(server.url)
+    page.locator("[data-motion='1']").wait_for()
+    sockets[0].close(code=1001)
+    expect(page.locator(".notyf__message").first).to_be_visible()
+    context.close()

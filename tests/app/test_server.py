@@ -241,7 +241,7 @@ async def none_left(server):
 @together
 async def test_pages_that_are_left_are_forgotten_and_no_more_than_the_limit_opened(monkeypatch):
     """Round after round: sessions, documents and models do not become more."""
-    monkeypatch.setattr(serving, "_LOOK", 200)
+    monkeypatch.setattr(serving, "_CHECK", 200)
     monkeypatch.setattr(serving, "_KEEP", 500)
     monkeypatch.setattr(serving, "MOST_SESSIONS", 2)
     # What pytest keeps of the log keeps pages alive.
