@@ -1,16 +1,16 @@
-"""The explorer: a page where sliders move the machine and everything follows.
+"""The explorer: an interactive page that shows the motion of a machine for any parameters.
 
 notebook    the page in a notebook cell (``wb.explore``), served by its process
 
-ui/         what needs a browser
+ui/         the page in the browser
   server          one process that gives every browser a page of its own (``wedgebrake app``)
-  request_filter  requests that are answered, and under which host names
+  request_filter  filter of requests by path and host name
   session         one page: edits change the current state; motion and plots follow
   parameter_plots plots over parameters, computed and drawn
   widgets/        the widgets of the page, one part per file
 
-core/       what knows no browser
-  state              the current study and its view; every edit gives a new one
+core/       state and computations, independent of the browser
+  state              the current study and its view; every edit returns a new state
   fields             the machine as rows of names, values and ranges; a parameter as an axis
   parameter_ranges   ranges of sliders and of plots
   presets            machines by name

@@ -1,4 +1,4 @@
-"""The front door from Python: the explorer in a notebook cell."""
+"""``wb.explore``: the explorer in a notebook cell."""
 
 from __future__ import annotations
 
@@ -28,31 +28,31 @@ _UNKNOWN = "This page belongs to no cell of the notebook. Run the cell again."
 class Cell:
     """The explorer as a notebook cell shows it.
 
-    url   : where the page is, for a window of its own
+    url   : address of the page, for a separate window
     state : of the page that was opened last: study and view; immutable
     """
 
     def __init__(self, state: PageState, port: int, height: int) -> None:
         self._state, self._height = state, height
         self._explorer: Explorer | None = None
-        # Not to be guessed by others on this machine.
+        # Other users of this computer must not be able to guess it.
         key = secrets.token_urlsafe(16)
         self.url = f"{_served(port)}?cell={key}"
         _CELLS[key] = self
 
     @property
     def state(self) -> PageState:
-        """The study and its view, as they are on the page now; immutable."""
+        """The study and its view, as currently set on the page; immutable."""
         return self._state if self._explorer is None else self._explorer.state
 
     @property
     def study(self) -> Study:
-        """The study as the sliders left it."""
+        """The study as set on the page."""
         return self.state.study
 
     @property
     def system(self) -> BrakedDriveline:
-        """The machine as the sliders left it."""
+        """The machine as set on the page."""
         return self.state.system
 
     def page(self) -> Explorer:
@@ -94,15 +94,15 @@ def explore(
 
     subject : the machine, a study, or the path of a study file; by default the brake of the
               source paper
-    port    : where this process listens, at 127.0.0.1 alone; 0 takes any that is free
+    port    : port of this process, at 127.0.0.1 only; 0 takes any free port
     height  : of the page in the cell [px]
 
-    The result's ``system`` and ``study`` are the machine and the study as the sliders left
-    them. The browser must be on the machine that Python runs on, or have ``port`` forwarded to
+    The result's ``system`` and ``study`` are the machine and the study as set on the
+    page. The browser must run on the same computer as Python, or have ``port`` forwarded to
     it. Needs the extra ``app``.
 
     Raises ``InputError`` for another subject, a machine with a brake or friction law that has
-    no name in study files, a port that cannot be had, and where the extra is not installed.
+    no name in study files, a port that is not available, or if the extra is not installed.
     """
     missing = [name for name in ("panel", "bokeh") if find_spec(name) is None]
     if missing:
@@ -140,7 +140,7 @@ def _state_of(subject: Any) -> PageState:
 def _served(port: int) -> str:
     """The URL of this process's server, on an event loop and a thread of its own.
 
-    So the page answers while a cell computes, and no comm of the notebook is needed.
+    The page therefore responds while a cell computes, and needs no comm of the notebook.
     """
     begun: Future[str] = Future()
 

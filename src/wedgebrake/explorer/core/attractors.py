@@ -1,7 +1,7 @@
 """Attractors of many runs, identified a few runs at a time.
 
 ``wb.basins`` compares all motions with each other once all are computed; here new motions are
-compared with a few of each known attractor.
+compared with a few motions of each known attractor.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _KEPT = 6
 class AttractorSet:
     """Known attractors, numbered from 0.
 
-    attributes : those of a sweep's dataset
+    attributes : attributes of a sweep's dataset
     """
 
     def __init__(self, attributes: dict[str, Any]) -> None:

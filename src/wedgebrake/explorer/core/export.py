@@ -53,8 +53,8 @@ def export(state: PageState, kind: str, progress: Progress = lambda _: None) -> 
 
     progress : called while a plot is computed, as by ``wb.sweep``; its exceptions end the export
 
-    Raises ``InputError`` for another kind, and where this machine or this installation has no
-    such file.
+    Raises ``InputError`` for an unknown kind, and if the machine or the installation does
+    not support the format.
     """
     if not isinstance(kind, str) or kind not in FORMATS:
         raise InputError(f"format = {shown(kind)}: not known. {nearest(str(kind), FORMATS)}")
@@ -79,7 +79,7 @@ def _overview(state: PageState, kind: str) -> bytes:
 
 
 def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
-    """The open plot, as fine as the page draws it."""
+    """The open plot, at the finest resolution of the page."""
     call = picture(state)
     values = {
         name: (np.geomspace if scale == "log" else np.linspace)(first, last, number)
@@ -108,7 +108,7 @@ def _netcdf(state: PageState) -> bytes:
 
 
 def _csv(state: PageState) -> bytes:
-    """The samples of the whole run to the last digit, below lines that say what they are."""
+    """The samples of the whole run in full precision, below header lines that describe them."""
     response = _response(state)
     about = {name: response.attrs[name] for name in ("system", "options", "status", "message")}
     about = {"wedgebrake": __version__, **about}
@@ -131,4 +131,4 @@ FORMATS: Mapping[str, tuple[str, Callable[[PageState, Progress], bytes]]] = Mapp
         "python": ("wedgebrake_study.py", lambda state, _: snippet(state).encode()),
     }
 )
-"""Kinds of files: name of the file, and what makes its content."""
+"""Kinds of files: name of the file, and the function that returns its content."""

@@ -21,7 +21,7 @@ from wedgebrake.model.part import Part
 from wedgebrake.model.sweep_settings import INITIAL, sweepable
 from wedgebrake.model.validation import labels
 
-# Symbol and a word or two, by name.
+# Symbol and short label, by name.
 _WORDS: dict[str, tuple[str, str]] = {
     "eta": ("η", "force slope"),
     "f": ("f", "frequency"),
@@ -144,7 +144,7 @@ def symbol(name: str) -> str:
 
 
 def label(name: str) -> str:
-    """Return a parameter in a word or two."""
+    """Return the short label of a parameter."""
     return _WORDS[name][1] if name in _WORDS else name.replace("_", " ")
 
 

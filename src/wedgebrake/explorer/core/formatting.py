@@ -15,7 +15,7 @@ _LONGEST = 5000
 
 
 def plain(value: float, digits: int = 4) -> str:
-    """A number to so many digits, with a true minus sign."""
+    """A number with a given number of digits and a true minus sign."""
     text = f"{value:.{digits}g}"
     if "e" in text and 1.0 <= abs(value) < 1e6:
         text = f"{float(text):.0f}"
@@ -23,12 +23,12 @@ def plain(value: float, digits: int = 4) -> str:
 
 
 def signed(value: float) -> str:
-    """A number to three digits, with its sign."""
+    """A number with three digits and its sign."""
     return ("+" if value > 0.0 else "") + plain(value, 3)
 
 
 def duration(seconds: float) -> str:
-    """A time in the unit that suits it."""
+    """A time in a suitable unit."""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if seconds >= size:
             return f"{plain(seconds / size, 2)} {unit}"
@@ -36,17 +36,17 @@ def duration(seconds: float) -> str:
 
 
 def counted(count: int) -> str:
-    """A count, in a word up to twelve."""
+    """A count, as a word up to twelve."""
     return _NUMBERS[count] if count < len(_NUMBERS) else str(count)
 
 
 def upper(words: str) -> str:
-    """A sentence with a capital at its beginning."""
+    """A sentence with a capital first letter."""
     return words[:1].upper() + words[1:]
 
 
 def number_text(value: float, *, whole: bool = False) -> str:
-    """Return a number as it stands in an input."""
+    """Return a number as text for an input."""
     return str(round(value)) if whole else repr(float(f"{value:.5g}")).removesuffix(".0")
 
 

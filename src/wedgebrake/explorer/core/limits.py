@@ -9,22 +9,22 @@ MOST_SHOWN = 100
 SAMPLES_PER_PERIOD = 100
 """Samples of the response in a period of the torque."""
 MOST_EVENTS = 200_000
-"""Events of one run of the exact solver: about a second where each is hard to find."""
+"""Events of one run of the exact solver: about a second if each is slow to locate."""
 MOST_STEPS = 400_000
-"""Steps of one run of the other solvers: about a second, three where each is slow."""
+"""Steps of one run of the other solvers: about a second, or three if each is slow."""
 COARSE_POINTS, FINE_POINTS = 150, 600
-"""Values of the parameter in a bifurcation diagram, at once and when all is still."""
+"""Values of the parameter in a bifurcation diagram, at first and after refinement."""
 COARSE_MAP, FINE_MAP = (24, 16), (96, 64)
-"""Cells of a map of regimes or basins, at once and when all is still."""
+"""Cells of a map of regimes or basins, at first and after refinement."""
 LONGEST_STEP = 300
 """Time limit of one computation [s]; the page reports that it was exceeded."""
 LONGEST_EXPORT = 1800
 """Time limit of one export [s]."""
 MOST_UPLOAD = 200_000
-"""Bytes of a study file: of a hostile one, read within a fraction of a second."""
+"""Bytes of a study file, so that any file is read within a fraction of a second."""
 MOST_FILES = 4
-"""Exports of one page in hand at a time."""
+"""Exports of one page in progress at a time."""
 MOST_MESSAGE = 4_000_000
-"""Bytes of one message of a browser; beyond it the connection is closed."""
+"""Bytes of one message of a browser; beyond this size the connection is closed."""
 MOST_SESSIONS = 100
 """Pages that one server keeps open at a time."""

@@ -18,7 +18,7 @@ from wedgebrake.model.validation import is_number, labels
 
 Span = tuple[float, float]
 
-# On the paper's scales; what a group sets follows from the group's.
+# On the paper's scales. The range of a parameter set by a group follows from that of the group.
 _SPANS: dict[str, Span] = {
     "eta": (-60.0, 12.0),
     "f": (0.2, 2.2),
@@ -37,7 +37,7 @@ _SPANS: dict[str, Span] = {
     "periods": (20.0, float(MOST_PERIODS)),
     "shown": (1.0, float(MOST_SHOWN)),
 }
-# Where the group that sets it is not defined.
+# Ranges of parameters whose group is not defined.
 _WITHOUT_GROUP: dict[str, Span] = {
     "slope": (-100.0, 20.0),
     "frequency": (2.0, 50.0),
@@ -45,23 +45,23 @@ _WITHOUT_GROUP: dict[str, Span] = {
     "angle": (0.1, 1.0),
 }
 _GROUP_OF = {setter.target: name for name, setter in SETTERS.items()}
-# Of these, ratios count more than differences. 0, where it is allowed, is left to the number.
+# Parameters with logarithmic sliders. 0, where it is allowed, is entered as a number.
 _LOGARITHMIC = frozenset({"inertia", "damping", "stiffness", "steepness", "periods", "shown"})
-# What has no span of its own reaches so far about its example.
+# Factors from the example to the ends of the range, for parameters without a range above.
 _DOWN, _UP = 0.2, 5.0
-# Of a logarithmic span whose beginning is none, its end over this is the beginning.
+# If the beginning of a logarithmic range is not positive, it is the end divided by this factor.
 _DECADES = 1e3
-# What is smaller counts as 0, what is larger as this.
+# Smaller values count as 0, larger ones as the largest.
 _LEAST, _MOST = 1e-300, 1e300
 
 
 def span(state: PageState, name: str) -> Span:
     """The (lowest, highest) value of a parameter in plots over it, and of its slider.
 
-    What the user set in ``state.view.spans``, as far as the parameter may have it; otherwise
+    The range set by the user in ``state.view.spans``, within the allowed values; otherwise
     round numbers on the paper's scales, which change with the value only where it lies outside.
 
-    Raises ``InputError`` for what this machine does not have.
+    Raises ``InputError`` for a parameter that this machine does not have.
     """
     value = state.value(name)
     low, high = _usual(state, name)
@@ -76,9 +76,9 @@ def scale(name: str) -> Literal["linear", "log"]:
 
 
 def reaching(usual: Span, value: Any, how: str) -> Span:
-    """A span that contains a value, extended to the next of 1, 2, 5, 10, ... where it does not.
+    """A span that contains a value, extended to the next of 1, 2, 5, 10, ... if necessary.
 
-    A value that is no number, and one not above 0 on a logarithmic scale, changes nothing.
+    A value that is not a number, or not above 0 on a logarithmic scale, changes nothing.
     """
     low, high = usual
     if not is_number(value) or (how == "log" and value <= 0.0):
@@ -88,7 +88,7 @@ def reaching(usual: Span, value: Any, how: str) -> Span:
 
 
 def field(system: BrakedDriveline, name: str) -> FieldInfo | None:
-    """The field of a parameter of the machine or its run; None for groups and the like."""
+    """The field of a parameter of the machine or its run; None for groups and other names."""
     models: list[type[Part]] = [*(type(getattr(system, part)) for part in PARTS), Run]
     for model in models:
         if name in model.model_fields:
@@ -97,7 +97,7 @@ def field(system: BrakedDriveline, name: str) -> FieldInfo | None:
 
 
 def _usual(state: PageState, name: str) -> Span:
-    """The span of a parameter whatever its value."""
+    """The span of a parameter, regardless of its value."""
     system = state.system
     if name in _SPANS:
         low, high = _SPANS[name]
@@ -116,7 +116,7 @@ def _usual(state: PageState, name: str) -> Span:
 
 
 def _set_by_group(state: PageState, name: str) -> Span:
-    """The span of what a group sets, from that of the group whatever its value."""
+    """The span of the parameter that a group sets, from that of the group."""
     group = _GROUP_OF[name]
     if state.system.groups.as_dict()[group] is None:
         return _WITHOUT_GROUP[name]
@@ -143,7 +143,7 @@ def _of_motion(system: BrakedDriveline, name: str) -> Span:
 
 
 def _possible(state: PageState, name: str, wanted: Span, usual: Span) -> Span:
-    """As much of a span as the parameter may have; the usual one where that is nothing."""
+    """The allowed part of a span; the usual span if none of it is allowed."""
     low, high = wanted
     least, most, without = _limits(state, name)
     if low < least or (without and low <= least):
@@ -153,7 +153,7 @@ def _possible(state: PageState, name: str, wanted: Span, usual: Span) -> Span:
 
 
 def _limits(state: PageState, name: str) -> tuple[float, float, bool]:
-    """(least, most) that a parameter may be, and whether the least itself is ruled out."""
+    """(least, largest) allowed value of a parameter, and whether the least itself is excluded."""
     least, most, without = -math.inf, math.inf, False
     if name == "static":
         return state.system.friction.reference, 5.0, False

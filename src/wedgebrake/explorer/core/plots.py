@@ -48,7 +48,7 @@ from wedgebrake.model.system import BrakedDriveline
 if TYPE_CHECKING:
     import xarray as xr
 
-# Time of the first step of a diagram [s]: enough for all coarse points, except of a slow solver.
+# Time of the first step of a diagram [s]: enough for all coarse points, except with a slow solver.
 _FIRST_STEP = 0.25
 # Steps of maps are longer by this factor with a slow solver; those of basins shorter by the other,
 # for the time that it takes to distinguish attractors.
@@ -89,8 +89,8 @@ class ParameterPlot(ABC):
     def work(self, state: PageState) -> Iterator[Picture]:
         """Compute the plot, coarse before fine.
 
-        Raises ``InputError`` where the machine has no such plot, for two parameters of which one
-        sets the other, and where no value of one can be taken.
+        Raises ``InputError`` where the machine has no such plot, for two parameters one of which
+        sets the other, or if no value of a parameter is allowed.
         """
 
     def axes(self, state: PageState) -> list[ParameterAxis]:
@@ -98,7 +98,7 @@ class ParameterPlot(ABC):
         return [parameter_axis(state, name) for name in self.parameters(state)]
 
     def key(self, state: PageState) -> Hashable:
-        """All inputs of the plot; of its own parameters the ends of the axes alone.
+        """All inputs of the plot; for its own parameters only the ends of the axes.
 
         Raises ``InputError`` where the machine has no such plot.
         """
@@ -113,9 +113,9 @@ class ParameterPlot(ABC):
         )
 
     def call(self, state: PageState, options: dict[str, Any]) -> Call:
-        """The call that computes as many values as the page draws at last.
+        """The call that computes as many values as the page shows after refinement.
 
-        options : of a sweep of this study
+        options : options of a sweep of this study
         """
         if not self.from_initial:
             options = {name: value for name, value in options.items() if name != "initial"}
@@ -199,7 +199,7 @@ class _Regimes(ParameterPlot):
 
 
 class _Stability(ParameterPlot):
-    """Linear stability of sliding over two groups: margins, and where the brake locks."""
+    """Linear stability of sliding over two groups: margins, and regions of self-locking."""
 
     function = "stability_map"
 
@@ -281,7 +281,7 @@ diagram, regimes, stability, basins = _Diagram(), _Regimes(), _Stability(), _Bas
 PARAMETER_PLOTS: dict[str, ParameterPlot] = {
     "diagram": diagram, "regimes": regimes, "stability": stability, "basins": basins,
 }  # fmt: skip
-"""All plots by the name that the state has for them."""
+"""All plots by their names in the state."""
 
 
 def _without(system: BrakedDriveline, names: Sequence[str]) -> str:

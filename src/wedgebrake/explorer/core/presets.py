@@ -1,4 +1,4 @@
-"""Machines by name, as one finds them on the page: the paper's figures, and other brakes."""
+"""Machines by name, as listed on the page: the paper's figures, and other brakes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
 
 START = "start"
-"""Name of the preset to begin with."""
+"""Name of the initial preset."""
 
 _RESPONSES, _DIAGRAMS, _OTHERS = (
     "Responses of the paper",
@@ -41,7 +41,7 @@ _RESPONSES, _DIAGRAMS, _OTHERS = (
     "Other machines",
 )
 _SYMBOLS = {"eta": "η", "f": "f", "F0": "F₀", "alpha": "α"}
-# The diagram whose axis a figure's cases lie on.
+# The diagram that contains the cases of a figure.
 _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
 
 
@@ -50,9 +50,9 @@ class Preset:
     """A state of the page by name.
 
     name  : as in "fig9c"
-    title : for a list that one chooses from
-    group : heading of the part of the list
-    state : makes the state
+    title : its text in the list
+    group : heading in the list
+    state : function that returns the state
     """
 
     name: str
@@ -62,7 +62,7 @@ class Preset:
 
 
 def preset(name: str) -> Preset:
-    """The preset of a name; raises ``InputError`` for one that there is not."""
+    """The preset of a name; raises ``InputError`` for an unknown name."""
     if not isinstance(name, str) or name not in PRESETS:
         raise InputError(f"preset = {shown(name)}: not known. {nearest(str(name), PRESETS)}")
     return PRESETS[name]
@@ -90,7 +90,7 @@ def _responses() -> Iterator[Preset]:
 
 
 def _title(case: Case, varied: tuple[str, ...]) -> str:
-    """The brake and what tells the case apart: "wedge, η = −30"."""
+    """The brake and the parameters that distinguish the case: "wedge, η = −30"."""
     return ", ".join([case.brake, *(_equation(name, getattr(case, name)) for name in varied)])
 
 
@@ -127,7 +127,7 @@ def _others() -> Iterator[Preset]:
         yield Preset(name, title, _OTHERS, partial(PageState.of, study, view))
 
 
-# Title, initial state and parts of the machines that are not the paper's.
+# Title, initial state and parts of the machines that are not from the paper.
 _MACHINES: dict[str, tuple[Any, ...]] = {
     "band": (
         "Band brake on a turning shaft: stick-slip without a torque",

@@ -16,27 +16,27 @@ from wedgebrake.explorer.core.state import PageState
 from wedgebrake.model.part import Part
 from wedgebrake.model.system import PARTS
 
-# A torque slower than the free vibration is sampled by the vibration's period; but of so many
-# samples a period, and of so many in all, no more.
+# A torque slower than the free vibration is sampled by the vibration's period, up to a maximum
+# number of samples in one period and in total.
 _OF_NATURAL, _DENSEST, _MOST = 20, 2000, 400_000
 _WIDTH = 95  # characters
-# Below so many in a period of the free vibration, the torque of the brake is not printed.
+# With fewer samples in a period of the free vibration the brake torque is not printed.
 _FEWEST = 5
 
 
 def run(state: PageState) -> dict[str, Any]:
-    """Arguments of ``wb.simulate`` and its relatives that say how a run is computed.
+    """Arguments of ``wb.simulate`` and related functions that set how a run is computed.
 
-    Those alone that differ from their defaults.
+    Only those that differ from their defaults.
     """
     names = ("initial", "method", "rtol", "step", "max_events", "max_steps")
     return _chosen(state.study.run, names)
 
 
 def picture(state: PageState) -> Call:
-    """The open plot as a call, with as many values as the page draws at last.
+    """The open plot as a call, with as many values as the page shows after refinement.
 
-    Raises ``InputError`` where there is none of this machine.
+    Raises ``InputError`` if this machine has no such plot.
     """
     options = {**evaluation_settings(state), **run(state)}
     return PARAMETER_PLOTS[state.view.plot].call(state, options)
@@ -65,12 +65,12 @@ def _ratio(state: PageState) -> float:
 
 
 def snippet(state: PageState) -> str:
-    """A Python program that computes what is on the screen and draws it.
+    """A Python program that computes and draws the displayed results.
 
-    It has the machine in SI values, the response, its class, the verdict on stability, the
-    torque of the brake, and the open picture; all numbers are exact.
+    It contains the machine in SI values, the response, its class, the stability verdict, the
+    brake torque, and the open plot; all numbers are exact.
 
-    Raises ``InputError`` for a part that is none of wedgebrake's.
+    Raises ``InputError`` for a part that is not from wedgebrake.
     """
     parts = [_machine(state), _motion(state), _picture(state)]
     numpy = "import numpy as np\n\n" if "np." in parts[-1] else ""
@@ -98,7 +98,7 @@ def _machine(state: PageState) -> str:
         kind = type(part).__name__
         if kind not in _public:
             raise InputError(
-                f"{name} = {kind}: is no part of wedgebrake, so that no program of its public names"
+                f"{name} = {kind}: is not part of wedgebrake, so no program of its public names"
                 " can build it. Save the study instead, and load it where the part is known."
             )
         lines.append(f"{name}=wb.{kind}({_arguments(_chosen(part))}),")

@@ -128,7 +128,7 @@ class _Pace:
         self.restart(seconds)
 
     def restart(self, seconds: float) -> None:
-        """Begin a step of a duration [s]."""
+        """Begin a step of the given duration [s]."""
         self._end = time.perf_counter() + seconds
         self._fresh = True
 

@@ -1,6 +1,6 @@
 """Threads shared by all pages, where the newest job of a page replaces older ones.
 
-A job is an iterator whose steps give results to show; between two steps other jobs have theirs.
+A job is an iterator whose steps give results to show; other jobs run between two of its steps.
 Kernels do not hold Python's lock, so that a few threads keep all processors busy and the event
 loop answers meanwhile. A thread within a kernel cannot be stopped: if a step takes long, another
 thread is started in its place, and a step beyond the time limit is reported to its page.
@@ -28,9 +28,9 @@ Post = Callable[[Callable[[], None]], None]
 _LOG = logging.getLogger("wedgebrake.explorer")
 # Largest number of threads with long steps that are replaced.
 _MOST_REPLACED = 16
-# Longest time that a job waits for the first result of the one before it [s].
+# Longest time that a job waits for the first result of the previous job [s].
 _LONGEST_WAIT = 0.4
-# Time after which a step is long, of a display and of an export [s].
+# Time after which a step counts as long, for a display and for an export [s].
 _PATIENCE, _PATIENCE_FOR_FILES = 2.0, 60.0
 
 
@@ -86,16 +86,16 @@ class Scheduler:
         threading.Thread(target=work, name=name, daemon=True).start()
 
     def slot(self, post: Post) -> Slot:
-        """A slot whose results are shown by way of ``post``."""
+        """A slot whose results are shown through ``post``."""
         return Slot(self, post)
 
     def close(self) -> None:
-        """End all threads when their steps are over."""
+        """End all threads after their current steps."""
         self._closed.set()
         self._queue.put((-1, next(self._numbers), None))
 
     def enqueue(self, job: _Job, urgency: int) -> None:
-        """Wait for a thread; of equal urgency, who comes first goes first."""
+        """Queue for a thread; jobs of equal urgency run in order of arrival."""
         self._queue.put((urgency, next(self._numbers), job))
 
     def _compute(self) -> None:
@@ -159,11 +159,11 @@ class Scheduler:
 
 
 class Slot:
-    """One kind of work of one page, of which the newest job is wanted.
+    """One kind of work of one page; only its newest job counts.
 
     Results that the page has not shown yet are replaced by newer ones, so that a slow page is
-    never behind by more than one. A job waits for the first result of the one before, but not for
-    long: while a slider moves, the page shows what it passes.
+    never more than one result behind. A job waits briefly for the first result of the previous
+    job: while a slider moves, the page shows intermediate values.
     """
 
     def __init__(self, scheduler: Scheduler, post: Post) -> None:
@@ -185,13 +185,13 @@ class Slot:
         later: int = 9,
         pause: float = 0.0,
     ) -> None:
-        """Begin work that replaces what the slot does now.
+        """Begin work that replaces the current work of the slot.
 
         steps    : each step gives a complete result
-        show     : called with each result, where ``post`` brings it
-        fail     : called with a sentence where a step raises
+        show     : called with each result, through ``post``
+        fail     : called with a sentence if a step raises
         finished : called after the last step
-        urgency  : of the first step, 0 before all others; ``later`` : of those after it
+        urgency  : of the first step, 0 is the most urgent; ``later`` : of the following steps
         pause    : seconds between the first step and the second, so that it is not begun while
                    a slider still moves
         """
@@ -225,7 +225,7 @@ class Slot:
         return self.job is not None or self._next is not None
 
     def offer(self, job: _Job, result: Any) -> None:
-        """Show a result soon, unless a newer one comes before."""
+        """Show a result soon, unless a newer result replaces it."""
         with self._lock:
             if self.job is not job:
                 return
@@ -234,7 +234,7 @@ class Slot:
             self._hand(partial(self._show, job))
 
     def end(self, job: _Job, last: Callable[[], None]) -> None:
-        """After the last step: what there is to say, if the work is still wanted."""
+        """After the last step, call ``finished`` or ``fail`` if the work is still current."""
 
         def say() -> None:
             self._show(job)
@@ -249,11 +249,11 @@ class Slot:
             self._hand(say)
 
     def _hand(self, call: Callable[[], None]) -> None:
-        """Hand a call to the page; one that has gone wants nothing more."""
+        """Pass a call to the page; ignore it if the page is closed."""
         try:
             self._post(call)
         except Exception:
-            _LOG.info("a page has gone while work was done for it")
+            _LOG.info("a page was closed while its work was in progress")
             self.stop()
 
     def _show(self, job: _Job) -> None:
@@ -273,5 +273,5 @@ def common_scheduler() -> Scheduler:
 
 @cache
 def file_scheduler() -> Scheduler:
-    """A thread apart for files: a fine picture may take minutes, and no motion waits for it."""
+    """A separate thread for files: a fine picture may take minutes and must not delay motions."""
     return Scheduler(1, patience=_PATIENCE_FOR_FILES, limit=LONGEST_EXPORT)

@@ -28,13 +28,13 @@ FloatArray = NDArray[np.float64]
 State = tuple[float, float]
 
 # A torque slower than the free vibration is sampled by the vibration's period, up to so many
-# samples in one of its own; beyond that there is no spectrum.
+# samples in one period of the torque; beyond this number there is no spectrum.
 _OF_NATURAL, _DENSEST = 20, 2000
 # The spectrum reaches to these multiples of the natural and the forcing frequency.
 _NATURALS, _FORCINGS = 6.0, 4.0
-# A run that ended early is sampled so often at least.
+# Least number of samples of a run that ended early.
 _FEWEST = 600
-# Of a run that met its limit, so much is run once more, for the charts.
+# Share of a run that met its limit that is run again for the charts.
 _SHARE = 0.1
 _LIMITS = ("event_limit", "step_limit")
 _AT_A_LIMIT = "Stopped at a limit of the explorer: the beginning."
@@ -48,7 +48,7 @@ _ENDINGS = {
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """Motion of a machine; of a run that ended early, its computed part.
+    """Motion of a machine; if the run ended early, its computed part.
 
     status, message  : how the simulation ended, as in the attributes of a response
     settled          : (r,) velocity over the recorded periods [rad/s]; empty where the run
@@ -122,7 +122,7 @@ class _Run:
         self.shown = min(state.view.shown, state.periods)
         self.first_recorded = self._time(state.transient)
         self.first_shown = self._time(state.periods - self.shown)
-        # Windows begin so much earlier [s]: rounding shall not lose the first sample.
+        # Windows begin earlier by this time [s]: rounding must not exclude the first sample.
         self.early = 0.5 * self.period / self.density
 
     def _time(self, periods: float) -> float:
@@ -137,7 +137,7 @@ class _Run:
         whole = self._simulate(periods=periods, times=times)
         if whole.attrs["status"] == "completed":
             return whole, whole
-        # It ended elsewhere: once more, with samples where it went.
+        # It ended early: run again, with samples over the computed part.
         end = float(whole.attrs["final_time"])
         if whole.attrs["status"] in _LIMITS:
             end = self.begin + _SHARE * (end - self.begin)
@@ -165,7 +165,7 @@ class _Run:
         numbers = response["period"].to_numpy()
         complete = response.attrs["status"] == "completed"
         if settle and complete:
-            # As many periods as the limits of one run allow for.
+            # As many periods as the limits of one run allow.
             most = min(state.limits.values()) / max(response.attrs["work"], 1) * state.periods
             rule = evaluation_settings(state)
             rule["limit"] = int(min(max(most, state.periods), rule["limit"]))
@@ -176,7 +176,7 @@ class _Run:
             found = motion(self.system, state.recorded, transient=0, initial=start, **options)
             return replace(found, transient=state.transient)
         if response.attrs["status"] in _LIMITS:
-            options |= {"max_events": 1, "max_steps": 1}  # it would meet them again
+            options |= {"max_events": 1, "max_steps": 1}  # the limits would be met again
         start = _state(points[0]) if len(points) else self.initial
         return motion(
             self.system, state.periods, transient=state.transient, initial=start, **options

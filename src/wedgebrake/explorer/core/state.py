@@ -29,7 +29,7 @@ _SETTINGS = ("periods", "method")
 # A coefficient that falls with speed, for a table that begins from a constant one.
 _FALLING = ((0.0, 1.2), (0.1, 1.1), (1.0, 1.0))
 _LARGEST_COEFFICIENT = 5.0
-# Ends of axes reach no farther: their distance must be a number too.
+# Largest magnitude of the ends of axes: their difference must be finite too.
 _FARTHEST = 1e300
 
 
@@ -37,10 +37,10 @@ _FARTHEST = 1e300
 class View:
     """How a study is shown.
 
-    comparison : True for the conventional brake beside the study's own
+    comparison : True to show the conventional brake beside that of the study
     shown      : periods of the torque in history and phase portrait
     plot       : the open plot over parameters
-    quantity   : what the bifurcation diagram shows of the Poincare section
+    quantity   : component of the Poincare section in the bifurcation diagram
     axis       : parameter of the bifurcation diagram
     across, up : parameters of the map of regimes
     spans      : (first, last) value of a parameter in plots, where the user set it
@@ -60,7 +60,7 @@ class View:
 class PageState:
     """A study and its view; immutable.
 
-    former : parts of other kinds as they were when last used, by (table, kind)
+    former : parts of other kinds with their last values, by (table, kind)
     """
 
     study: Study
@@ -137,9 +137,9 @@ class PageState:
         """The state with changed parameters, groups, settings, kinds or view, by name.
 
         ``brake`` and ``friction`` take a kind; parameters that the kinds share are kept, and
-        those of a kind that was there before come back. ``initial_angle`` and
-        ``initial_velocity`` set the start; ``spans`` are added to those there. Static friction
-        stays equal to kinetic friction where it was, and is raised where that passes it.
+        those of a kind used before are restored. ``initial_angle`` and
+        ``initial_velocity`` set the start; ``spans`` are added to the others. Static friction
+        stays equal to kinetic friction if it was equal, and is never below it.
 
         Raises ``InputError`` that names the parameter, the value and what is allowed.
         """
@@ -186,14 +186,14 @@ class PageState:
         known = former.get((table, kind))
         if isinstance(before, Brake):
             study = self.study.changed(brake=_brake(kinds[kind], before, known))
-        else:  # a solver chosen for the other law may not fit
+        else:  # the solver of the other law may not support it
             part = _friction(kinds[kind], before, known)
             study = self.study.changed(friction=part, method=None)
         return replace(self, study=study, former=MappingProxyType(former))
 
 
 def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> View:
-    """A changed view, checked; its parameters are such as the machine has."""
+    """A changed view, checked; its parameters are those of the machine."""
     for name, allowed in (("plot", PLOTS), ("quantity", get_args(Quantity))):
         if name in changes and changes[name] not in allowed:
             raise InputError(f"{name} = {shown(changes[name])}: must be one of {allowed}.")
@@ -209,7 +209,7 @@ def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> Vie
         new = _spans(changes["spans"], [*possible, *INITIAL])
         changes["spans"] = MappingProxyType({**view.spans, **new})
     view = replace(view, **changes)
-    # A parameter may have gone with the brake or friction law that was there before.
+    # A parameter of the former brake or friction law may no longer exist.
     axis, across, up = (
         name if name in possible else possible[-1] for name in (view.axis, view.across, view.up)
     )
@@ -222,7 +222,7 @@ def axes(system: BrakedDriveline) -> list[str]:
     """Parameters that plots can go over: those of the machine and the groups it has."""
     groups = system.groups.as_dict()
     lost = {name for name, value in groups.items() if value is None}
-    if groups["F0"] == 0.0:  # no amplitude of the torque makes it another one
+    if groups["F0"] == 0.0:  # no amplitude of the torque changes it
         lost.add("F0")
     return [name for name in sweepable(system) if name not in INITIAL and name not in lost]
 
@@ -259,7 +259,7 @@ def _brake(model: type[Part], before: Brake, known: Part | None) -> Part:
 def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
     """A law of another kind with the coefficients of the one before."""
     if known is not None and TabulatedFriction in (model, type(before)):
-        return known  # a table and a constant say too different things
+        return known  # a table and a constant cannot be converted
     kinetic, static = before.reference, float(getattr(before, "static", before.reference))
     if isinstance(before, TabulatedFriction):
         kinetic = min(before.coefficients[-1], static)
@@ -277,5 +277,5 @@ def _check_whole(name: str, value: Any, least: int, most: int) -> None:
 
 
 def new_state(system: BrakedDriveline) -> PageState:
-    """The state with a machine, to be run as by default."""
+    """The state with a machine and the default run settings."""
     return PageState.of(Study(system, Run()))

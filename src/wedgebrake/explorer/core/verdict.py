@@ -22,15 +22,15 @@ Tile = tuple[str, str, str, str]
 """Value, detail, hint and tone."""
 
 _PARTS = ("value", "detail", "hint", "tone")
-# From harmless to feared: what the headline takes of its tiles.
+# In ascending severity; the headline has the most severe tone of its tiles.
 _TONES = ("neutral", "good", "warn", "bad")
 _WAYS = {1: "forwards", -1: "backwards"}
-# A multiplier so close to 1 neither fades nor grows, for an eye.
+# Disturbances whose multiplier is this close to 1 count as neither decaying nor growing.
 _SLOW = 1e-9
-# Without a torque: samples to see a motion by, a velocity that is steady against the largest,
-# and the change between two halves that is seen.
+# Without a torque: fewest samples, velocity that counts as steady relative to the largest,
+# and the smallest relative change between two halves that is reported.
 _SEEN, _STEADY, _CHANGE = 16, 1e-6, 2e-3
-# Fewest vibrations whose change is shown, and a share of time that is all of it.
+# Fewest vibrations whose change is shown, and the share of time that counts as all of it.
 _FEW, _ALL = 8.0, 1.0 - 1e-9
 _STUCK = (
     "The brake sticks to the shaft all the time and is carried along; the spring winds up until its"
@@ -43,7 +43,7 @@ _LIMITS = ("event_limit", "step_limit")
 
 
 def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
-    """The verdict on what a machine does, plain for JSON.
+    """The verdict on a machine, as plain values for JSON.
 
     Returns {headline, tone, tiles}; a tile is {name, title, value, detail, hint, tone}, in
     order forward, backward, locking, motion, sticks, torque, share. A tone is "good", "warn"
@@ -81,7 +81,7 @@ def _direction(state: PageState, snapshot: Snapshot, one: DirectionStability) ->
     way = _WAYS[one.direction]
     turns = state.system.driveline.drive_speed != 0.0
     if one.speed is None:
-        hint = f"The shaft turns the other way, so that there is no steady sliding {way}."
+        hint = f"The shaft turns in the other direction, so that there is no steady sliding {way}."
         return ("does not exist", "opposite to the shaft", hint, "neutral")
     where = f" at the shaft speed of {plain(one.speed)} rad/s" if turns else ""
     if one.locked:
@@ -136,7 +136,7 @@ def _bound(state: PageState, snapshot: Snapshot) -> str:
     return " The brake does not release: a larger disturbance may grow without bound."
 
 
-# By kind of self-locking: its tile, and what the headline says.
+# By kind of self-locking: its tile, and the sentence of the headline.
 _LOCKING: dict[str, tuple[Tile, str]] = {
     "kinetic": ((
         "in motion", "cannot slide forwards",
@@ -151,7 +151,7 @@ _LOCKING: dict[str, tuple[Tile, str]] = {
         "A torque that is large enough turns the shaft in both directions.", "good",
     ), ""),
 }  # fmt: skip
-# By class of motion: tone, meaning, detail, and the headline; one without a full stop goes on.
+# By class of motion: tone, meaning, detail, and the headline, continued if it has no full stop.
 _CLASSES = {
     "synchronous": (
         "good", "The motion repeats in every period of the torque.", "",
@@ -245,7 +245,7 @@ def _undriven(state: PageState, snapshot: Snapshot) -> tuple[str, str, str, str]
 
 
 def _cycles(velocity: NDArray[np.float64]) -> float:
-    """How often a velocity goes to and fro."""
+    """Number of oscillations of a velocity."""
     signs = np.sign(velocity - 0.5 * (velocity.max() + velocity.min()))
     return 0.5 * float(np.count_nonzero(np.diff(signs[signs != 0.0])))
 
@@ -379,7 +379,7 @@ def _motion_sentence(state: PageState, snapshot: Snapshot) -> str:
 
 
 def _settling_sentence(state: PageState, snapshot: Snapshot) -> str:
-    """A word where the verdict is on a later motion than the pictures show."""
+    """A sentence if the verdict is on a later motion than the pictures show."""
     motion = snapshot.motion
     repeats = motion.order > 0 or motion.kind == "at rest"
     driven = state.system.excitation.amplitude > 0.0

@@ -1,4 +1,4 @@
-"""Plots over parameters: each joins what is computed with its Bokeh figure."""
+"""Plots over parameters: each combines its computation with its Bokeh figure."""
 
 from __future__ import annotations
 
@@ -40,5 +40,5 @@ class DrawnPlot:
         return selected(axes, (x, y)[: len(axes)])
 
     def say(self, sentence: str) -> None:
-        """Show nothing but a sentence."""
+        """Show only a sentence."""
         self._plot.say(sentence)

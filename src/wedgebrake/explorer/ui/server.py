@@ -50,7 +50,7 @@ def serve(
     state   : of a new page
     address : to listen on; port : 0 takes any free one
     origins : "host:port" of pages that may connect, beside the server's own
-    ready   : called with the URL when browsers can come
+    ready   : called with the URL once browsers can connect
 
     Raises ``InputError`` for an address or port that cannot be listened on.
     """
@@ -62,7 +62,7 @@ def serve(
     )
     loop = IOLoop.current()
     loop.add_callback(ready, url)
-    # Compile what the first page needs, before there is one.
+    # Compile the kernels of the first page before it is requested.
     slot = scheduler.slot(lambda call: call())
     slot.start((take_snapshot(one) for one in [state]), lambda _: None, lambda _: None)
     # The objects that exist now are permanent; the garbage collector need not scan them again.
@@ -85,7 +85,7 @@ def started(
 ) -> tuple[Any, str]:
     """Begin to listen on the event loop of this thread: the server, and its URL.
 
-    new : gives every browser an ``Explorer`` of its own, or something else to show
+    new : returns a new ``Explorer``, or another object to show, for every browser
 
     Raises ``InputError`` for an address or port that cannot be listened on.
     """
@@ -110,7 +110,7 @@ def started(
             pn.state.on_session_destroyed(gone)
         return opened
 
-    # A browser that goes away while it is written to is no news.
+    # Disconnecting browsers are not worth a message.
     for name in ("tornado.access", "bokeh.server.views.ws"):
         logging.getLogger(name).setLevel(logging.ERROR)
     server = pn.serve(
@@ -126,14 +126,14 @@ def started(
 
 
 def _report(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    """Report what went wrong in the loop, but not that a browser has gone."""
+    """Report errors of the loop, except the disconnection of a browser."""
     if not isinstance(context.get("exception"), WebSocketClosedError):
         loop.default_exception_handler(context)
 
 
 @contextmanager
 def _stopped_by_signals(loop: IOLoop) -> Iterator[None]:
-    """Inside, Ctrl-C and a polite kill end the loop, not whatever it does just then."""
+    """Inside, SIGINT and SIGTERM end the loop without interrupting its current callback."""
     signals = (signal.SIGINT, signal.SIGTERM)
     before = {one: signal.getsignal(one) for one in signals}
     for one in signals:
@@ -152,7 +152,7 @@ def _host(address: str) -> str:
 
 
 def _free_port(address: str, port: int) -> int:
-    """The port, tried; for 0 one that is free."""
+    """The port, after a test that it is available; for 0 a free port."""
     try:
         found = socket.getaddrinfo(address, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
         family, kind, protocol, _, place = found[0]

@@ -39,19 +39,19 @@ from wedgebrake.model.study import read_study
 
 _LOG = logging.getLogger("wedgebrake.explorer")
 
-# Urgency of work: the motion before plots, their first draft before what is finer.
+# Urgency of work: the motion before plots, coarse plots before finer ones.
 _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 # Time without a change after which finer work begins [s].
 _STILL = 0.3
-# Time after an update of the page before the next one, which has all edits until then [ms].
+# Least time between two updates of the page; each includes all edits until then [ms].
 _GAP = 40
 _STARTING = "Starting; the first start on a machine compiles the solver, about half a minute."
-# How long a notice stays [ms].
+# Duration of a notice [ms].
 _BRIEF, _LASTING = 6000, 12_000
 
 
 def _reported(action: Callable[..., None]) -> Callable[..., None]:
-    """Show a notice where an action fails."""
+    """Show a notice if an action fails."""
 
     @functools.wraps(action)
     def wrapped(self: Explorer, *arguments: Any) -> None:
@@ -69,9 +69,9 @@ def _reported(action: Callable[..., None]) -> Callable[..., None]:
 class Explorer(pn.viewable.Viewer):
     """A page: the current study, the widgets that show it, and the work in progress.
 
-    Made within a session of the server, whose document it belongs to.
+    Created within a session of the server, to whose document it belongs.
 
-    state     : the study to begin with
+    state     : the initial study
     scheduler : the threads that compute, by default those of all pages of this process
     """
 
@@ -80,12 +80,12 @@ class Explorer(pn.viewable.Viewer):
         # The current state, and the one that the page shows.
         self._state = self._shown = state
         self._number, self._preset_name = 0, ""
-        # What the motion was computed from.
+        # Inputs of the displayed motion.
         self._computed: Any = None
         self._waiting, self._behind, self._closed = False, False, False
         # While a slider is dragged: its parameter, and the state before.
         self._dragged: tuple[str, PageState] | None = None
-        # Inputs of the open plot; of complete plots these too, and what they show.
+        # Inputs of the open plot; inputs and contents of the complete plots.
         self._plot_key: Any = None
         self._complete: dict[str, tuple[Any, Any]] = {}
         self._picture: Any = None
@@ -123,7 +123,7 @@ class Explorer(pn.viewable.Viewer):
         self._notices = pn.state.notifications
         self._header.busy(_STARTING)
         self._show_values(state)
-        # Not before the browser listens: what is sent while it connects may be lost.
+        # Not before the browser is connected: earlier messages may be lost.
         pn.state.onload(lambda: self._set_state(self._state))
 
     def __panel__(self) -> Any:
@@ -135,13 +135,13 @@ class Explorer(pn.viewable.Viewer):
         return self._state
 
     def close(self) -> None:
-        """Discard all work: the page is gone."""
+        """Discard all work after the page was closed."""
         self._closed = True
         for slot in (self._motion_slot, self._plot_slot, *self._files):
             slot.stop()
 
     def refuse(self, words: str) -> None:
-        """Show why something cannot be done."""
+        """Show why an action is not possible."""
         self._notify(words, "error", _LASTING)
 
     def _notify(self, words: str, kind: str = "success", duration: int = _BRIEF) -> None:
@@ -164,7 +164,7 @@ class Explorer(pn.viewable.Viewer):
 
     @_reported
     def _edit(self, changes: dict[str, Any], dragging: bool = False) -> None:
-        # What a slider only passes leaves no trace: all its values edit the same state.
+        # Intermediate values of a slider have no lasting effect: all of them edit the same state.
         name, base = next(iter(changes)), self._state
         if self._dragged is not None and self._dragged[0] == name:
             base = self._dragged[1]
@@ -229,7 +229,7 @@ class Explorer(pn.viewable.Viewer):
         plot = self._plot(self._state.view.plot)
         try:
             changes = plot.pick(self._state, float(event.x), float(event.y))
-        except InputError:  # there is no plot, and the reason stands in its place
+        except InputError:  # there is no plot; the reason is shown instead
             return
         if changes:
             self._edit(changes)
@@ -237,7 +237,7 @@ class Explorer(pn.viewable.Viewer):
     # Display
 
     def _set_state(self, state: PageState, preset_name: str = "") -> None:
-        """Make a state the current one, and update the page at once or after the gap."""
+        """Make a state the current state, and update the page at once or after the gap."""
         before, self._state = self._state, state
         if state != before or not self._number:
             self._number += 1
@@ -250,7 +250,7 @@ class Explorer(pn.viewable.Viewer):
 
     @_reported
     def _update(self) -> None:
-        """Show the values of the current state, and compute what follows from them."""
+        """Show the values of the current state, and compute the results."""
         state = self._shown = self._state
         self._behind, self._waiting = False, True
         self._document.add_timeout_callback(self._continue, _GAP)
@@ -320,7 +320,7 @@ class Explorer(pn.viewable.Viewer):
             self._plot_slot.stop()
         self._plot_key = key
         before, picture = self._complete.get(plot.name, (None, None))
-        if before == key:  # it is still there from when it was open before
+        if before == key:  # it is still complete from its last use
             self._plot_slot.stop()
             self._tabs.describe(picture, self._number)
             return
@@ -351,12 +351,12 @@ class Explorer(pn.viewable.Viewer):
 
 
 def _motion_inputs(state: PageState) -> Any:
-    """Return what the motion and its charts depend on."""
+    """Return the inputs of the motion and its charts."""
     return state.study, state.view.comparison, state.view.shown
 
 
 def _snapshots(state: PageState) -> Iterator[Snapshot]:
-    """Give the motion of the run as it is set, then of one continued until it has settled."""
+    """Yield the motion of the run as set, then that of a run continued until it has settled."""
     yield take_snapshot(state)
     yield take_snapshot(state, settle=True)
 

@@ -1,4 +1,4 @@
-"""The widgets of the page, one part per file; they show what they are given and report changes.
+"""The widgets of the page, one part per file; they show given values and report changes.
 
 header          presets, files, friction law, comparison, activity, help
 parameters      sliders, inputs and choices of the machine and its run

@@ -1,14 +1,14 @@
 // The brake in motion: a rotor seen along its shaft, the brake on it, and the forces between them,
-// at one instant; and the transport through the time shown. Samples come from the Bokeh source
+// at one instant; and the playback controls. Samples come from the Bokeh source
 // "motion", cursors go to "scrub-history" and "scrub-phase", all within the browser.
 
-const SECONDS = 2            // a period of the torque takes so long at the middle speed
+const SECONDS = 2            // duration of a period of the torque at the middle speed [s]
 const SPEEDS = [0.25, 0.5, 1, 2, 4]
 const FRAME = 33, FRAME_CALM = 250   // [ms] between pictures
 const R = 104                // radius of the rotor [px]
-const SWING = 0.7            // the rotor swings about so far, magnified [rad] ...
-const FASTEST = 9            // ... and turns no faster [rad/s]
-const MOST = 1e4             // magnified no further
+const SWING = 0.7            // approximate magnified swing of the rotor [rad]
+const FASTEST = 9            // largest speed of the drawn rotor [rad/s]
+const MOST = 1e4             // largest magnification
 const LONGEST = 60           // arrow of the largest actuation force [px]
 const WIDEST = 1.1           // arc of the largest brake torque [rad]
 
@@ -35,7 +35,7 @@ function roundDown(x) {
   return power * [5, 2, 1].find((m) => m * power <= x * (1 + 1e-9))
 }
 
-// A value with the digits that its scale calls for.
+// A value with digits that suit its scale.
 function said(x, unit, scale = Math.abs(x)) {
   if (!isFinite(x)) return ""
   if (!(scale > 0) || Math.abs(x) < 1e-6 * scale) x = 0
@@ -157,13 +157,13 @@ function unknown(shape, name) {
   }
 }
 
-// A hatched fixed body: its edge, and what lies behind it.
+// A hatched fixed body: its edge and the area behind it.
 function ground(edge, back) {
   return `<path class="hatched" d="M${[...edge, ...back].map(xy).join("L")}Z"/>`
     + `<path class="edge" d="M${edge.map(xy).join("L")}"/>`
 }
 
-// Wall, torsion spring, damper and inertia, small: what the rotor hangs on.
+// Small drawing of the wall, torsion spring, damper and inertia.
 function driveline() {
   const zigzag = Array.from({length: 9}, (_, i) => `${24 + 3.4 * i},${i % 2 ? 3 : 13}`).join("L")
   return `<g transform="translate(4,348)">`
@@ -200,7 +200,7 @@ export function render({model, el, view}) {
       <button type="button" class="play" data-testid="play" title="Play or pause the motion" aria-label="play"></button>
       <input type="range" min="0" max="1" step="any" data-testid="scrub" aria-label="instant of the motion"
              title="Instant of the motion; a click in the history moves it too">
-      <select aria-label="speed of the motion" title="How much slower than in truth the motion is shown"
+      <select aria-label="speed of the motion" title="Speed of the animation relative to real time"
               data-testid="stage-speed"></select>
     </div>
     <div class="foot"><span data-testid="stage-time"></span><span class="scale"></span></div>`
@@ -218,7 +218,7 @@ export function render({model, el, view}) {
   let scales = null, parts = null, drawn = "", share = null, playing = false, last = 0
   let frame = 0, wanted = 0
 
-  let state = model.state ?? {}   // once: reading it of the model is slow
+  let state = model.state ?? {}   // read once: access through the model is slow
 
   function measure() {
     const {drive_speed = 0, frequency = 1, amplitude = 0} = state
@@ -398,7 +398,7 @@ export function render({model, el, view}) {
     const t = samples.time, n = t.length
     if (n < 2) return
     const {frequency = 1} = state
-    // After a pause of the browser the motion goes on where it was.
+    // After a pause of the browser the motion continues from the same instant.
     const seconds = Math.min(passed, 300) / 1000 * Number(speed.value) / (SECONDS * frequency)
     go((share + seconds / (t[n - 1] - t[0])) % 1)
   }

@@ -1,4 +1,4 @@
-"""The brake drawn in motion, with a transport through the time shown."""
+"""The brake drawn in motion, with playback controls."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class BrakeAnimation(JSComponent):
     """The machine at one instant of its motion.
 
     Samples of the motion, of the actuation force and of the torques come from the source
-    "motion" of the time history, in the browser; ``state`` holds what the drawing needs besides.
+    "motion" of the time history, in the browser; ``state`` holds the other inputs of the drawing.
     """
 
     state = param.Dict(default={})

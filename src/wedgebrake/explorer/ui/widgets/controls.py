@@ -32,7 +32,7 @@ class PageDesign(Native):
     """
 
     def params(self, viewable: Any, doc: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:  # noqa: ARG002
-        """Nothing to be changed."""
+        """Return no changes."""
         return {}, {}
 
 

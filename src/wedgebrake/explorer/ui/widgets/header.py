@@ -119,11 +119,11 @@ class Header:
         )  # fmt: skip
 
     def choose(self, name: str) -> None:
-        """Show which preset is loaded; an empty name: none."""
+        """Show which preset is loaded; none for an empty name."""
         update(self._presets, value=name)
 
     def busy(self, text: str) -> None:
-        """Show what is in progress; an empty text: nothing."""
+        """Show the work in progress; nothing for an empty text."""
         update(self._busy, object=html.escape(text))
 
     def deliver(self, file: File) -> None:

@@ -69,7 +69,7 @@ class ParameterPanel:
         if texts:
             update(facts, text="".join(texts))
             widgets.append(facts)
-        # Bokeh puts children that are added later behind those that are there already.
+        # Bokeh places children that are added later behind the existing ones.
         for place, widget in enumerate(widgets):
             update(widget, styles={**widget.styles, "order": str(place)})
         update(column, children=widgets)

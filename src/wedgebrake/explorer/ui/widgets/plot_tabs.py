@@ -1,4 +1,4 @@
-"""Plots over parameters in tabs: what they range over, their legend and their progress."""
+"""Plots over parameters in tabs, with their ranges, legend and progress."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class PlotTabs:
         self._frames[name].append(FigurePane(figure, sizing_mode="stretch_both", margin=0))
 
     def show(self, state: PageState) -> None:
-        """Show which plot is open and what it ranges over."""
+        """Show the open plot with its parameters and ranges."""
         plot = state.view.plot
         update(self._tabs, active=list(_TITLES).index(plot))
         try:
@@ -93,7 +93,7 @@ class PlotTabs:
             self.describe(None, self._number)
 
     def describe(self, picture: Picture | None, number: int) -> None:
-        """Show the legend of a picture, and how much of it is known; None: no picture.
+        """Show the legend of a picture, and how much of it is computed; None: no picture.
 
         number : of the state that the picture shows
         """
