@@ -70,7 +70,7 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     Parameters
     ----------
     response : xarray.Dataset
-        As ``simulate`` gives it.
+        As returned by ``simulate``.
     start : float
         Beginning of the window [s]; default: of the response. Whole periods
         n/f_e <= t <= (n + 1)/f_e that lie in it and were sampled are counted.
@@ -92,7 +92,7 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     Raises
     ------
     InputError
-        For a dataset that is no response, a start outside it, less than one whole period,
+        For a dataset that is not a response, a start outside it, less than one whole period,
         or samples too far apart: more than a tenth of the torque's period or a quarter of
         the natural one.
     """

@@ -143,7 +143,7 @@ def motion(
     Raises
     ------
     InputError
-        For arguments that are wrong or do not fit the friction law.
+        For arguments that are invalid or do not fit the friction law.
     """
     check_instance("system", system, BrakedDriveline)
     chosen = choose_method(system, method)

@@ -69,7 +69,7 @@ def poincare(
     Raises
     ------
     InputError
-        For arguments that are wrong, and as ``simulate``.
+        For invalid arguments, and as ``simulate``.
     """
     check_instance("system", system, BrakedDriveline)
     _check_options(options)

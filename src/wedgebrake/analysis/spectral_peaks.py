@@ -85,7 +85,7 @@ def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -
     Parameters
     ----------
     spectrum : xarray.Dataset
-        As ``wb.spectrum`` gives it.
+        As returned by ``wb.spectrum``.
     count : int
         At most so many lines.
     floor : float
@@ -105,7 +105,7 @@ def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -
     Raises
     ------
     InputError
-        For a dataset that is no spectrum, a count below 1 or a floor outside [0, 1).
+        For a dataset that is not a spectrum, a count below 1 or a floor outside [0, 1).
     """
     attrs: dict[str, Any] = getattr(spectrum, "attrs", {})
     complete = {"window", "resolution", "samples"} <= set(attrs)

@@ -42,7 +42,7 @@ def spectrum(
     Parameters
     ----------
     response : xarray.Dataset
-        As ``simulate`` gives it, equally spaced in time.
+        As returned by ``simulate``, equally spaced in time.
     quantity : str
         A variable over time: "velocity", "angle", "brake_torque", "drive_torque".
     window : str or tuple

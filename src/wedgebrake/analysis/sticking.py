@@ -42,7 +42,7 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     Parameters
     ----------
     response : xarray.Dataset
-        As ``simulate`` gives it.
+        As returned by ``simulate``.
     start : float
         Beginning of the window [s]; the window ends where the response does. Default: the
         whole response, but only its last fifth for the class.

@@ -47,10 +47,10 @@ def brake_torque(
     they are exact to rounding, since the motion between events is known. Otherwise torque laws and
     accuracy are those of ``energy``.
 
-    response    : as ``simulate`` gives it
+    response    : as returned by ``simulate``
     start, stop : ends of the window [s], for example whole periods; default: the sampled range
 
-    Raises ``InputError`` for a dataset that is no response, a window outside it, and
+    Raises ``InputError`` for a dataset that is not a response, a window outside it, and
     samples too far apart: more than a tenth of the torque's period or a quarter of the
     natural one.
     """

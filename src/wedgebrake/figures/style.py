@@ -1,4 +1,4 @@
-"""Colours, symbols, sizes and number formats common to all pictures, whatever draws them."""
+"""Colours, symbols, sizes and number formats common to all pictures and renderers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import re
 from typing import Any
 
-# Okabe and Ito's palette, told apart by the colour-blind (jfly.uni-koeln.de/color, 2002).
+# Okabe and Ito's palette, distinguishable with colour blindness (jfly.uni-koeln.de/color, 2002).
 BLACK = "#000000"
 ORANGE = "#E69F00"
 GREEN = "#009E73"
@@ -30,7 +30,7 @@ STICKS = {
     0: (GREY, "rest from the start"),
 }
 
-# Two more depths of blue, so that periods doubled, T, 2T, 4T, deepen in colour; and greys.
+# Two more shades of blue, so that T, 2T and 4T become darker in this order; and greys.
 PALE_BLUE = "#9FC0FF"
 NAVY = "#1A0F7A"
 PALE_GREY = "#D4D4D4"
@@ -170,7 +170,7 @@ def short(name: str) -> str:
 
 
 def percent(share: float) -> str:
-    """Format a share in percent: never 0 for some, never 100 for less than all."""
+    """Format a share in percent; only exact 0 and 1 give 0 and 100."""
     if 0.0 < share < 0.001:
         return "<0.1 %"
     if 0.995 <= share < 1.0:
@@ -187,7 +187,7 @@ def number(value: float) -> str:
 
 
 def moment(time: float, span: float) -> str:
-    """Format a time [s] with the digits that a span of times [s] needs."""
+    """Format a time [s] with enough digits for a span of times [s]."""
     digits = 4
     if 0.0 < span < abs(time):
         digits += math.ceil(math.log10(abs(time) / span))

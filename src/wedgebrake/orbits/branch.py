@@ -75,7 +75,7 @@ def continuation(
         Each ``next`` gives a ``BranchPoint``. ``points``, ``bifurcations``, ``step`` and
         ``end`` can be watched, ``stop()`` ends it.
 
-    Raises ``InputError`` for arguments that are wrong, or an orbit that was not found.
+    Raises ``InputError`` for invalid arguments, or an orbit that was not found.
     """
     check_instance("orbit", orbit, Orbit, "an Orbit, as wb.orbit(system) gives it")
     if orbit._solution is None:

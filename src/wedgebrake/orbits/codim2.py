@@ -91,7 +91,7 @@ def boundary(
         Over ``point``, from one end to the other: both parameters, the multipliers of the
         orbit, and its Poincare point at t = 0. ``attrs`` say the kind and why it ends.
 
-    Raises ``InputError`` for arguments that are wrong, for a branch point and for a symmetry
+    Raises ``InputError`` for invalid arguments, for a branch point and for a symmetry
     breaking of an orbit with smooth friction, where branches cross and the equations are
     singular, and for the onset of permanent sticking, which is known in closed form.
     """

@@ -107,7 +107,7 @@ def branches(
         torque, Poincare points. Over ``bifurcation``: kind, value (located to 1e-8 of the
         range or better), effect. Over ``branch_number``: where each comes from and why it ends.
 
-    Raises ``InputError`` for arguments that are wrong, and where there is no orbit to begin.
+    Raises ``InputError`` for invalid arguments, and where there is no orbit to begin.
     """
     check(system, order, method, rtol)
     (over,) = make_ranges(system, parameter, 1)

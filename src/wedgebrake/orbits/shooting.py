@@ -67,7 +67,7 @@ def orbit(
         State, Floquet multipliers, segments and more; ``status`` says whether it was found, and
         ``message`` what can be done if not.
 
-    Raises ``InputError`` for arguments that are wrong or do not fit the friction law.
+    Raises ``InputError`` for arguments that are invalid or do not fit the friction law.
     """
     chosen = check(system, order, method, rtol)
     start = None if initial is None else check_state("initial", initial)

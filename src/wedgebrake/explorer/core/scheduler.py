@@ -234,7 +234,7 @@ class Slot:
             self._hand(partial(self._show, job))
 
     def end(self, job: _Job, last: Callable[[], None]) -> None:
-        """After the last step, call ``finished`` or ``fail`` if the work is still current."""
+        """Call ``last`` on the page after the last step, if the job is still the current one."""
 
         def say() -> None:
             self._show(job)

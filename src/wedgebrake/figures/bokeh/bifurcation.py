@@ -24,9 +24,9 @@ from wedgebrake.figures.data.limits import about
 from wedgebrake.figures.data.partial import PartialDiagram
 
 _LABELS = {"velocity": "velocity at the section  [rad/s]", "angle": "angle at the section  [rad]"}
-# Share of the height that the band of classes takes, and that points keep clear of.
+# Height of the band of classes, and lower end of the points, as shares of the picture.
 _BAND, _ABOVE = 0.055, 0.09
-# Sizes of points [px]: of a few values, of many.
+# Sizes of points [px]: for few values, for many.
 _LARGE, _SMALL, _MANY = 3.2, 2.4, 250
 
 
@@ -79,7 +79,7 @@ class BifurcationPlot(Canvas):
                 self._draw_points(self._picture)
 
     def say(self, sentence: str) -> None:
-        """Show nothing but a sentence."""
+        """Show only a sentence."""
         self._picture = None
         super().say(sentence)
 

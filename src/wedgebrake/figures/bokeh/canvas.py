@@ -57,7 +57,7 @@ class Canvas(Chart):
     def __init__(self, *, labelled: bool = False) -> None:
         drawn = chart("", "", "", tools="")
         super().__init__(drawn)
-        # Kept: a model that is replaced makes Bokeh search the whole page.
+        # These models are kept: replacing one makes Bokeh search the whole page.
         self._tickers = [FixedTicker() for _ in range(1 if labelled else 2)]
         for axis, ticker in zip(drawn.axis, self._tickers, strict=False):
             axis.ticker = ticker
@@ -108,7 +108,7 @@ class Canvas(Chart):
         """Select the quantity, where a picture has several."""
 
     def explain(self, sentence: str) -> None:
-        """Show a sentence in place of the axes; an empty one brings axes and grid back."""
+        """Show a sentence in place of the axes; an empty sentence restores axes and grid."""
         super().explain(sentence.strip())
         for axis in (self.figure.xaxis[0], self.figure.yaxis[0]):
             update_model(axis, visible=not sentence)
@@ -132,7 +132,7 @@ def invisible_boxes() -> Quad:
 
 
 def palette(colours: Sequence[str]) -> LinearColorMapper:
-    """Colours of whole numbers from 0 on."""
+    """Colours of the whole numbers from 0."""
     return LinearColorMapper(palette=list(colours), low=-0.5, high=len(colours) - 0.5)
 
 

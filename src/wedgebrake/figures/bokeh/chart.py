@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 INK, MUTED, GRID, FRAME = "#1B2430", "#5B6675", "#ECEFF3", "#C9D0D8"
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif'
 
-# Numbers at ticks: no more digits than they need, and a true minus.
+# Numbers at ticks: with as few digits as possible and a true minus sign.
 _TICK = """
 const x = Number(tick.toPrecision(9)), size = Math.abs(x)
 const text = x && (size < 1e-3 || size >= 1e6) ? x.toExponential() : String(x)
@@ -100,14 +100,14 @@ class Chart:
         update_model(self._key, html=text)
 
     def explain(self, sentence: str) -> None:
-        """Show a sentence in the middle; an empty one removes it."""
+        """Show a sentence in the middle; an empty sentence removes it."""
         text = html.escape(sentence)
         if text:
             text = f'<span style="background:#FFFFFFD9;padding:3px 8px">{text}</span>'
         update_model(self._middle, html=text)
 
     def say(self, sentence: str) -> None:
-        """Show nothing but a sentence."""
+        """Show only a sentence."""
         for source in self._sources:
             clear_source(source)
         self.key()
@@ -117,8 +117,8 @@ class Chart:
 class MarkedLine:
     """A line at a value, hidden at first.
 
-    dimension : "height" or "width", along which it goes
-    label     : options of the label that stands beside it; None: it has none
+    dimension : "height" or "width", the direction of the line
+    label     : options of the label beside it; None: no label
     """
 
     def __init__(
@@ -144,7 +144,7 @@ class MarkedLine:
 
 
 def update_model(model: Any, **values: Any) -> None:
-    """Set the attributes of a model that change: each that is set is sent."""
+    """Set the attributes of a model that change, since each assignment is sent."""
     for name, value in values.items():
         if getattr(model, name) != value:
             setattr(model, name, value)
@@ -163,13 +163,13 @@ def update_source(source: ColumnDataSource, **columns: Any) -> None:
         for name, new in columns.items()
     )
     if not same:
-        # Lists stay lists: an empty one of colours would become an array of numbers.
+        # Lists stay lists: an empty list of colours would become an array of numbers.
         source.data = columns
 
 
 def float32(values: NDArray[np.float64]) -> NDArray[np.float32]:
     """Values in single precision, as a browser draws them, in half the bytes."""
-    with np.errstate(over="ignore"):  # beyond single precision nothing is drawn
+    with np.errstate(over="ignore"):  # values beyond single precision are not drawn
         return values.astype(np.float32)
 
 

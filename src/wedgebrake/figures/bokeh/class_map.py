@@ -42,7 +42,7 @@ class MapPlot(Canvas):
         self._colours = palette(["#FFFFFF00"])
         columns = {one: one for one in IMAGE}
         drawn.add_glyph(self._cells, Image(**columns, color_mapper=self._colours))
-        # Invisible, but read by the pointer.
+        # Invisible, but used for the text at the pointer.
         margins = drawn.add_glyph(self._margins, Image(**columns, global_alpha=0.0))
         self._tip = HoverTool(renderers=[margins], tooltips=None, **FOLLOWING)
         drawn.add_tools(self._tip)
@@ -61,7 +61,7 @@ class MapPlot(Canvas):
             background_fill_color="#FFFFFF", background_fill_alpha=0.75, padding=1,
         )  # fmt: skip
         drawn.add_glyph(self._texts, words)
-        # Ringed in white: an attractor lies in its own basin, of the same colour.
+        # With a white ring: an attractor lies in its own basin, which has the same colour.
         for options in ({"line_color": "#FFFFFF", "line_width": 4.0}, _outlined(1.0)[1]):
             dots = Scatter(x="x", y="y", size="size", fill_color="colour", **options)
             drawn.add_glyph(self._points, dots)
@@ -107,7 +107,7 @@ class MapPlot(Canvas):
         return places
 
     def say(self, sentence: str) -> None:
-        """Show nothing but a sentence."""
+        """Show only a sentence."""
         super().say(sentence)
         update_model(self._hatching, visible=False)
 

@@ -32,10 +32,10 @@ from wedgebrake.figures.data.motion import Level, MotionFigures, Spectrum
 MOTION, POINTED, CURSOR, PHASE_CURSOR = "motion", "scrub-to", "scrub-history", "scrub-phase"
 _COLUMNS = ("time", "angle", "velocity", "torque", "drive", "force", "sticking")
 _VELOCITY = "angular velocity [rad/s]"
-# Colour of what is shown behind, for comparison.
+# Colour of the motion behind, for comparison.
 GHOST = "#A9B2BD"
 _STICKS = {side: colour for side, (colour, _) in style.STICKS.items()} | {0: "#AEB6C0"}
-# Decades of a spectrum below its largest line.
+# Decades shown below the largest line of a spectrum.
 _DECADES = 5.0
 
 # A zoom into the history shows its part of the orbit here.
@@ -55,7 +55,7 @@ orbit.setv({data: {
 class MotionChart(chart.Chart):
     """A figure of one motion, with lines at levels.
 
-    zoom : the ways in which it can be zoomed: "" or "x"
+    zoom : directions of zooming: "" or "x"
     """
 
     def __init__(self, title: str, across: str, up: str, zoom: str = "", **options: Any) -> None:
@@ -84,7 +84,7 @@ class MotionChart(chart.Chart):
         self.figure.add_tools(HoverTool(renderers=[line], tooltips=list(tips), **options))
 
     def add_levels(self, dimension: str, *downs: float | None) -> None:
-        """Add lines along a dimension, with labels so far below the top [pixels]; None: without."""
+        """Add lines along a dimension, with labels at distances below the top [px]; None: no label."""
         for down in downs:
             top = Node(target="frame", symbol="top")
             label = None if down is None else {"y": top, "x_offset": 4, "y_offset": -down}
@@ -112,7 +112,7 @@ class MotionChart(chart.Chart):
         chart.update_source(source, **columns)
 
     def say(self, sentence: str) -> None:
-        """Show nothing but a sentence."""
+        """Show only a sentence."""
         super().say(sentence)
         for level in self._levels:
             level.show(None)
@@ -148,7 +148,7 @@ class HistoryChart(MotionChart):
         drawn.js_on_event(Tap, CustomJS(args={"pointed": pointed}, code=code))
 
     def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
-        """Show a motion, and another one behind it."""
+        """Show a motion, and another motion behind it."""
         data = motion.history
         if not data.time.size:
             self.say(motion.ending or "Nothing to show.")
@@ -176,7 +176,7 @@ class HistoryChart(MotionChart):
 class PhaseChart(MotionChart):
     """Velocity [rad/s] over angle [rad]; where the brake sticks the orbit is thick.
 
-    history : the chart whose zoom cuts the orbit to a span of time
+    history : the chart whose zoom limits the time span of the orbit
     """
 
     def __init__(self, history: HistoryChart) -> None:
@@ -203,14 +203,14 @@ class PhaseChart(MotionChart):
         times.js_on_change("end", follow)
 
     def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
-        """Show a motion, and another one behind it."""
+        """Show a motion, and another motion behind it."""
         data, history = motion.phase, motion.history
         if not history.time.size:
             self.say(motion.ending or "Nothing to show.")
             return
         velocity = history.velocity[history.bounded]
         places = thinned(velocity)
-        # Sent each time: on the page the orbit may have been cut.
+        # Sent each time: a zoom may have cut the orbit on the page.
         self._orbit.data = {"angle": history.angle[places], "velocity": history.velocity[places]}
         # Thinner for more turns, so that they stay apart.
         self._line.line_width = round(min(1.4, 1.4 * (1300 / velocity.size) ** 0.3), 2)
@@ -246,7 +246,7 @@ class SectionChart(MotionChart):
             self.figure.add_glyph(source, dots)
 
     def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
-        """Show the section of a motion, and that of another one behind it."""
+        """Show the section of a motion, and that of another motion behind it."""
         data = motion.section
         if not motion.completed or not data.angle.size:
             self.say("No steady motion, hence no section.")
@@ -281,7 +281,7 @@ class SpectrumChart(MotionChart):
         self.hover(line, ("frequency", "@frequency{0.00} Hz"), ("amplitude", amplitude))
 
     def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
-        """Show the spectrum of a motion, and that of another one behind it."""
+        """Show the spectrum of a motion, and that of another motion behind it."""
         data = motion.spectrum
         if not motion.completed:
             self.say("No steady motion, hence no spectrum.")
@@ -293,7 +293,7 @@ class SpectrumChart(MotionChart):
             self.say("No motion, hence no spectrum.")
             return
         top = max(data.top, ghost.spectrum.top) if ghost is not None else data.top
-        # Whole halves of a decade, so that they seldom change.
+        # Rounded to half decades, so that limits seldom change.
         floor = 10.0 ** (math.floor(2.0 * math.log10(top)) / 2.0 - _DECADES)
         ceiling = 10.0 ** (math.ceil(2.0 * math.log10(1.3 * top)) / 2.0)
         _update(self._lines, data, floor)

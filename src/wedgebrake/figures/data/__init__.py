@@ -5,9 +5,9 @@ bifurcation     bifurcation diagram: points, classes and exponents over one para
 class_map       map over two parameters: class of motion, any other result, linear stability
 basins          basins of attraction, with the attractors
 orbit_branches  branches of periodic orbits, with their bifurcations
-partial         pictures of the page, as far as they are computed
+partial         pictures of the page, complete or in part
 
-What they share:
+Shared by all:
 
 class_styles    colours, lines and words of classes, orbits and bifurcations; legends
 caption         machine, method and run settings in words

@@ -1,4 +1,4 @@
-"""Axes of pictures over parameters: the range of one on the page, the swept ones of a dataset."""
+"""Axes of pictures over parameters: a parameter on the page, swept parameters of a dataset."""
 
 from __future__ import annotations
 

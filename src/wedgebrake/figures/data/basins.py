@@ -21,13 +21,13 @@ FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]
 
 PARAMETERS = ("initial_angle", "initial_velocity")
-# Styles of initial states without an attractor, by the numbers of ``wb.basins`` from -1 down.
+# Styles of initial states without an attractor, by the numbers -1, -2, ... of ``wb.basins``.
 _OUTCOMES = tuple(
     classes.MOTION_STYLES[name] for name in ("undecided", "diverged", "self_locked", "not_computed")
 )
 MOST = len(classes.ATTRACTOR_COLOURS)
 """Number of attractors that have a colour of their own."""
-# Beyond so many points an attractor is drawn with smaller ones [pt].
+# Number of points above which an attractor is drawn with smaller points [pt].
 _MANY, _SIZE, _SMALLER = 16, 3.2, 1.6
 _NEEDED = (
     "attractor",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]
 
-# Periodic motions on two branches differ from this share of the picture's height on.
+# Smallest difference of periodic motions on two branches, as a share of the picture's height.
 _DIFFERS = 0.02
 # The picture's height is at least this share of the largest value, so that rounding errors do not
 # fill it.
@@ -30,7 +30,7 @@ _LEAST = 0.02
 
 @dataclass(frozen=True, eq=False)
 class SweepBranch:
-    """One branch, or the whole of a sweep that has none.
+    """One branch, or a whole sweep without branches.
 
     name      : "up" or "down"; empty for the whole
     direction : which parameter increases or decreases; empty for the whole
@@ -53,7 +53,7 @@ class SweepBranch:
 
 
 def split(dataset: xr.Dataset) -> list[SweepBranch]:
-    """The branches of a dataset: several, the one that was chosen, or the whole."""
+    """The branches of a dataset: several, a selected branch, or the whole dataset."""
     if "branch" not in dataset.coords:
         return [SweepBranch("", "", dataset)]
     parts = [dataset]
@@ -97,7 +97,7 @@ class BifurcationDiagram:
     def of(cls, dataset: xr.Dataset, quantity: str) -> BifurcationDiagram:
         """The diagram of a dataset.
 
-        Raises ``InputError`` for a dataset that is no sweep over one parameter, another
+        Raises ``InputError`` for a dataset that is not a sweep over one parameter, another
         quantity, or a dataset without its points.
         """
         (name,) = require_swept(dataset, 1)

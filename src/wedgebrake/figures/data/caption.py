@@ -25,7 +25,7 @@ _DEPENDS = {
     "drive": {"drive_speed", "stiffness", "inertia", "amplitude"},
 }
 _METHODS = {"exact": "exact solution", "smooth": "adaptive solution", "ode14x": "ODE14x scheme"}
-# What was continued over parameters, by the kind of a dataset.
+# Object that was continued over parameters, by the kind of dataset.
 _FOLLOWED = {"orbits": "periodic orbits", "boundary": "a bifurcation"}
 
 
@@ -126,7 +126,7 @@ def _numbers(dataset: xr.Dataset, names: Sequence[str] = (), chosen: Sequence[st
         _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
         for name in chosen
     ]
-    # The steepness of a smoothed law moves its stability limits, and is no group.
+    # The steepness of a smoothed law changes its stability limits, and is not a group.
     steepness = _stated(dataset, "system").get("friction", {}).get("steepness")
     if steepness is not None and "steepness" not in changed:
         values.append(_equation("steepness", float(steepness), "s/m"))
@@ -144,7 +144,7 @@ def fixed_parameters(dataset: xr.Dataset) -> list[str]:
 
 
 def _parameter(name: str) -> str:
-    """The SI parameter that a coordinate changes: that of a group, or the one of its name."""
+    """The SI parameter that a coordinate changes: set by a group, or of the same name."""
     return SETTERS[name].target if name in SETTERS else swept_name(name)
 
 
@@ -159,7 +159,7 @@ def swept_name(name: str) -> str:
 
 
 def _left_out(protocol: Mapping[str, Any]) -> str:
-    """The periods that are not part of the picture."""
+    """The periods that the picture leaves out."""
     transient, most = protocol.get("transient"), protocol.get("limit")
     if transient is None:
         return ""

@@ -89,7 +89,7 @@ class ClassMap:
     styles : of the classes
     limit  : lines of the linear stability limit, (n, 2) each, as positions along x and y
     values : of the cells, (y, x), NaN where there is none; None for a map of classes
-    scale  : of the values; None if there is no value
+    scale  : of the values; None if there are no values
     margin : of linear stability of the cells, (y, x): slope less the critical slope
     levels : margins with their lines, as of the limit
     marks  : of attractors, at values of both parameters
@@ -153,7 +153,7 @@ def _scale(values: xr.DataArray) -> ValueScale | None:
         return None
     least, most = float(np.min(finite)), float(np.max(finite))
     low, high = (float(v) for v in np.percentile(finite, (_OUTLIERS, 100.0 - _OUTLIERS)))
-    # Outliers a little beyond are no reason to cut the scale.
+    # The scale is not cut for outliers slightly beyond it.
     if most - least <= 2.0 * (high - low):
         low, high = least, most
     signed = str(values.name) in _SIGNED
@@ -168,7 +168,7 @@ def _scale(values: xr.DataArray) -> ValueScale | None:
 
 
 def _legend(dataset: xr.Dataset, quantity: str) -> list[classes.LegendEntry]:
-    """Entries of the classes, and of the points without a result."""
+    """Entries of the classes and of points without a result."""
     motions = classes.motion_codes(dataset).to_numpy()
     if quantity == "motion":
         return classes.class_entries(motions, classes.MOTIONS, shares=True)

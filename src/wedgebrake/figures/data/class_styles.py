@@ -26,7 +26,7 @@ Colour = tuple[float, float, float]
 
 HATCH = "#8C8C8C"
 """Colour of the hatching behind cells that are not opaque."""
-# Points on white are at least as dark as this relative luminance.
+# Largest relative luminance of points on white.
 _LIGHTEST = 0.42
 
 
@@ -205,7 +205,7 @@ _ORBIT_COLOURS = {
 }  # fmt: skip
 ORBIT_COLOURS = (*_ORBIT_COLOURS.values(), style.DARK_GREY)
 
-# Kinds of bifurcation, in the order of legends and of labels where there is no room for all.
+# Kinds of bifurcation, in the order of legends and in the order of priority of labels.
 # Patterns are no longer than a line in a legend.
 _DOTS, _DASHES, _DASH_DOT, _DASH_DOT_DOT = (
     (0, pattern)
@@ -229,7 +229,7 @@ LIMIT_ENTRY = LegendEntry("linear stability limit", STABILITY_LIMIT)
 CODES = {key: code for code, key in enumerate(MOTION_STYLES)}
 """Codes of motion by name."""
 PERIODIC = frozenset(code for key, code in CODES.items() if key.startswith("period_"))
-# Two points of these classes may be the same motion or not.
+# Classes of points whose motions cannot be compared.
 UNSETTLED = frozenset(CODES[key] for key in ("undecided", "limit", "invalid", "not_computed"))
 _WITHOUT_RESULT = [CODES[key] for key in ("diverged", "limit", "invalid", "not_computed")]
 

@@ -13,11 +13,11 @@ FloatArray = NDArray[np.float64]
 Limits = tuple[float, float]
 
 MOST_POINTS = 3000
-"""Points of a line that a browser draws in time without a graphics card."""
+"""Points of a line that a browser draws fast enough without a graphics card."""
 
 
 def extent(*arrays: FloatArray) -> Limits:
-    """Smallest and largest of all values; (0, 0) of none."""
+    """Smallest and largest of all values; (0, 0) if there are none."""
     low = min((float(np.min(one)) for one in arrays if one.size), default=0.0)
     return low, max((float(np.max(one)) for one in arrays if one.size), default=0.0)
 
@@ -44,7 +44,7 @@ def round_step(least: float) -> float:
 def about(low: float, high: float, scale: float = 0.0) -> Limits:
     """Round limits about low..high; about a constant, a fifth of its size on each side.
 
-    scale : size beside the values' own; variation far smaller than either is rounding
+    scale : size in addition to that of the values; much smaller variation than either is rounding
     """
     size = max(abs(low), abs(high), scale)
     return round_limits(low, high, 0.2 * size if high - low <= 1e-9 * size else 0.0)

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# A motion that grows this many times beyond its median is shown on a logarithmic scale.
+# A motion that exceeds its median by this factor is shown on a logarithmic scale.
 _RUNAWAY = 1e3
 # Sticks nearer to each other than this share of the window are merged on the page.
 _APART = 1e-3
-# The switching line is shown if the picture gets at most this many times as high as the motion.
+# The switching line is shown if it makes the picture at most this much higher than the motion.
 _FARTHEST = 3.0
-# A picture shows at least this share of the motion, or rounding would look like scatter.
+# Least size of a picture as a share of the motion, so that rounding does not look like scatter.
 _LEAST = 0.05
 
 
@@ -65,7 +65,7 @@ class Sticks(NamedTuple):
         return {side: self.where(self.side == side) for side in (1, -1, 0) if side in self.side}
 
     def where(self, chosen: NDArray[np.bool_]) -> Sticks:
-        """Return the chosen ones."""
+        """Return the selected sticks."""
         return Sticks(self.start[chosen], self.end[chosen], self.side[chosen])
 
     def merged(self, gap: float, most: int) -> Sticks:
@@ -130,7 +130,7 @@ class History:
 
     @property
     def linear_up_to(self) -> float | None:
-        """Speed [rad/s] beyond which a motion that ran away needs a logarithmic scale."""
+        """Speed [rad/s] beyond which a growing motion needs a logarithmic scale."""
         speed = np.abs(self.velocity)
         largest = float(np.max(speed, initial=0.0))
         if not self.diverged or not largest > _RUNAWAY * max(float(np.median(speed)), 1e-300):
@@ -140,7 +140,7 @@ class History:
 
     @property
     def visible_sticks(self) -> Sticks:
-        """Sticks, those too near to each other for the eye merged."""
+        """Sticks, merged where they are too close to be distinguished."""
         return self.sticks.merged(_APART * (self.end - self.begin), round(1.0 / _APART))
 
     @property
@@ -164,7 +164,7 @@ def last_periods(response: xr.Dataset, periods: float | None) -> tuple[float, fl
 class Phase:
     """A part of a response in the phase plane.
 
-    history       : that part
+    history       : motion in that part
     least         : smallest width [rad] and height [rad/s] of the picture
     drive_speed   : of the shaft [rad/s]; the brake sticks at the velocity -drive_speed
     release_speed : sliding speed beyond which the brake is released [rad/s]; inf: none
@@ -177,9 +177,9 @@ class Phase:
 
     @classmethod
     def of(cls, system: BrakedDriveline, response: xr.Dataset, start: float | None) -> Phase:
-        """Portrait from a time on [s]; None: of the last fifth of the response.
+        """Portrait from a start time [s]; None: of the last fifth of the response.
 
-        Raises ``InputError`` for a dataset that is no response or a start outside it.
+        Raises ``InputError`` for a dataset that is not a response or a start outside it.
         """
         begin, end = span(response)
         low = steady_start(response) if start is None else inside(start, begin, end)
@@ -190,7 +190,7 @@ class Phase:
     def over(
         cls, system: BrakedDriveline, history: History, least: tuple[float, float] = (0.0, 0.0)
     ) -> Phase:
-        """Portrait of what a history shows."""
+        """Portrait of the motion of a history."""
         return cls(history, least, system.driveline.drive_speed, system.actuation.release_speed)
 
     @property
@@ -207,7 +207,7 @@ class Phase:
         return extent(self.history.angle[self.history.bounded])
 
     def reaching(self, low: float, high: float) -> Limits:
-        """Limits of velocity widened to the switching line, unless the motion got too small."""
+        """Limits of velocity widened to the switching line, unless the motion is too small."""
         reach = min(low, -self.drive_speed), max(high, -self.drive_speed)
         return reach if reach[1] - reach[0] <= _FARTHEST * (high - low) else (low, high)
 
@@ -238,7 +238,7 @@ class Section:
 
     @classmethod
     def of(cls, points: xr.Dataset, start: float | None = None) -> Section:
-        """Section of a response from a time on [s], or points that ``wb.poincare`` gives.
+        """Section of a response from a start time [s], or points returned by ``wb.poincare``.
 
         start : default the last fifth of the response
 
@@ -297,7 +297,7 @@ class Spectrum:
 
         highest : default 4 times the larger of forcing and natural frequency
 
-        Raises ``InputError`` for a dataset that is no spectrum.
+        Raises ``InputError`` for a dataset that is not a spectrum.
         """
         if "amplitude" not in getattr(lines, "data_vars", {}):
             raise InputError(
@@ -337,7 +337,7 @@ class MotionFigures:
     history, phase, section, spectrum : the pictures
     force     : actuation force over the history, (n,) [N]
     completed : the run reached its end; otherwise it has neither section nor spectrum
-    ending    : a sentence on a run that did not
+    ending    : a sentence on a run that ended early
     """
 
     history: History

@@ -28,8 +28,8 @@ QUANTITIES = (
     "stick_share",
     "largest_exponent",
 )
-# The height shows all but this share of the parameter at either end, and beyond it all that
-# adds no more than this multiple of the height.
+# The height leaves out this share of the parameter at either end, except for values that
+# add no more than this multiple of the height.
 _OUTLIERS, _BEYOND = 0.01, 0.5
 # The picture's height is at least this share of the largest value, so that rounding errors do not
 # fill it.
@@ -192,7 +192,7 @@ def _curves(
     marginal[at] = True
     for first, last in runs(branch) if branch.size else []:
         own = slice(first, last + 1)
-        # A branch that was switched to begins at a bifurcation of another one.
+        # A branch that was switched to begins at a bifurcation of another branch.
         marginal[first] |= origin[branch[first]] >= 0
         for begin, end, holds in stability_intervals(stable[own], marginal[own]):
             piece = slice(begin, end + 1)

@@ -1,4 +1,4 @@
-"""Pictures of the page, as far as they are computed, with the texts shown at the pointer."""
+"""Pictures of the page, complete or in part, with the texts shown at the pointer."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class PartialMap:
     """A map, with ``known`` of its ``whole`` number of cells computed.
 
     axes  : across and up
-    hover : runs of cells with their texts, if any
+    hover : runs of cells with their texts, or None
     unit  : of the progress: "cells" or "starts"
     """
 
@@ -57,7 +57,7 @@ class PartialMap:
 
     @property
     def progress(self) -> str:
-        """How much is computed; empty for a complete map."""
+        """Computed share in words; empty for a complete map."""
         return _progress(self.known, self.whole, self.unit)
 
 
@@ -81,7 +81,7 @@ class PointCloud:
 class PartialDiagram:
     """A bifurcation diagram, with ``known.size`` of ``whole`` values computed.
 
-    axes   : the one of the parameter
+    axes   : that of the parameter
     known  : indices of the values computed, ascending
     data   : of these values, by quantity
     clouds : points drawn, by quantity
@@ -107,7 +107,7 @@ class PartialDiagram:
 
     @property
     def text(self) -> list[str]:
-        """The value and its motion in words; one of a long period with its number."""
+        """The value and its motion in words; a long period as a number."""
         long, words = classes.CODES["period_more"], [one.plain for one in classes.MOTIONS]
         return [
             f"{self.axes[0].text(at)}: {f'{order}T' if code == long else words[code]}"
@@ -130,7 +130,7 @@ class PartialDiagram:
 
     @property
     def band(self) -> Codes:
-        """Codes of the motions at all values, those not computed as at the nearest, (whole,)."""
+        """Codes of the motions at all values, from the nearest computed value, (whole,)."""
         between = 0.5 * (self.known[1:] + self.known[:-1])
         nearest: Codes = self.codes[np.searchsorted(between, np.arange(self.whole))]
         return nearest
@@ -155,7 +155,7 @@ class PartialDiagram:
 
     @property
     def progress(self) -> str:
-        """How much is computed; empty for a complete diagram."""
+        """Computed share in words; empty for a complete diagram."""
         return _progress(self.known.size, self.whole, "values")
 
 

@@ -5,12 +5,12 @@ bifurcation     Poincare points against a parameter, with classes of motion and 
 maps            over two parameters: regimes, basins, linear stability, curves of bifurcations
 orbit_branches  periodic orbits over a parameter, stable and unstable, with their bifurcations
 
-draw            ``plot(dataset)``: the picture that suits a dataset
+draw            ``plot(dataset)``: the picture for a kind of dataset
 figure          class of the figures: display in notebooks, ``savefig``
 save            file with a given width in pixels, for the command line
 
 layout          panels, legends below, caption above; lines and markers
-point_labels    labels beside points, clear of everything else
+point_labels    labels beside points, clear of all other content
 style           colours, symbols, sizes and type
 
 Each kind has a function of its own name (``regime_map`` in maps) that returns a

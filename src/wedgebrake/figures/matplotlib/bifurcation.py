@@ -28,7 +28,7 @@ _MARGINS, _BETWEEN = 0.85, 0.75
 _EXPONENT, _BAND = 0.95, 0.13
 # Share of the exponents that may lie below the axis.
 _DEEP = 0.03
-# A motion is named inside its band where that is this wide [pt] for each character.
+# Width of a band for each character [pt] from which the motion is named inside the band.
 _CHARACTER = 4.6
 # Height of a cell of points [pt]. Values closer than the second size are drawn as cells, others as
 # marks of at most the third size.
@@ -44,10 +44,10 @@ def bifurcation(
 ) -> Figure:
     """Poincare points against the parameter, with their classes of motion: a new figure.
 
-    dataset  : as ``wb.bifurcation`` or ``wb.sweep`` gives it for one parameter
+    dataset  : as returned by ``wb.bifurcation`` or ``wb.sweep`` for one parameter
     quantity : "velocity" [rad/s] or "angle" [rad] of the points
     exponent : whether to draw the largest Lyapunov exponent [1/s], with its standard error;
-               None: where the dataset has one. The deepest few of a hundred may lie outside
+               None: where the dataset has one. The lowest few percent may lie outside
     width    : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     The shade says how many of the points of a parameter lie in one place, on a logarithmic
@@ -59,7 +59,7 @@ def bifurcation(
     intervals where the two differ are shaded: in class of motion, or, both periodic of one
     order, in their points. Two chaotic or undecided motions are not compared.
 
-    Raises ``InputError`` for a dataset that is no sweep over one parameter, or keeps no
+    Raises ``InputError`` for a dataset that is not a sweep over one parameter, or keeps no
     points.
     """
     data = BifurcationDiagram.of(dataset, quantity)
@@ -138,7 +138,7 @@ def _draw_exponents(axes: Axes, data: BifurcationDiagram) -> None:
         axes.fill_between(data.x.values, values - width, values + width, **band, zorder=2)
         dots: Any = {"marker": "o", "markersize": 0.9, "markeredgewidth": 0.0}
         axes.plot(data.x.values, values, color=branch.colour, linewidth=0.6, **dots, zorder=3)
-    # The few deepest belong to motions whose sticks erase the initial state: they say little.
+    # The few lowest belong to motions whose sticks erase the initial state; they are left out.
     top, low = float(np.max(finite)), float(np.quantile(finite, _DEEP))
     axes.set_ylim(*style.margins(min(low, 0.0), max(top, 0.0), 0.0, share=0.1))
     style.few_ticks(axes, y=3)

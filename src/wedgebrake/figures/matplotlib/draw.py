@@ -1,4 +1,4 @@
-"""The front door: the picture that suits a dataset."""
+"""``wb.plot``: the picture for a kind of dataset."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-# Widths of a figure [inch] that its type can live with.
+# Smallest and largest width of a figure [inch] for its type size.
 _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
     "wb.simulate(...), wb.poincare(...), wb.spectrum(...), wb.bifurcation(...),"

@@ -118,7 +118,7 @@ def _draw_legend(axes: Axes, entries: list[LegendEntry], width: float, heading: 
     shift = -3.5, 72.0 * _LINE * (rows - 0.5) - 2.2
     look = {"ha": "right", "va": "center", "fontsize": style.TICKS}
     title = style.write(axes, heading, (0.0, 0.0), shift, **look)
-    # These axes were made for them; they must not move the other axes.
+    # These axes are for legends only; legends must not move the other axes.
     for artist in (legend, title):
         artist.set_in_layout(False)
 

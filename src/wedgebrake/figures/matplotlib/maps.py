@@ -38,7 +38,7 @@ def regime_map(
 ) -> Figure:
     """A sweep over two parameters, the first to the right and the second upwards: a new figure.
 
-    dataset    : as ``wb.regime_map`` or ``wb.sweep`` gives it; with a dimension ``branch``,
+    dataset    : as returned by ``wb.regime_map`` or ``wb.sweep``; with a dimension ``branch``,
                  one map for each branch
     quantity   : "motion" or "stick_class" (a colour for each class), "order",
                  "largest_exponent" (blue below zero, red above) or any other result of a
@@ -49,10 +49,10 @@ def regime_map(
 
     The dashed line is the linear stability limit, where ``sliding_damping`` changes sign; it
     ends where the brake locks itself and no forward sliding exists. Axes are logarithmic where
-    values are spaced so. A picture of fewer pixels than the map has cells shows one cell in
+    values are so spaced. A picture of fewer pixels than the map has cells shows one cell in
     each pixel, never a mixture of colours.
 
-    Raises ``InputError`` for a dataset that is no sweep over two parameters, a quantity that
+    Raises ``InputError`` for a dataset that is not a sweep over two parameters, a quantity that
     it does not have, or boundaries over other parameters.
     """
     names = require_swept(dataset, 2)
@@ -66,7 +66,7 @@ def regime_map(
 def basins(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
     """Basins over the angle [rad] and velocity [rad/s] at the start: a new figure.
 
-    dataset : as ``wb.basins`` gives it
+    dataset : as returned by ``wb.basins``
     width   : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     Attractors are numbered as in the dataset and coloured by their share of all initial states.
@@ -83,7 +83,7 @@ def basins(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
 def stability_map(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
     """Linear stability over two groups, the first to the right and the second upwards.
 
-    dataset : as ``wb.stability_map`` gives it
+    dataset : as returned by ``wb.stability_map``
     width   : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     The dashed line is the linear stability limit; thin lines are those of equal margin in eta.
@@ -106,14 +106,14 @@ def boundary(
 ) -> Figure:
     """A line of bifurcations over two parameters, the first to the right: a new figure.
 
-    dataset    : as ``wb.boundary`` gives it
-    boundaries : further ones over the same two parameters, drawn with it
+    dataset    : as returned by ``wb.boundary``
+    boundaries : further lines over the same two parameters, drawn with it
     width      : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     Each kind of bifurcation has its line: dark for those of smooth systems, light between
     dark edges for those of friction.
 
-    Raises ``InputError`` for datasets that are no boundaries, or over other parameters.
+    Raises ``InputError`` for datasets that are not boundaries, or over other parameters.
     """
     names = class_map.boundary_parameters(dataset, "dataset")
     curves = [
@@ -161,7 +161,7 @@ def draw(axes: Axes, data: ClassMap, curves: Sequence[BifurcationCurve] = ()) ->
     _draw_levels(axes, data)
     draw_curves(axes, curves)
     for one in data.marks:
-        # Ringed in white: an attractor lies in its own basin, of the same colour.
+        # With a white ring: an attractor lies in its own basin, which has the same colour.
         ring = replace(one.marker, size=one.marker.size + _RING, face="white", edge="white")
         for marker in (ring, one.marker):
             axes.plot(*one.points.T, **marker_options(marker), zorder=4.0)
@@ -217,7 +217,7 @@ def draw_cells(axes: Axes, x: SweptAxis, y: SweptAxis, values: np.ndarray, **opt
     """Draw cells of colour, values (y, x). Returns the artist, for a colour bar."""
     options["zorder"] = 1.0
     if not (x.even and y.even):
-        # On logarithmic axes too: releases of Matplotlib disagree on what an image is there.
+        # Also on logarithmic axes, where releases of Matplotlib draw images differently.
         return axes.pcolormesh(x.edges, y.edges, values, rasterized=True, **options)
     options |= {"origin": "lower", "aspect": "auto", "interpolation": "nearest"}
     limits = axes.get_xlim(), axes.get_ylim()

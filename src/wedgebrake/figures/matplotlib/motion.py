@@ -32,7 +32,7 @@ PERIODS = 12.0
 
 # Width of a stick's line and of its points in the phase plane [pt].
 _STICK = 2.4
-# Decades of a spectrum below its highest line.
+# Decades shown below the highest line of a spectrum.
 _DECADES = 7.0
 # A vibration fades if its last fifth is smaller than this share of it.
 _FADED = 0.5
@@ -45,11 +45,11 @@ def history(
 ) -> Figure:
     """Velocity [rad/s] and drive torque [N m] against time [s]: a new figure.
 
-    response : as ``simulate`` gives it
+    response : as returned by ``simulate``
     periods  : number of torque periods shown, the last ones; None: all
     torque   : whether to draw the drive torque, on an axis of its own at the right
 
-    Raises ``InputError`` for a dataset that is no response, or periods not above 0.
+    Raises ``InputError`` for a dataset that is not a response, or periods not above 0.
     """
     with _single(response, style.PAGE, 2.6) as figure:
         draw_history(figure.gca(), response, periods, torque=torque)
@@ -65,7 +65,7 @@ def phase(system: BrakedDriveline, response: xr.Dataset, start: float | None = N
 
     start : beginning of the time span [s]; default the last fifth of the response
 
-    Raises ``InputError`` for a dataset that is no response or a start outside it.
+    Raises ``InputError`` for a dataset that is not a response or a start outside it.
     """
     with _single(response) as figure:
         draw_phase(figure.gca(), system, response, start)
@@ -75,7 +75,7 @@ def phase(system: BrakedDriveline, response: xr.Dataset, start: float | None = N
 def section(points: xr.Dataset, start: float | None = None) -> Figure:
     """Poincaré points, velocity [rad/s] against angle [rad]: a new figure.
 
-    points : a response (its section at n / f_e) or what ``wb.poincare`` gives
+    points : a response (its section at n / f_e) or the result of ``wb.poincare``
     start  : of a response: time of the first point [s]; default its last fifth
 
     Where no torque acts, the picture states the period at which the points are taken: they
@@ -91,13 +91,13 @@ def section(points: xr.Dataset, start: float | None = None) -> Figure:
 def spectrum(lines: xr.Dataset, largest: float | None = None, *, hertz: bool = False) -> Figure:
     """Amplitude against frequency, logarithmic: a new figure.
 
-    lines   : what ``wb.spectrum`` gives
+    lines   : the result of ``wb.spectrum``
     largest : highest frequency shown [Hz]; default 4 times the larger of f_e and f_n
     hertz   : frequencies in Hz instead of f/f_n (also where there is no natural frequency)
 
     f_e is marked where a torque acts, f_n where there is stiffness.
 
-    Raises ``InputError`` for a dataset that is no spectrum.
+    Raises ``InputError`` for a dataset that is not a spectrum.
     """
     with _single(lines) as figure:
         draw_spectrum(figure.gca(), lines, largest, hertz=hertz)
@@ -116,7 +116,7 @@ def overview(
                        which no torque and no turning shaft sustains. The history then
                        shows all of it too.
 
-    Raises ``InputError`` for a dataset that is no response or a start outside it.
+    Raises ``InputError`` for a dataset that is not a response or a start outside it.
     """
     check_instance("system", system, BrakedDriveline)
     free = _is_free(system, response)
@@ -188,7 +188,7 @@ def draw_history(
 
 
 def _draw_torque(axes: Axes, data: History) -> None:
-    """Draw the drive torque as a thin line behind, its zero at the height of the velocity's."""
+    """Draw the drive torque as a thin line behind, with its zero at that of the velocity."""
     largest = float(np.max(np.abs(data.drive_torque)))
     if largest == 0.0:
         return
@@ -196,7 +196,7 @@ def _draw_torque(axes: Axes, data: History) -> None:
     right.set_zorder(axes.get_zorder() - 1)
     axes.patch.set_visible(False)  # it would hide the torque behind it
     right.plot(data.time, data.drive_torque, color=style.TORQUE, linewidth=0.6)
-    # Not as high as the velocity, which stays visible.
+    # Smaller than the velocity, which stays visible.
     right.set_ylim(-1.5 * largest, 1.5 * largest)
     right.set_ylabel("drive torque $T$  [N m]", color=style.TORQUE)
     right.tick_params(axis="y", colors=style.TORQUE, direction="out")
@@ -306,7 +306,7 @@ def draw_spectrum(
 
 
 def _is_free(system: BrakedDriveline, response: xr.Dataset) -> bool:
-    """Tell a free vibration, shown from its start: nothing sustains it."""
+    """Return True for a free vibration, shown from its start, which nothing sustains."""
     if is_driven(response):
         return False
     if system.driveline.drive_speed == 0.0:
@@ -339,6 +339,6 @@ def _title(
     lines = [how]
     if response.attrs.get("status", "completed") != "completed":
         lines.append(str(response.attrs.get("message", response.attrs["status"])))
-    # Not the groups: formulas are shorter than their source.
+    # The groups are not wrapped: formulas are shorter than their source.
     wrapped = [row for line in (*lines, verdict) for row in textwrap.wrap(line, _COLUMNS)]
     return [f"{caption.machine(system.as_dict())}:  {groups}", *wrapped]

@@ -33,7 +33,7 @@ def orbits(
 ) -> Figure:
     """Branches of periodic orbits against their parameter: a new figure.
 
-    dataset  : as ``wb.branches`` gives it
+    dataset  : as returned by ``wb.branches``
     quantity : "velocity" [rad/s] or "angle" [rad] of the Poincare points, a curve for each
                period of the torque that an orbit takes; or a result of the whole orbit,
                "velocity_amplitude" [rad/s], "angle_amplitude" [rad] (half ranges),
@@ -101,7 +101,7 @@ def _draw_curves(axes: Axes, data: OrbitBranches) -> None:
             curve.x,
             curve.y,
             **line_options(curve.line),
-            # A branch of one point is a point.
+            # A branch with one point is drawn as a point.
             marker="o" if curve.x.size == 1 else "",
             markersize=2.0,
             zorder=3.1 if curve.stable else 3.0,

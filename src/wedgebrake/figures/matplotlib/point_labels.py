@@ -12,16 +12,16 @@ from wedgebrake.figures.matplotlib import style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Distances of labels from their point that are tried [pt]; beyond the next a line leads there.
+# Distances of labels from their point [pt]; beyond the next value a line leads to the point.
 _DISTANCES, _NEAR = (7.0, 10.0, 14.0, 19.0, 25.0, 32.0), 12.0
 _TURNS = np.deg2rad(np.arange(90.0, 450.0, 22.5))
-# Of a label with many points about this number is tried, evenly chosen.
+# For a label with many points, approximate number of points tried, evenly spaced.
 _TRIED = 8
 # Half the width of a letter and half the height of letters, and the clearance about them;
 # half the size of a symbol; steps along curves. All in points, 1/72 inch.
 _HALF_LETTER, _HALF_HEIGHT, _CLEARANCE = 0.34 * style.SMALL, 0.39 * style.SMALL, 1.0
 _SYMBOL, _STEP = 2.8, 1.5
-# Points closer than this are one [pt].
+# Points closer than this count as one [pt].
 _TIE = 0.5
 
 
@@ -32,9 +32,9 @@ def draw(
     *,
     force: bool = False,
 ) -> None:
-    """Write each label beside one of its points, in the first place that is free.
+    """Write each label beside one of its points, in the first free place.
 
-    labels : letters, and the points (n, 2) that they may stand at, the most important first
+    labels : letters and their possible points (n, 2), the most important first
     curves : points along each, (n, 2), NaN where it is interrupted
     force  : write labels without a free place too, at the last place tried
 

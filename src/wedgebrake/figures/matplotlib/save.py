@@ -26,7 +26,7 @@ METADATA: dict[str, dict[str, Any]] = {
 def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> Path:
     """Write a figure as PNG, SVG or PDF, by the suffix of the path.
 
-    The file is complete or, after an error, as it was before.
+    The file is complete or, after an error, unchanged.
 
     figure : matplotlib.figure.Figure
     path   : ends in .png, .svg or .pdf
@@ -60,7 +60,7 @@ def image(figure: Figure, kind: str, *, width: int = 1600) -> bytes:
     Raises ``InputError`` for a width outside 16 to 20000.
     """
     check_whole("width", width, 16, 20_000, "a whole number of pixels")
-    # Just above, as the size in pixels is cut to whole numbers.
+    # Slightly more, since the size in pixels is truncated to whole numbers.
     dpi = width / figure.get_figwidth() * (1.0 + 1e-9)
     with style.use():
         if kind == "png":

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _RC: Any = {
     "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],  # comes with Matplotlib: the same everywhere
+    "font.sans-serif": ["DejaVu Sans"],  # part of Matplotlib: the same everywhere
     "mathtext.fontset": "dejavusans",
     "font.size": LABELS,
     "axes.labelsize": LABELS,
@@ -109,7 +109,7 @@ def write(
     where: Any = "axes fraction",
     **look: Any,
 ) -> Any:
-    """Write words at a point of the axes, by default a share of their size, and a shift [pt]."""
+    """Write words at a point of the axes, by default in axes fractions, with a shift [pt]."""
     return axes.annotate(
         words, at, xytext=shift, xycoords=where, textcoords="offset points", **look
     )
@@ -153,6 +153,6 @@ def logarithmic_beyond(
 
 
 def legend_above(axes: Axes, handles: list[Any], columns: int = 4) -> None:
-    """Add a legend in one row above the axes, at the right, where it hides nothing."""
+    """Add a legend in one row above the axes, at the right."""
     if handles:
         axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.02), ncols=columns)
