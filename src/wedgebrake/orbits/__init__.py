@@ -1,16 +1,16 @@
 """Periodic orbits, stable or not: found, continued over parameters, and their bifurcations.
 
-What an orbit is:
+Definition of an orbit:
 
 problem            a system whose parameters vary, in ranges; section, measures, multipliers
 segment_bvp        set-valued friction: a boundary-value problem of segments, with its kernels
                    ``segment_kernel`` (equations) and ``segment_orbit`` (log, extremes, monodromy
-                   matrix, and distances from where a segment begins or ceases to be)
+                   matrix, and distances from the beginning or end of a segment)
 stroboscopic_map   smooth friction: multiple shooting from period to period
 curves             an orbit at given parameters; orbits and bifurcations as curves
-orbit              one orbit, and a point of a branch, as results
+orbit              results: one orbit, and a point of a branch
 
-How it is found, continued and changes:
+Search, continuation and bifurcations:
 
 shooting               ``orbit``: near a guess, by Newton's method
 palc                   pseudo-arclength continuation, and bifurcations between two points

@@ -32,14 +32,14 @@ class Kind(Enum):
 
     @property
     def of_friction(self) -> bool:
-        """True if it is discontinuity-induced: smooth systems have none."""
+        """True if it is discontinuity-induced: smooth systems do not have it."""
         return self.value == "grazing" or self.value.endswith("-sliding")
 
     def can_be_followed(self, method: str) -> bool:
-        """Return True if one further condition describes it: a curve over two parameters.
+        """Return True if one more equation defines it, as a curve over two parameters.
 
-        Where branches cross the equations are singular. Those of half an orbit that is its own
-        mirror image are not, but only the exact ones are stated for half an orbit.
+        Where branches cross, the equations are singular. Those of half an orbit that is its own
+        mirror image are not, but they exist for the exact method only.
         """
         if self is Kind.SYMMETRY_BREAKING:
             return method == "exact"
@@ -47,7 +47,7 @@ class Kind(Enum):
 
     @property
     def meaning(self) -> str:
-        """Description of the scenario, a sentence without its full stop."""
+        """Description of the scenario, a sentence without full stop."""
         return _MEANINGS[self]
 
 
@@ -70,17 +70,17 @@ _MEANINGS = {
 
 
 class Scenario(Enum):
-    """How the orbits on both sides of a discontinuity-induced bifurcation lie."""
+    """Orbits on both sides of a discontinuity-induced bifurcation."""
 
     NONE = ""
     PERSISTENCE = "persistence"
     FOLD = "non-smooth fold"
     JUMP = "jump"
-    """The law jumps: no orbit near by continues."""
+    """The motion jumps: no nearby orbit continues."""
 
 
 class Margin(NamedTuple):
-    """One distance from where an orbit ends to be one: of which segment, and which quantity.
+    """One margin of an orbit: the number of its segment, and its quantity.
 
     quantity : field of ``segment_orbit.MARGINS``
     """
@@ -93,9 +93,9 @@ class Margin(NamedTuple):
 class Bifurcation(Result):
     """A bifurcation at a point of a branch.
 
-    effect   : what of the motion begins or ends there; empty if nothing does
-    scenario : how the orbits on both sides lie, if it is discontinuity-induced
-    change   : which multipliers jump across the unit circle
+    effect   : part of the motion that begins or ends there; empty if none
+    scenario : orbits on both sides, if it is discontinuity-induced
+    change   : multipliers that jump across the unit circle
     margins  : those that vanish there
     """
 
@@ -118,7 +118,7 @@ class Bifurcation(Result):
 
 
 class StabilityInterval(NamedTuple):
-    """Points ``first`` to ``last`` of a branch, all stable or not; neighbours share a point."""
+    """Points ``first`` to ``last`` of a branch of one stability; neighbours share a point."""
 
     first: int
     last: int
@@ -131,7 +131,7 @@ def stability_intervals(
     """Divide a branch where its stability changes.
 
     stable   : (n,) of each point
-    marginal : (n,) where a multiplier is on the unit circle but for rounding, as at a
+    marginal : (n,) where a multiplier is on the unit circle up to rounding, as at a
                bifurcation: there the neighbours decide
     """
     if stable.size < 2:

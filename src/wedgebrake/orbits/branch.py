@@ -38,15 +38,15 @@ STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
 # Shortest step, as a share of the longest.
 _SHORTEST = 1e-6
-# The direction may turn by so much in a step (cosine); steps of this share of the longest may
+# Largest turn of the direction in a step (cosine); steps of this share of the longest may
 # turn by any amount, as at the corner of a fold.
 _TURN, _ANY_TURN = 0.95, 1e-3
 # Smooth bifurcations are detected up to this share of the way to a discontinuity-induced one.
 _SHORT_OF = 1.0 - 1e-6
 # Scales that have changed by this factor are renewed.
 _OUTGROWN = 1.5
-# Where branches meet, orbits nearer than this share of their size may be one; nearer than the
-# second, they are; nearer than the third, where no orbit is found further on.
+# Where branches meet, distances of orbits as shares of their size, below which they may be
+# equal; are equal; are equal if no orbit is found further on.
 MEETS, COLLAPSED, _NEARLY = 1e-4, 1e-8, 1e-3
 NOTHING_FURTHER = "no orbit was found further on"
 
@@ -59,21 +59,21 @@ def continuation(
     Parameters
     ----------
     orbit : Orbit
-        Start of the branch, as ``wb.orbit`` found it.
+        Start of the branch, as found by ``wb.orbit``.
     step : float
         Longest step along the branch, as a share of the range.
     points : int
-        Most points, bifurcations among them.
+        Largest number of points, including bifurcations.
     **parameter : (float, float)
         One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
-        sets out from the orbit's own value towards the second, and ends where it leaves the
-        range, or has closed.
+        starts at the orbit's own value towards the second end, and ends where it leaves the
+        range or closes.
 
     Returns
     -------
     Branch
         Each ``next`` gives a ``BranchPoint``. ``points``, ``bifurcations``, ``step`` and
-        ``end`` can be watched, ``stop()`` ends it.
+        ``end`` can be read at any time; ``stop()`` ends it.
 
     Raises ``InputError`` for invalid arguments, or an orbit that was not found.
     """
@@ -112,16 +112,16 @@ def check_step(step: Any, points: Any) -> None:
 class Branch(Result, Iterator[BranchPoint]):
     """A branch of orbits as an iterator: each ``next`` gives one more point of it.
 
-    Its state can be watched: ``points`` and ``bifurcations`` so far, the length ``step`` of the
-    next step, and, once it has ended, ``end``, which says why. ``stop`` ends it.
+    Its state can be read: ``points`` and ``bifurcations`` so far, the length ``step`` of the
+    next step, and after it has ended the reason ``end``. ``stop`` ends it.
 
     start     : an orbit; its direction may be empty
-    bounds    : of the parameter, (least, greatest)
+    bounds    : of the parameter, (least, largest)
     rising    : whether the parameter grows at first
     largest   : longest step, in scaled unknowns (a share of the range of the parameter)
     most      : number of points after which it ends
-    points    : those found so far; those given come before the start
-    met       : whether it has ended where it branches off another one
+    points    : those found so far; given points come before the start
+    met       : whether it has ended where it branches off another branch
     marks     : ends of other branches, which it does not retrace
     """
 
@@ -137,7 +137,7 @@ class Branch(Result, Iterator[BranchPoint]):
 
     def __post_init__(self) -> None:
         self._queue: deque[BranchPoint] = deque()
-        # Why the branch ends once its queue is empty, and what obstructs the present step.
+        # Reason why the branch ends once its queue is empty, and obstacle of the present step.
         self._next_end = self._obstacle = ""
         self._length = StepLength(self.largest)
         start = self.start
@@ -147,11 +147,11 @@ class Branch(Result, Iterator[BranchPoint]):
             self._now = corrected(self._curve, y, start.direction)
         else:
             self._now = corrected(self._curve, y, np.eye(y.size)[-1] * (1 if self.rising else -1))
-            # Not by the last bit off the value that it is an orbit of.
+            # Exactly the value of the orbit, to the last bit.
             self._now.y[-1] = start.values[-1] / self._curve.scales[-1]
-        # Where a system is symmetric at one value only its orbits are: they meet no parent there.
+        # If a system is symmetric at one value only, symmetric orbits there have no parent.
         self._odd = all(has_odd_symmetry(start.problem.system((bound,))) for bound in self.bounds)
-        # A symmetric orbit, or one of one period, meets no parent.
+        # A symmetric orbit, or an orbit of one period, meets no parent.
         self._has_parent = True
         self._has_parent = not self._parent_of(self._now, COLLAPSED)
         self._arclength = start.arclength
@@ -207,7 +207,7 @@ class Branch(Result, Iterator[BranchPoint]):
         return point
 
     def _mark_before(self, point: BranchPoint) -> tuple[BranchPoint, str] | None:
-        """The branch's own begin, or the end of another, if it comes before the next point."""
+        """The start of the branch, or the end of another, if it comes before the next point."""
         if not self.points:
             return None
         marks = self.marks
@@ -235,7 +235,7 @@ class Branch(Result, Iterator[BranchPoint]):
         self._next_end = parent or self._obstacle or NOTHING_FURTHER
 
     def _try(self) -> bool:
-        """Attempt a step and return True if it led on."""
+        """Attempt a step and return True if it succeeded."""
         before = self._now
         after, leaves = self._predict_and_correct()
         if after is None:
@@ -252,7 +252,7 @@ class Branch(Result, Iterator[BranchPoint]):
         if self._meets_parent(step, step.length):
             return True
         if self._parent_of(after, COLLAPSED):
-            # Across to the branch that this one meets: it turns there, in a shorter step.
+            # Onto the branch that it meets: the branch turns there, in a shorter step.
             return False
         passed = self._smooth_bifurcations(step, step.length)
         self._arclength += float(np.linalg.norm(after.y - before.y))
@@ -267,14 +267,14 @@ class Branch(Result, Iterator[BranchPoint]):
         return True
 
     def _predict_and_correct(self) -> tuple[CurvePoint | None, bool]:
-        """The next point, and whether it is at the end of the range; None if beyond."""
+        """The next point, and whether it is at the end of the range; None if outside."""
         before = self._now
         low, high = (bound / self._curve.scales[-1] for bound in self.bounds)
         guess = before.y + self.step * before.direction
         if low <= guess[-1] <= high:
             after = corrected(self._curve, guess, before.direction)
             return (after if low <= after.y[-1] <= high else None), False
-        # To the end of the range and no further: beyond, there may be no such system.
+        # Not beyond the end of the range, where the system may not exist.
         bound = low if guess[-1] < low else high
         share = (bound - before.y[-1]) / before.direction[-1]
         guess = before.y + share * before.direction
@@ -284,7 +284,7 @@ class Branch(Result, Iterator[BranchPoint]):
         return after, True
 
     def _rescale(self) -> None:
-        """Take the scales of the present orbit if it has outgrown those of the branch."""
+        """Take the scales of the present orbit if they differ much from those of the branch."""
         here = self._at(self._now)
         curve = OrbitCurve(here)
         ratio = curve.scales / self._curve.scales
@@ -296,7 +296,7 @@ class Branch(Result, Iterator[BranchPoint]):
         self._curve = curve
 
     def _meets_parent(self, step: Step[OrbitCurve], until: float) -> bool:
-        """Return True where it passes a branching from another branch, and then retraces itself.
+        """Return True if it has met the branch that it branches off, and then retraces itself.
 
         It turns there, and the halves of the orbit change places. A turn alone may be a fold, and
         with a fold in the same step there is none from end to end. The equations are singular
@@ -319,7 +319,7 @@ class Branch(Result, Iterator[BranchPoint]):
             return False
         at, parent = near[0]
         if at is not step.start:
-            # A multiplier just comes to 1 where it turns.
+            # A multiplier only touches 1 where the branch turns.
             passed = self._smooth_bifurcations(step, until, (Kind.FOLD, Kind.BRANCH_POINT))
             length = float(np.linalg.norm(at.y - step.start.y))
             self._queue.extend([*passed, self._point(at, length=length)])
@@ -334,7 +334,7 @@ class Branch(Result, Iterator[BranchPoint]):
         return solution.mirror_difference(MEETS) if self._odd else np.zeros(0)
 
     def _parent_of(self, at: CurvePoint, tolerance: float = MEETS) -> str:
-        """The bifurcation that is met where an orbit repeats early, or is symmetric."""
+        """The bifurcation where an orbit repeats after fewer periods, or is symmetric."""
         if not self._has_parent:
             return ""
         solution = self._at(at)
@@ -346,7 +346,7 @@ class Branch(Result, Iterator[BranchPoint]):
         return ""
 
     def _comes_to_rest(self) -> bool:
-        """Queue the onset of permanent sticking as the last point, if it is just ahead."""
+        """Queue the onset of permanent sticking as the last point, if it is close."""
         found = onset_of_permanent_sticking(self._curve, self._now)
         if found is None:
             return False
@@ -374,7 +374,7 @@ class Branch(Result, Iterator[BranchPoint]):
         return points
 
     def _restart_beyond(self, step: Step[OrbitCurve], lacking: list[Margin]) -> bool:
-        """Queue a discontinuity-induced bifurcation and go on with the segments beyond."""
+        """Queue a discontinuity-induced bifurcation and continue with the segments beyond."""
         found = first_vanishing(step, lacking)
         if found is None:
             return False
@@ -386,10 +386,10 @@ class Branch(Result, Iterator[BranchPoint]):
         beyond = restart(self._curve, came, at, margins, self.largest)
         if beyond is None:
             if not self._length.exceeds(_ANY_TURN):
-                # A shorter step may yet lead on.
+                # A shorter step may still succeed.
                 self._obstacle = "a change of the sequence of segments that is not known"
             return False
-        # Without the poles that multipliers may have there.
+        # Excludes poles that multipliers may have there.
         passed = self._smooth_bifurcations(step, _SHORT_OF * s)
         self._arclength += float(np.linalg.norm(at.y - step.start.y))
         point = self._point(at, beyond.bifurcation)

@@ -20,16 +20,16 @@ from wedgebrake.orbits.problem import FloatArray
 _DISTANCES = (3e-3, 1e-3, 1e-2, 3e-4)
 SWITCHED = (Kind.PERIOD_DOUBLING, Kind.SYMMETRY_BREAKING, Kind.BRANCH_POINT)
 CLOSED = "the branch has closed"
-# Poincare points nearer than this share of their size are those of one orbit.
+# Poincare points nearer than this share of their size belong to one orbit.
 _SAME = 1e-5
 
 
 class Mark(NamedTuple):
-    """An end of a branch. Another that comes to it in its direction would retrace it.
+    """An end of a branch. Another branch that arrives there in its direction would retrace it.
 
     at  : the orbit there
     way : sign of the parameter's change from there into the branch
-    why : words for the end of a branch that comes to it
+    why : reason for the end of a branch that arrives there
     """
 
     at: BranchPoint
@@ -55,7 +55,7 @@ def way(first: BranchPoint, second: BranchPoint) -> float:
 def reached(
     first: BranchPoint, second: BranchPoint, among: Iterable[Mark]
 ) -> tuple[BranchPoint, str] | None:
-    """The mark that a branch passes between two neighbouring points: (orbit there, why)."""
+    """The mark that a branch passes between two neighbouring points: (orbit there, reason)."""
     for mark in among:
         if mark.way != way(first, second):
             continue
@@ -79,7 +79,7 @@ def lies_on(points: FloatArray, value: float, branch: Sequence[BranchPoint]) -> 
 def _same_orbit(
     points: FloatArray, value: float, first: BranchPoint, second: BranchPoint
 ) -> BranchPoint | None:
-    """The orbit between two neighbouring points of a branch that is a given one; None: none."""
+    """The orbit between two neighbouring points of a branch that equals a given one, or None."""
     low, high = sorted((first.value, second.value))
     if second.order != points.shape[0] or not low <= value <= high:
         return None
@@ -97,7 +97,7 @@ def _between(first: BranchPoint, second: BranchPoint, value: float) -> BranchPoi
         curve = OrbitCurve(second)
         guess = curve.scaled(second)
         reach = math.inf
-        # Where the segments change both are so near that the second serves as a guess.
+        # Where the segments change, both points are so near that the second serves as a guess.
         if first.equations is second.equations:
             chord = guess - curve.scaled(first)
             guess = guess - (1.0 - share) * chord
@@ -145,12 +145,12 @@ def _meeting(point: BranchPoint, *, twice: bool) -> tuple[OrbitCurve, FloatArray
 
 
 def _across(curve: OrbitCurve, y: FloatArray, along: FloatArray) -> FloatArray:
-    """The direction, square to the branch, in which a second one leaves it."""
+    """The direction, normal to the branch, in which a second branch leaves it."""
     _, matrix = curve.linearize(y)
     sizes = np.max(np.abs(matrix), axis=1)
     _, _, rows = np.linalg.svd(matrix / np.where(sizes > 0.0, sizes, 1.0)[:, None])
     along = along / np.linalg.norm(along)
-    # The parts of the two null directions of the equations that are square to the branch.
+    # The parts of the two null directions of the equations that are normal to the branch.
     rest = [row - (row @ along) * along for row in rows[-2:]]
     across = max(rest, key=lambda row: float(np.linalg.norm(row)))
     return np.asarray(across / np.linalg.norm(across))
@@ -159,7 +159,7 @@ def _across(curve: OrbitCurve, y: FloatArray, along: FloatArray) -> FloatArray:
 def _start(
     curve: OrbitCurve, y: FloatArray, across: FloatArray
 ) -> tuple[BranchPoint, BranchPoint] | None:
-    """The meeting point and the first one beyond it."""
+    """The meeting point and the first point beyond it."""
     for distance in _DISTANCES:
         try:
             there = corrected(curve, y + distance * across, across)

@@ -57,9 +57,9 @@ _TESTS = {
 # of the curve is near enough; all as shares of the longest. The turn is a cosine.
 _SHORTEST, _ANY_TURN, _NEAR_END = 1e-5, 1e-2, 1e-3
 _TURN = 0.95
-# A margin that vanishes all along a curve is no more than this below zero.
+# A margin that vanishes everywhere on a curve is not below zero by more than this.
 _VANISHING = 1e-7
-# Parameters (scaled) and orbits (as shares of their size) nearer than this are the same.
+# Parameters (scaled) and orbits (as shares of their size) nearer than this are equal.
 _SAME = 1e-5
 _CLOSED = "the curve has closed"
 
@@ -80,16 +80,16 @@ def boundary(
     step : float
         Longest step along the curve, as a share of the ranges.
     points : int
-        Most points in each of the two directions.
+        Largest number of points in each of the two directions.
     **parameters : (float, float)
-        Two of them with their ends, for example ``eta=(-60, 12), F0=(0.01, 0.1)``: that of the
+        Two parameters with their ends, for example ``eta=(-60, 12), F0=(0.01, 0.1)``: that of the
         branch and a second one.
 
     Returns
     -------
     xarray.Dataset
         Over ``point``, from one end to the other: both parameters, the multipliers of the
-        orbit, and its Poincare point at t = 0. ``attrs`` say the kind and why it ends.
+        orbit, and its Poincare point at t = 0. ``attrs``: the kind, and why the curve ends.
 
     Raises ``InputError`` for invalid arguments, for a branch point and for a symmetry
     breaking of an orbit with smooth friction, where branches cross and the equations are
@@ -143,17 +143,17 @@ def boundaries(
         System whose parameters vary. The second keeps its own value while branches are followed
         over the first.
     kinds : collection of str
-        Which ones, for example ``["period doubling", "grazing-sliding"]``. Default: all that
+        Kinds to follow, for example ``["period doubling", "grazing-sliding"]``. Default: all that
         can be followed.
     order, initial, method, rtol, switch, opposite, step, points, progress
         As for ``wb.branches``.
     **parameters : (float, float)
-        Two of them with their ends; the branches begin at the first end of the first.
+        Two parameters with their ends; the branches begin at the first end of the first.
 
     Returns
     -------
     list of xarray.Dataset
-        One for each bifurcation, as ``wb.boundary`` gives it; ``wb.plot(map, boundaries=...)``
+        One for each bifurcation, as from ``wb.boundary``; ``wb.plot(map, boundaries=...)``
         draws them over a map of ``wb.regime_map``.
 
     Raises ``InputError`` as ``wb.branches``.
@@ -183,7 +183,7 @@ def boundaries(
 
 
 class _Boundary:
-    """The curve of a bifurcation, followed both ways from where it was found."""
+    """The curve of a bifurcation, followed in both directions from its first point."""
 
     def __init__(
         self, point: BranchPoint, first: Range, second: Range, step: float, points: int
@@ -224,7 +224,7 @@ class _Boundary:
         return float(self.orbits.solution(y).margins[margin.segment][quantity])
 
     def dataset(self, ranges: list[Range]) -> xr.Dataset:
-        """Both halves as one, with the parameters in the order of ``ranges``."""
+        """Both halves as one curve, with the parameters in the order of ``ranges``."""
         import xarray as xr
 
         (back, begin), (on, end) = self._halves()
@@ -274,16 +274,16 @@ class _Boundary:
             return [([alone], "the curve has no direction here")] * 2
         on = self._half(start, start)
         if on[1] == _CLOSED:
-            # One way round is all of it.
+            # One direction covers all of it.
             return [([start], _CLOSED), on]
-        # If the curve has not quite closed, back only to the end of the other half.
+        # If the curve has not quite closed, continue only to the end of the other half.
         begin, goal = (at._replace(direction=-at.direction) for at in (start, on[0][-1]))
         return [self._half(begin, goal), on]
 
     def _half(self, start: CurvePoint, goal: CurvePoint) -> tuple[list[CurvePoint], str]:
-        """The curve in one direction, and why it ends.
+        """The curve in one direction, and the reason why it ends.
 
-        goal : of the curve, with the direction in which it closes there
+        goal : point at which the curve closes, with its direction
         """
         found, length, end = [start], StepLength(self.step), ""
 
@@ -297,7 +297,7 @@ class _Boundary:
             if why and length.exceeds(_NEAR_END):
                 return False
             if why:
-                # Keep the point where the orbit is almost one of fewer periods.
+                # Keep the point where the orbit is almost an orbit of fewer periods.
                 orbit = self.orbits.solution(after.y)
                 whole = orbit.prime_order(COLLAPSED) == orbit.order
                 if whole and why == doubling_of(orbit.prime_order(MEETS)):
@@ -342,12 +342,12 @@ class _Boundary:
         return None
 
     def _end_at(self, at: CurvePoint) -> str:
-        """Why a point is no longer on the curve; empty where it is."""
+        """Reason why a point is not on the curve; empty if it is."""
         orbit = self.orbits.solution(at.y)
         for one, value in zip(self.ranges, orbit.values, strict=True):
             if not one.bounds[0] <= value <= one.bounds[1]:
                 return f"left the range of {one.name}"
-        # Without the margins that vanish all along.
+        # Without the margins that vanish everywhere on the curve.
         others = [
             one
             for one in violated(orbit.margins)

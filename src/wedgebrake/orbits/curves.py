@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small.
 _DIFFERENCE = 1e-6
-# Solutions of a curve that are remembered with what was computed of them.
+# Number of cached solutions of a curve.
 _REMEMBERED = 8
 
 
@@ -37,7 +37,7 @@ class OrbitSolution:
 
     problem : the system, and the parameters that vary
     values  : of these parameters
-    equations, unknowns : what is solved, and its solution
+    equations, unknowns : the equations and their solution
     """
 
     problem: OrbitProblem
@@ -47,7 +47,7 @@ class OrbitSolution:
 
     @cached_property
     def kernel_problem(self) -> Any:
-        """The system as the kernels take it; raises ``NoOrbitError`` where there is none."""
+        """The system in the form of the kernels; raises ``NoOrbitError`` where there is none."""
         return self.problem.kernel_problem(self.values)
 
     @cached_property
@@ -92,7 +92,7 @@ class OrbitSolution:
 
     @cached_property
     def margins(self) -> Records:
-        """Distances from where a solution is no orbit: a row of ``MARGINS`` for each segment."""
+        """Margins of the solution as an orbit: a row of ``MARGINS`` for each segment."""
         return self.equations.margins(self.unknowns, self.kernel_problem)
 
     @property
@@ -111,7 +111,7 @@ class OrbitSolution:
         return self.section.prime_order(self.points, tolerance)
 
     def is_symmetric(self, tolerance: float = SAME) -> bool:
-        """Return True if theta(t + nT/2) = -theta(t), n odd, on a brake without preference."""
+        """Return True if theta(t + nT/2) = -theta(t), n odd, and the brake is odd too."""
         if self.order % 2 == 0 or not has_odd_symmetry(self.system):
             return False
         gap = self.mirror_difference(tolerance)
@@ -150,7 +150,7 @@ class OrbitCurve:
         return np.concatenate((solution.unknowns, solution.values)) / self.scales
 
     def solution(self, y: FloatArray) -> OrbitSolution:
-        """The orbit at y; it remembers what is computed of it."""
+        """The orbit at y, cached with its results."""
         key = y.tobytes()
         if key not in self._solutions:
             if len(self._solutions) >= _REMEMBERED:
@@ -170,7 +170,7 @@ class OrbitCurve:
         return self.equations.residual(unknowns, self.problem.kernel_problem(values))
 
     def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F(y) and its derivative; that by the parameters from differences."""
+        """F(y) and its derivative; with respect to the parameters from differences."""
         size, (unknowns, values) = self.equations.size, self._unscaled(y)
         problem = self.problem.kernel_problem(values)
         residual, matrix = self.equations.linearize(unknowns, problem)
@@ -187,7 +187,7 @@ class BifurcationCurve:
     condition: Callable[[FloatArray], float]
 
     def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(F, g) and its derivative, that of g from differences."""
+        """(F, g) and its derivative; the derivative of g from differences."""
         values, matrix = self.orbits.linearize(y)
         gradient = [
             difference(lambda there: np.array([self.condition(there)]), y, i)[0]

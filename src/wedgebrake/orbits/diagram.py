@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 
 SWITCH = 2
 _MOST_LEVELS = 20
-# Orbits of more periods are not looked for where branches leave: their windows are narrow.
+# Largest number of periods of orbits that are searched for where branches leave.
 _MOST_ORDER = 16
-# How far beyond a jump the motion there is looked for, as a share of the range.
+# Distance beyond a jump at which the motion is searched for, as a share of the range.
 _ONWARD = 1e-6
-# Poincare points nearer than this share of their size may be those of one orbit, at another value
-# near by.
+# Poincare points nearer than this share of their size may belong to one orbit at another
+# nearby value.
 _LIKE = 0.02
 # Ends of branches may miss what they meet by this share of the range.
 _NEAR = 1e-3
-# How far beside the end of a branch the one that it has met is begun, as a share of the range.
+# Distance from the end of a branch at which the branch that it met is started (share of range).
 _ASIDE = 1e-3
 # Measures of a point, with unit and meaning.
 _MEASURES = {
@@ -53,7 +53,7 @@ class Followed:
     """A branch of a bifurcation diagram.
 
     origin : number, among all bifurcations in their order, of the one it leaves; -1: none
-    begin  : why it begins where it does
+    begin  : reason why it begins there
     """
 
     branch: Branch
@@ -90,10 +90,10 @@ def branches(
     switch : int
         Levels of branches that leave other branches (at period doublings, symmetry breakings,
         branch points, and where the motion jumps): 0 none, 1 those that leave the first, ...
-        None are followed of more than 16 periods.
+        Orbits of more than 16 periods are not followed.
     opposite : bool
         Also follow a branch from the other end, with the motion that settles there, unless the
-        first one has come there.
+        first branch reaches it.
     step, points
         As for ``wb.continuation``, for each branch.
     progress : callable
@@ -105,9 +105,9 @@ def branches(
         Over ``point``, branch after branch: the parameter, ``branch``, ``order``, ``stable``,
         ``sequence``, Floquet multipliers, amplitudes, sticks and events in a period of the
         torque, Poincare points. Over ``bifurcation``: kind, value (located to 1e-8 of the
-        range or better), effect. Over ``branch_number``: where each comes from and why it ends.
+        range or better), effect. Over ``branch_number``: origin of each branch and why it ends.
 
-    Raises ``InputError`` for invalid arguments, and where there is no orbit to begin.
+    Raises ``InputError`` for invalid arguments, and if there is no orbit at the first end.
     """
     check(system, order, method, rtol)
     (over,) = make_ranges(system, parameter, 1)
@@ -243,16 +243,16 @@ class _Diagram:
         value = last.value + onward
         if not low < value < high:
             return
-        # The whole range: beyond a fold it may come back, over the value that it is begun at.
+        # Over the whole range: beyond a fold the branch may return to its initial value.
         ends = (low, high) if onward > 0.0 else (high, low)
         for found in self._new_orbit(last, value, None):
             step = min(branch.largest, LONGEST_STEP)
             self.add_from(found, ends, number, "beyond a jump", step=step)
 
     def _add_parents(self, branch: Branch, place: int) -> None:
-        """Follow both ways the branch that one has met at its end, if it is not known yet."""
+        """Follow in both directions the branch that another met at its end, unless known."""
         last, (low, high) = branch.points[-1], branch.bounds
-        # A little beside, so that one of the two passes the bifurcation where they meet.
+        # Slightly beside, so that one direction passes the bifurcation where they meet.
         inwards = 1.0 if last.value < 0.5 * (low + high) else -1.0
         value = last.value + _ASIDE * (high - low) * inwards
         begin, step = f"beside the end of branch {place + 1}", min(branch.largest, LONGEST_STEP)
@@ -260,7 +260,7 @@ class _Diagram:
             for ends in ((high, low), (low, high)):
                 further = self.add_from(found, ends, -1, begin, step=step)
                 if further.end == CLOSED:
-                    # One way round is all of it.
+                    # One direction covers all of it.
                     break
 
     def _new_orbit(self, near: BranchPoint, value: float, order: int | None) -> Iterator[Orbit]:
@@ -326,7 +326,7 @@ def assemble(system: BrakedDriveline, over: Range, followed: list[Followed]) -> 
 
 
 def provenance(system: BrakedDriveline, method: str) -> dict[str, str]:
-    """Attributes that tell how orbits were computed."""
+    """Attributes with the settings of the computation of orbits."""
     return {
         "method": method,
         "system": json.dumps(system.as_dict()),

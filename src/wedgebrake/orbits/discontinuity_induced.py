@@ -1,8 +1,8 @@
 """Discontinuity-induced bifurcations (docs/theory.md, 13): the segments of an orbit beyond one.
 
-Where a margin of an orbit vanishes a segment begins or ceases to be. The sequence of segments
+Where a margin of an orbit vanishes, a segment begins or ends. The sequence of segments
 beyond is made by inserting a segment of length zero, or by removing one, and the branch restarts
-with it; or all motion ends.
+with it, or the motion ends.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ _TWO_SLIPS = (0, 1, 0, -1)
 
 
 class Node(NamedTuple):
-    """A segment with its begin.
+    """A segment with its beginning.
 
-    first : phase [rad] (of a mark: velocity) at its begin, and the angle [rad] there
+    first : phase [rad] (of a mark: velocity) at its beginning, and the angle [rad] there
     share : for a segment inserted with length zero: share of its later length that lies before
             the bifurcation; None for the others
     """
@@ -57,8 +57,8 @@ class Node(NamedTuple):
 class Transition:
     """The sequence of segments beyond a bifurcation.
 
-    jump  : whether nothing near by continues
-    nodes : the segments beyond; none where all is rest
+    jump  : True if no nearby orbit continues
+    nodes : the segments beyond; empty if all is rest
     """
 
     kind: Kind
@@ -102,7 +102,7 @@ class Transition:
 class _Place(NamedTuple):
     """A segment at whose margin an orbit ends, with its neighbours.
 
-    touched : code of the segment beyond the limit that is touched
+    touched : code of the segment beyond the touched limit
     """
 
     segment: int
@@ -140,7 +140,7 @@ def transition(solution: OrbitSolution, margins: list[Margin]) -> Transition | N
         Node(code, float(unknowns[2 * i]), float(unknowns[2 * i + 1]))
         for i, code in enumerate(codes)
     ]
-    # From the last on, so that numbers before stay what they are, but where the first goes too.
+    # From the last, so that earlier numbers do not change, except where the first is removed too.
     begun, turn = [nodes[place.segment] for place in places], 2.0 * math.pi * equations.order
     for place, node in zip(reversed(places), reversed(begun), strict=True):
         if quantity == "duration":
@@ -157,12 +157,12 @@ def transition(solution: OrbitSolution, margins: list[Margin]) -> Transition | N
 
 
 def leading_quantity(margins: list[Margin] | tuple[Margin, ...]) -> str:
-    """Which of several margins that vanish together decides; neighbours show the end as well."""
+    """The decisive one of several margins that vanish together; others are of its neighbours."""
     return min((one.quantity for one in margins), key=QUANTITIES.index)
 
 
 def _transition_of_half(solution: OrbitSolution, margins: list[Margin]) -> Transition | None:
-    """The same for half an orbit: what happens in it happens in its mirror image."""
+    """The same for half an orbit, whose mirror image changes in the same way."""
     count = len(solution.margins)
     both = [*margins, *(Margin(one.segment + count, one.quantity) for one in margins)]
     equations, unknowns = solution.equations.whole(solution.unknowns)
@@ -233,13 +233,13 @@ def _insert(nodes: list[Node], place: _Place, turn: float) -> None:
 
 
 def _removed(nodes: list[Node], segment: int, turn: float) -> list[Node]:
-    """Nodes without a segment of length zero; neighbours that are one segment then are joined."""
+    """Nodes without a segment of length zero; equal neighbours are joined."""
     count = len(nodes)
     before, after = nodes[segment - 1], nodes[(segment + 1) % count]
     following = (segment + 1) % count
     if before.code == after.code:
         return [node for number, node in enumerate(nodes) if number not in (segment, following)]
-    # The next one begins where this one did.
+    # The next segment begins where this one began.
     here = nodes[segment]
     first = here.first - (turn if following == 0 else 0.0)
     kept = list(nodes)
@@ -251,8 +251,8 @@ def _removed(nodes: list[Node], segment: int, turn: float) -> list[Node]:
 class Restart(NamedTuple):
     """Continuation of a branch beyond a discontinuity-induced bifurcation.
 
-    curve, point : where the branch continues; None where it does not
-    why          : then the reason
+    curve, point : continuation of the branch; None if it does not continue
+    why          : in that case the reason
     """
 
     bifurcation: Bifurcation
@@ -266,8 +266,8 @@ def restart(
 ) -> Restart | None:
     """The branch beyond a point where some margins vanish; None where it was not found.
 
-    came    : change of the scaled parameter on the way to it. The direction there does not tell:
-              on the side of a short segment it stands square to the parameter.
+    came    : change of the scaled parameter on the way to it. The direction there is no criterion:
+              on the side of a short segment it is normal to the parameter.
     longest : step along the branch
     """
     solution = curve.solution(at.y)
@@ -297,7 +297,7 @@ def restart(
 
 
 def _grown(solution: OrbitSolution, found: Transition) -> Iterator[tuple[OrbitCurve, CurvePoint]]:
-    """Solutions on which the inserted segments last a little."""
+    """Solutions with short inserted segments."""
     for length in _LENGTHS:
         unknowns = solution.unknowns.copy()
         normal = np.zeros(unknowns.size + len(solution.values))
@@ -318,7 +318,7 @@ def _grown(solution: OrbitSolution, found: Transition) -> Iterator[tuple[OrbitCu
 
 
 def _further(solution: OrbitSolution, longest: float) -> Iterator[tuple[OrbitCurve, CurvePoint]]:
-    """Solutions a little further to both sides, on one of which the fewer segments are an orbit."""
+    """Solutions slightly further on both sides; on one side the fewer segments are an orbit."""
     curve = OrbitCurve(solution)
     try:
         at = corrected(curve, curve.scaled(solution), np.eye(curve.scales.size)[-1])
@@ -334,11 +334,11 @@ def _further(solution: OrbitSolution, longest: float) -> Iterator[tuple[OrbitCur
 
 
 def onset_of_permanent_sticking(curve: OrbitCurve, at: CurvePoint) -> OrbitSolution | None:
-    """The orbit whose slips vanish just ahead of a point; None if there is none near.
+    """The orbit whose slips vanish shortly after a point; None if there is none nearby.
 
-    Towards it the remaining slips become short together. What they add up to in angle falls like
+    Towards it the remaining slips become short together. The sum of their angles decreases with
     the cube of their durations and is lost in rounding before they vanish; but the parameter is
-    known: the brake at rest holds just the whole swing of the torque, upper - lower = 2 T_e.
+    known: the brake at rest holds exactly the range of the torque, upper - lower = 2 T_e.
     """
     solution = curve.solution(at.y)
     equations, values = solution.equations, solution.values
@@ -353,7 +353,7 @@ def onset_of_permanent_sticking(curve: OrbitCurve, at: CurvePoint) -> OrbitSolut
     reach = math.copysign(_REACH * curve.scales[-1], at.direction[-1])
 
     def spare(value: float) -> float:
-        """Width of the brake's holding interval beyond the swing of the torque [N m]."""
+        """Width of the brake's holding interval less the range of the torque [N m]."""
         problem = curve.problem.kernel_problem((value,))
         return float(problem.brake.upper - problem.brake.lower - 2.0 * problem.torque.amplitude)
 

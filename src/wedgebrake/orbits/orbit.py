@@ -16,7 +16,7 @@ from wedgebrake.orbits.bifurcation_types import Bifurcation
 from wedgebrake.orbits.curves import OrbitSolution
 from wedgebrake.orbits.problem import FloatArray, multipliers
 
-# Segments of an orbit that are listed one by one, and those that its equations may have.
+# Largest numbers of segments: of an orbit listed in full, and of its equations.
 _FEW_SEGMENTS, MOST_SEGMENTS = 24, 600
 
 
@@ -81,7 +81,7 @@ _SENTENCES = {
 class Orbit(Result):
     """A periodic orbit, stable or not, and how it was found.
 
-    system, method : of which it is an orbit, and the solver
+    system, method : the system and the solver
     status        : whether it was found; if not, the numbers below are nan
     rtol          : tolerance of "smooth"
     order         : periods of the torque in the orbit
@@ -120,7 +120,7 @@ class Orbit(Result):
 
     @classmethod
     def of(cls, solution: OrbitSolution, steps: list[float]) -> Orbit:
-        """The orbit of a solution of its equations, with the steps that led to it."""
+        """The orbit of a solution of its equations, with the steps of its computation."""
         angle, velocity = (float(one) for one in solution.points[0])
         return cls(
             system=solution.system, method=solution.problem.method, rtol=solution.problem.rtol,
@@ -137,7 +137,7 @@ class Orbit(Result):
 
     @property
     def message(self) -> str:
-        """The status in a sentence, and what can be done."""
+        """The status in a sentence, with a remedy."""
         return self.status.sentence
 
     @property
@@ -198,7 +198,7 @@ class BranchPoint(Result, OrbitSolution):
 
     problem     : the system and the parameters that vary along the branch
     values      : of the parameters
-    equations, unknowns : what it solves
+    equations, unknowns : the equations and their solution
     multipliers : Floquet multipliers (larger, smaller modulus)
     direction   : of the branch, in scaled unknowns
     arclength   : from the start of the branch, in scaled unknowns
@@ -259,7 +259,7 @@ class BranchPoint(Result, OrbitSolution):
 
     def _headline(self) -> str:
         at = ", ".join(f"{name} = {value:.9g}" for name, value in self._parameters())
-        if self.bifurcation is not None:  # where an orbit is neither stable nor unstable
+        if self.bifurcation is not None:  # there an orbit is neither stable nor unstable
             return f"{at}: {self.bifurcation.kind.value} of a {order_name(self.order)} orbit"
         return f"{at}: {order_name(self.order)} orbit, {'stable' if self.stable else 'unstable'}"
 

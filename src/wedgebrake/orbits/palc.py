@@ -16,14 +16,14 @@ from wedgebrake.orbits.bifurcation_types import Kind, Margin
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 
-# Newton's method ends where its step is rounding, and is given up where it does not shrink.
+# Newton's method ends when its step is rounding, and fails if the step does not shrink.
 _CONVERGED, _ACCEPTED = 1e-13, 1e-9
 _MOST_STEPS = 12
 # The first step as a share of the longest, and how steps grow and shrink.
 _FIRST, _GROW, _SHRINK = 0.1, 1.5, 0.5
-# A margin that jumps through zero has no root there.
+# A margin that jumps across zero has no root there.
 _ROOT = 1e-6
-# Between points so near (as a share of the step) a solution may be interpolated.
+# Distance of points (share of the step) below which a solution may be interpolated.
 _NARROW = 0.5
 # A multiplier that goes through infinity, as where the end of a rest becomes tangent, is no root.
 _POLE = 1e-6
@@ -47,7 +47,7 @@ class NotConvergedError(ArithmeticError):
     """Newton's method found no solution near its guess."""
 
 
-# What a step may raise that a shorter one may not.
+# Exceptions of a step that a shorter step may avoid.
 FAILED = (NotConvergedError, NoOrbitError)
 
 
@@ -92,7 +92,7 @@ class StepLength:
         return False
 
     def grow(self) -> None:
-        """Make the next step longer."""
+        """Increase the next step."""
         self.length = min(self.longest, _GROW * self.length)
 
 
@@ -102,12 +102,12 @@ def newton(
     normal: FloatArray | None,
     sizes: list[float] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """The solution on the plane through the guess, square to ``normal``: (y, derivative there).
+    """The solution on the plane through the guess with normal ``normal``: (y, derivative there).
 
     normal : None for as many unknowns as equations
     sizes  : receives the length of each step of Newton's method
 
-    Raises ``NotConvergedError``, and what the curve raises.
+    Raises ``NotConvergedError`` and the exceptions of the curve.
     """
     y = guess.copy()
     last = np.inf
@@ -124,7 +124,7 @@ def newton(
         if not np.isfinite(size) or (size > 0.5 * last and size > _ACCEPTED) or size > 10.0:
             break
         y = y + step
-        # Below the root of rounding the next step, its square, is none.
+        # Below the square root of rounding the next step, its square, is negligible.
         if size <= _CONVERGED or (size > 0.5 * last and size <= _ACCEPTED):
             return y, matrix
         last = size
@@ -134,7 +134,7 @@ def newton(
 def corrected(
     curve: Curve, guess: FloatArray, normal: FloatArray, along: FloatArray | None = None
 ) -> CurvePoint:
-    """The point of a curve on the plane through a guess, square to ``normal``.
+    """The point of a curve on the plane through a guess with normal ``normal``.
 
     along : side on which its direction lies; default ``normal``
     """
@@ -193,7 +193,7 @@ class Step(Generic[AnyCurve]):
         return self._found[s]
 
     def _between(self, s: float) -> CurvePoint:
-        """A point between its neighbours, where branches meet and the equations are singular."""
+        """A point between two others, where branches meet and the equations are singular."""
         below = [known for known in self._found if known < s]
         above = [known for known in self._found if known > s]
         if not below or not above or min(above) - max(below) > _NARROW * self.length:
@@ -215,7 +215,7 @@ class Step(Generic[AnyCurve]):
             found = brentq(
                 lambda s: function(self.at(s)), since, last, xtol=1e-15, rtol=1e-14, maxiter=500
             )
-        except (RuntimeError, ValueError):  # no change of sign after all, or one without a root
+        except (RuntimeError, ValueError):  # no change of sign, or no root there
             raise NotConvergedError from None
         return float(found)
 
@@ -244,7 +244,7 @@ def _sign_changes(
     until: float,
     ends: tuple[float, float],
 ) -> list[tuple[float, float]]:
-    """Intervals of s in each of which a function changes sign: two if it does so twice."""
+    """Intervals of s in each of which a function changes sign, one or two."""
     first, last = ends
     if first * last < 0.0:
         return [(0.0, until)]
@@ -269,7 +269,7 @@ def _kind(name: str, step: Step[OrbitCurve], s: float, ends: tuple[float, float]
         return Kind.PERIOD_DOUBLING
     if name == "torus":
         trace, _ = step.curve.solution(step.at(s).y).invariants
-        # Two real multipliers, one the inverse of the other, are no torus.
+        # Two real multipliers, one the inverse of the other, do not indicate a torus.
         return Kind.NEIMARK_SACKER if abs(trace) < 2.0 else None
     begin, end = (step.at(one).direction[-1] for one in ends)
     return Kind.FOLD if begin * end < 0.0 else Kind.BRANCH_POINT
@@ -278,7 +278,7 @@ def _kind(name: str, step: Step[OrbitCurve], s: float, ends: tuple[float, float]
 def first_vanishing(
     step: Step[OrbitCurve], candidates: list[Margin]
 ) -> tuple[float, list[Margin]] | None:
-    """Where the first of some margins vanishes, and those that vanish with it; None: none does."""
+    """Position where the first of some margins vanishes, and those that vanish there; or None."""
     roots: list[tuple[float, Margin]] = []
     for margin in candidates:
 

@@ -1,4 +1,4 @@
-"""What is solved: a system whose parameters vary in ranges, its section, and what is asked."""
+"""Problem of continuation: a system with parameters in ranges, its section and measures."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import is_finite, is_number, shown
 
 FloatArray = NDArray[np.float64]
-# Of a structured type, as the margins of an orbit.
+# Structured arrays, such as the margins of an orbit.
 Records = NDArray[np.record]
 
-# Points of an orbit nearer than this share of its size are one.
+# Points of an orbit nearer than this share of its size count as one.
 SAME = 1e-6
 _TINY = 1e-300
-# Differences and Newton's method ask for neighbours in a parameter again and again.
+# Differences and Newton's method use neighbouring parameter values repeatedly.
 _REMEMBERED = 16
 # Names of results in a dataset of orbits.
 _TAKEN = ("angle", "velocity")
@@ -37,8 +37,8 @@ class NoOrbitError(ArithmeticError):
 class Section:
     """Stroboscopic section: the states at t = 0, T, 2 T, ..., T being the period of the torque.
 
-    This class alone knows that orbits are sampled once in a period of the torque; all others ask
-    it for the time between returns, for the scales of states, and whether two orbits agree.
+    Only this class assumes that orbits are sampled once in a period of the torque; others use
+    its time between returns, scales of states and comparison of orbits.
     Points of an orbit are given as an array (order, n) of its successive returns.
 
     period  : time between two returns [s]
@@ -56,7 +56,7 @@ class Section:
         return cls(1.0 / torque.frequency, np.array([torque.angular_frequency, 1.0]))
 
     def duration(self, order: int) -> float:
-        """Duration of an orbit of so many returns [s]."""
+        """Duration of an orbit of a number of returns [s]."""
         return order * self.period
 
     def prime_order(self, points: FloatArray, tolerance: float = SAME) -> int:
@@ -115,9 +115,9 @@ def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
     if split < 0.0:
         root = complex(half, (-split) ** 0.5)
         return root, root.conjugate()
-    # The smaller one as a quotient: a difference would lose its digits.
+    # The smaller eigenvalue as a quotient: a difference would cancel.
     first = half + (split**0.5 if half >= 0.0 else -(split**0.5))
-    # Plus zero, so that no zero is negative.
+    # Adding zero makes negative zeros positive.
     return complex(first + 0.0), complex((determinant / first if first != 0.0 else 0.0) + 0.0)
 
 
@@ -125,7 +125,7 @@ class OrbitProblem:
     """A system of which some parameters vary, and the solver for its orbits.
 
     names  : of the parameters, SI parameters or groups; none for the system alone
-    scales : (n,) a considerable change of each
+    scales : (n,) typical change of each
     method : "exact" or "smooth"
     rtol   : tolerance of "smooth"
     """
@@ -156,7 +156,7 @@ class OrbitProblem:
         return Section.of(self.system(values))
 
     def kernel_problem(self, values: tuple[float, ...]) -> Any:
-        """The system as the kernels take it; raises ``NoOrbitError`` where there is none."""
+        """The system in the form of the kernels; raises ``NoOrbitError`` where there is none."""
         if values not in self._remembered:
             if len(self._remembered) >= _REMEMBERED:
                 del self._remembered[next(iter(self._remembered))]
@@ -202,12 +202,12 @@ class Range:
 
     @property
     def exact_scale(self) -> float:
-        """The power of two nearest to the width: dividing by it rounds nothing."""
+        """The power of two nearest to the width: division by it is exact."""
         return float(2.0 ** round(math.log2(self.scale)))
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """(least, greatest) value."""
+        """(least, largest) value."""
         return min(self.first, self.last), max(self.first, self.last)
 
     def attributes(self) -> dict[str, str]:

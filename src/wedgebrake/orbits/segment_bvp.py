@@ -29,13 +29,13 @@ from wedgebrake.solvers.event_driven import trajectory
 
 # An orbit returns to this share of its size, times the growth of a deviation.
 _RETURNED = 1e-8
-# An orbit with a larger multiplier than this is left by rounding within its period.
+# With a larger multiplier than this, rounding leaves the orbit within its period.
 _FORGOTTEN = 1e6
-# Share of the angle, in time of the torque, below which a scale is no smaller.
+# Lower bound of a scale, as a share of the angle in time units of the torque.
 _SMALL = 1e-6
-# A velocity below this share of the motion's is that of rest.
+# A velocity below this share of that of the motion counts as rest.
 _AT_REST = 1e-13
-# Rows of the log of a run for each period at first, and most events of a run.
+# Initial rows of the log for each period of a run, and largest number of events.
 _ROWS, _MOST_EVENTS = 32, 100_000
 _NO_POINTS = np.empty((0, 2))
 
@@ -70,7 +70,7 @@ class SegmentBVP:
         return " ".join(_sign(code) for code in self.all_codes)
 
     def is_mark(self, node: int) -> bool:
-        """Return True if a node is no event, but a mark at phase 0."""
+        """Return True if a node is not an event, but a mark at phase 0."""
         return self.all_codes[node - 1] == self.all_codes[node]
 
     def whole(self, unknowns: FloatArray) -> tuple[SegmentBVP, FloatArray]:
@@ -88,7 +88,7 @@ class SegmentBVP:
     def doubled(self, unknowns: FloatArray) -> tuple[SegmentBVP, FloatArray]:
         """Equations of the same orbit traversed twice."""
         if self.is_mark(0):
-            # A mark stands once in an orbit, at its begin.
+            # A mark occurs once in an orbit, at its beginning.
             return SegmentBVP(self.codes, 2 * self.order), unknowns.copy()
         first = self._all(unknowns)
         later = first.copy()
@@ -117,7 +117,7 @@ class SegmentBVP:
         return scales
 
     def _range(self, unknowns: FloatArray, problem: Any) -> FloatArray:
-        """Least and greatest velocity [rad/s], least and greatest angle [rad], (2, 2)."""
+        """Least and largest velocity [rad/s], least and largest angle [rad], (2, 2)."""
         sums = empty_sums()
         widen_by_orbit(problem, self._all_codes, self.order, self._all(unknowns), sums)
         names = ("least_velocity", "greatest_velocity"), ("least_angle", "greatest_angle")
@@ -148,7 +148,7 @@ class SegmentBVP:
         return float(trace), float(determinant)
 
     def margins(self, unknowns: FloatArray, problem: Any) -> Records:
-        """Distances from where the solution is no orbit, for each segment."""
+        """Margins of the solution as an orbit, for each segment."""
         out = np.empty(len(self.all_codes), dtype=MARGINS)
         compute_margins(problem, self._all_codes, self.order, self._all(unknowns), out)
         return out[: len(self.codes)]
@@ -204,7 +204,7 @@ class SegmentBVP:
     def follows_flow(self, unknowns: FloatArray, problem: Any, growth: float) -> bool:
         """Return True if the exact flow, which misses no event, passes the segments and returns.
 
-        An orbit so unstable that rounding leaves it within its period is accepted without.
+        An orbit so unstable that rounding leaves it within its period is accepted untested.
         """
         if growth > _FORGOTTEN:
             return True
@@ -240,7 +240,7 @@ def from_log(log: Records, problem: Any, order: int) -> tuple[SegmentBVP, FloatA
 
     log : segment log of the exact solver
 
-    None where nothing moves relative to the brake: every angle that it holds is an equilibrium.
+    None if nothing moves relative to the brake: every angle that it holds is an equilibrium.
     """
     modes, first = log["mode"], problem.brake.first_forward
     codes = np.where(modes >= first, modes - first + 1, modes - first)
@@ -266,7 +266,7 @@ class Run(NamedTuple):
 
 
 def run(problem: Any, state: FloatArray, periods: int) -> Run:
-    """The exact flow from a state; raises ``NoOrbitError`` where it does not last."""
+    """The exact flow from a state; raises ``NoOrbitError`` if the run ends early."""
     rows = 16 + _ROWS * periods
     start, end = State(0, 0.0, state[0], state[1]), Instant(periods, 0.0)
     while True:

@@ -11,8 +11,8 @@ k after k         none; a mark at phase 0, for an orbit without events
 The velocity at an event is known. The unknowns are two numbers for each node: phase omega t
 [rad] (at a mark the velocity) and angle [rad]. Each segment gives two equations, by the closed
 form of its end: in angle and in velocity (at rest, in torque). For a given sequence these are
-smooth functions also where the solution is no orbit: beyond a graze, or with a rest of negative
-length. ``segment_orbit`` measures how far a solution is from there.
+smooth functions also if the solution is not an orbit: beyond a graze, or with a rest of negative
+length. ``segment_orbit`` computes the distance to these cases.
 """
 
 import math
@@ -32,9 +32,9 @@ from wedgebrake.dynamics.linear_flow import (
 from wedgebrake.dynamics.problem import slip_acceleration, torque_at_rest
 from wedgebrake.dynamics.segment_log import REST
 
-# Below this many radians of the fastest rate differences of closed forms are sums of a series.
+# Below this many radians of the fastest rate, differences of closed forms come from a series.
 _SHORT = 0.1
-# Below this many, derivatives are those of a length of zero.
+# Below this many radians, derivatives are those at length zero.
 _VANISHING = 1e-6
 # A jump of the torque at breakaway below this share of it is rounding.
 _NO_JUMP = 1e-12
@@ -51,7 +51,7 @@ class Node(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A segment between its neighbours; at the end of the orbit the phase counts on."""
+    """A segment between its neighbours; at the end of the orbit the phase continues to increase."""
 
     before: int
     code: int
@@ -63,7 +63,7 @@ class Segment(NamedTuple):
 class Equation(NamedTuple):
     """A function of the end of a slip, and its derivatives.
 
-    By phase, angle and velocity at its begin, and by phase at its end.
+    With respect to phase, angle and velocity at its beginning, and phase at its end.
     """
 
     value: float
@@ -320,7 +320,7 @@ def residual(problem, codes, order, sign, unknowns, values, matrix):
 
 @compiled
 def torque_scale(problem):
-    """Torque [N m] that the motion has: the largest of the driving and the holding torque."""
+    """Torque scale of the motion [N m]: the largest of the driving and the holding torque."""
     torque = problem.torque.amplitude
     for limit in (problem.brake.lower, problem.brake.upper):
         if not math.isinf(limit):

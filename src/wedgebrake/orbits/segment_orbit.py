@@ -1,6 +1,6 @@
 """The orbit of a solution of segments: its log, extremes, monodromy matrix and margins.
 
-The margins are its distances from where a segment would begin or cease to be.
+The margins are its distances from the beginning or end of a segment.
 """
 
 import math
@@ -46,14 +46,14 @@ QUANTITIES = ("duration", "touch", "holding", "crossing")
 
 
 def violated(margins: NDArray[np.record]) -> list[Margin]:
-    """Margins in which a solution fails to be an orbit, segment by segment."""
+    """Violated margins of a solution that is not an orbit, segment by segment."""
     lacking = ~np.stack([margins[name] > 0.0 for name in QUANTITIES], axis=-1)
     return [Margin(int(segment), QUANTITIES[k]) for segment, k in np.argwhere(lacking)]
 
 
 @compiled
 def _state_in(problem, segment, tau):
-    """State a time ``tau`` after the begin of a segment, at the section."""
+    """State a time ``tau`` after the beginning of a segment, at the section."""
     begin, rest = segment.begin, problem.driveline.rest_velocity
     if segment.code == 0:
         return begin.angle + rest * tau, rest
@@ -75,7 +75,7 @@ def write_log(problem, codes, order, unknowns, log):
         begin, code, before = segment.begin, segment.code, segment.before
         phase = begin.phase + (_TURN * order if i == n else 0.0)
         period, kind = math.floor(phase / _TURN), event_kind(before, code)
-        # A rest remembers the side from which it was entered, other segments where they go.
+        # A rest records the side from which it was entered, other segments their direction.
         up = before > 0 if kind == EventKind.STICK else code > before
         time, mode = (phase - _TURN * period) / omega, mode_of(problem.brake, code)
         side = 1.0 if up else -1.0
@@ -155,7 +155,7 @@ def widen_by_orbit(problem, codes, order, unknowns, sums):
 
 @compiled
 def monodromy_invariants(problem, codes, order, unknowns, log):
-    """(trace, determinant) of the monodromy matrix; they do not depend on the begin of the orbit.
+    """(trace, determinant) of the monodromy matrix; they do not depend on its first node.
 
     log : as of ``write_log``
     """
@@ -169,7 +169,7 @@ def monodromy_invariants(problem, codes, order, unknowns, log):
 
 @compiled
 def _see(margins, gap, side, phase, angle):
-    """Take a distance from a limit for the margin if it is the least so far."""
+    """Record a distance from a limit as the margin if it is the least so far."""
     if gap < margins.touch:
         margins.touch, margins.touch_side = gap, side
         margins.touch_phase, margins.touch_angle = phase, angle
@@ -191,7 +191,7 @@ def _touch_of_slip(problem, segment, margins):
     cells = cell_count(piece, forcing, tau, CELL)
     width = tau / cells
     before = kinematics_of(piece, forcing, begin.angle, begin.velocity, entry.phase)
-    # Into the piece and out of it the velocity goes one way, whatever rounding says.
+    # At the entry and exit the velocity has a known direction, regardless of rounding.
     rising = segment.code > segment.before
     if segment.before == segment.code:
         rising = before.acceleration > 0.0
@@ -201,7 +201,7 @@ def _touch_of_slip(problem, segment, margins):
         now = here.acceleration > 0.0
         if cell == cells and after != segment.code:
             now = after > segment.code
-        # Two extremes in one cell: the acceleration turns back between its ends.
+        # Two extremes in one cell: the acceleration has an extreme inside.
         middle, growing = until, before.jerk > 0.0
         if now == rising and growing != rising and (here.jerk > 0.0) == rising:
             middle, at = _turn(piece, forcing, entry, begin.phase, since, until, 3, growing)
@@ -229,7 +229,7 @@ def _touch_of_rest(problem, segment, margins):
     turn = angle_of_rate(torque, driveline.stiffness * w_rest)
     if math.isnan(turn):
         return
-    # The torque to be held is greatest at one phase and least at the opposite one.
+    # The torque to be held is largest at one phase and least at the opposite phase.
     for side in (1.0, -1.0):
         at = side * turn
         at += 2.0 * math.pi * math.ceil((begin.phase - at) / (2.0 * math.pi))
@@ -254,7 +254,7 @@ def _margins_at_end(problem, segment, margins):
     margins.crossing = through if after > code else -through
     held = torque_at_rest(problem.driveline, problem.torque, phase, end.angle)
     if after == 0:
-        # The near end of the interval is where the slip would not have ended.
+        # Beyond the near end of the interval the slip would not have ended.
         margins.holding = (held - brake.lower if code > 0 else brake.upper - held) / scale
     elif code * after < 0:
         margins.holding = (held - brake.upper if after > 0 else brake.lower - held) / scale
@@ -264,7 +264,7 @@ def _margins_at_end(problem, segment, margins):
 def compute_margins(problem, codes, order, unknowns, out):
     """Margins of each segment of a solution, into ``out`` (n,) of dtype ``MARGINS``.
 
-    Infinite where there is nothing to touch, or nothing to hold.
+    Infinite if there is no limit to touch, or no torque to hold.
     """
     for i in range(codes.size):
         segment = segment_of(problem.brake, codes, order, 1, unknowns, i)

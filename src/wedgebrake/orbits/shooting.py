@@ -23,9 +23,9 @@ from wedgebrake.orbits.stroboscopic_map import StroboscopicMap, iterate
 from wedgebrake.solvers.simulate import check_limits, check_state, choose_method
 
 _MOST_ORDER = 512
-# Steps of Newton's method on the flow; it need not converge, only come near.
+# Steps of Newton's method on the flow, which need only approximate the orbit.
 _STEPS, _NEAR = 40, 1e-7
-# Guesses tried, the nearest returns first.
+# Number of guesses that are tried, the nearest returns first.
 _GUESSES = 16
 # Search for an orbit if the motion has not settled: highest order, initial guesses for each order,
 # and periods of the run from which they are taken, of which the first ones are skipped.
@@ -59,13 +59,13 @@ def orbit(
     rtol : float
         Tolerance of "smooth", see ``simulate``.
     limit : int
-        Most periods to wait for the motion to settle.
+        Largest number of periods to wait for the motion to settle.
 
     Returns
     -------
     Orbit
         State, Floquet multipliers, segments and more; ``status`` says whether it was found, and
-        ``message`` what can be done if not.
+        ``message`` gives a remedy if not.
 
     Raises ``InputError`` for arguments that are invalid or do not fit the friction law.
     """
@@ -142,7 +142,7 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
 
 
 def _guesses(record: FloatArray, order: int) -> list[FloatArray]:
-    """Points to which the motion nearly returns, the nearest first, and the mean of all."""
+    """Points to which the motion nearly returns, nearest first, and the mean of all points."""
     nearest = [record[k] for k in _returns(record, order)[:_GUESSES]]
     mean = np.mean(record, axis=0)
     return [mean, *nearest] if order == 1 else [*nearest, mean]
@@ -161,7 +161,7 @@ def _isolated(system: BrakedDriveline) -> bool:
 
 
 def _near(problem: OrbitProblem, order: int, guesses: list[FloatArray]) -> Orbit:
-    """The first orbit of this order to which one of the guesses leads."""
+    """The first orbit of this order found from one of the guesses."""
     status = OrbitStatus.NOT_CONVERGED
     if not _isolated(problem.base):
         status = OrbitStatus.NOT_ISOLATED

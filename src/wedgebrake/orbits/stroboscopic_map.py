@@ -35,9 +35,9 @@ class StroboscopicMap:
         return 2 * self.order
 
     def scales(self, unknowns: FloatArray, problem: Any) -> FloatArray:
-        """The orbit's angle, and the velocity that belongs to it."""
+        """The angle scale of the orbit, and the corresponding velocity."""
         angle, velocity = np.max(np.abs(self._states(unknowns)), axis=0)
-        # At the section the one may vanish where the other is largest.
+        # At the section one of them may vanish where the other is largest.
         omega = problem.problem.torque.angular_frequency
         velocity = max(velocity, omega * angle) or 1.0
         return np.tile([max(angle, velocity / omega), velocity], self.order)
@@ -70,7 +70,7 @@ class StroboscopicMap:
         return float(np.trace(monodromy)), determinant
 
     def margins(self, unknowns: FloatArray, problem: Any) -> Records:  # noqa: ARG002
-        """Nothing: a smooth flow has no segments."""
+        """Return no margins: a smooth flow has no segments."""
         return np.empty(0, dtype=MARGINS)
 
     def follows_flow(
@@ -79,7 +79,7 @@ class StroboscopicMap:
         problem: Any,  # noqa: ARG002
         growth: float,  # noqa: ARG002
     ) -> bool:
-        """Return True: the equations are the flow."""
+        """Return True: the equations are the flow itself."""
         return True
 
     def points(self, unknowns: FloatArray, problem: Any) -> FloatArray:  # noqa: ARG002
@@ -110,7 +110,7 @@ class StroboscopicMap:
         """Difference to the mirror image half an orbit later, in shares of the orbit's size."""
         section = Section.of(system)
         states = self._states(unknowns)
-        # Far better than what is asked: an orbit next to a symmetric one is none.
+        # Much smaller than the tolerance: an orbit near a symmetric one is not symmetric.
         rtol = min(max(1e-3 * tolerance, 1e-13), 1e-9)
         end = simulate(
             system, 0.5 * section.duration(self.order), method="smooth", rtol=rtol, times=(),

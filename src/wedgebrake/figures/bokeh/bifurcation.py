@@ -24,7 +24,7 @@ from wedgebrake.figures.data.limits import about
 from wedgebrake.figures.data.partial import PartialDiagram
 
 _LABELS = {"velocity": "velocity at the section  [rad/s]", "angle": "angle at the section  [rad]"}
-# Height of the band of classes, and lower end of the points, as shares of the picture.
+# Shares of the height: the band of classes, and the space below the points.
 _BAND, _ABOVE = 0.055, 0.09
 # Sizes of points [px]: for few values, for many.
 _LARGE, _SMALL, _MANY = 3.2, 2.4, 250
