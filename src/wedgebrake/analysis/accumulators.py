@@ -15,20 +15,20 @@ from wedgebrake.dynamics.problem import Problem, torque_at_rest
 from wedgebrake.dynamics.section import return_time
 from wedgebrake.dynamics.segment_log import REST, duration
 
-# The motion is sampled once in so many radians of its fastest rate, for its extremes.
+# Sampling interval for the extremes of a motion, in radians of its fastest rate.
 _CELL = 1.5
 # A torque below this share of the peak at both ends of a cell does not reach it between them.
 _NEAR_PEAK = 0.5
-# Below this loss (as a share of one cycle) the work of the slope is no difference of energies.
+# Below this loss (share of one cycle) the work of the slope is not a difference of energies.
 _LOSSLESS = 1e-7
-# Gauss and Legendre's nodes and weights on (0, 1), exact to order 8.
+# Gauss-Legendre nodes and weights on (0, 1), exact to order 8.
 _NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)
 _WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
 @compiled
 def _widen(sums, theta, w, torque):
-    """Include a state and the brake's torque there in the extremes."""
+    """Include a state and its brake torque in the extremes."""
     widen(sums, theta, w)
     sums.peak_torque = max(sums.peak_torque, abs(torque))
 
@@ -40,7 +40,7 @@ def _add_rest(problem, row, tau, sums):
     omega, w_rest = torque.angular_frequency, driveline.rest_velocity
     sums.rest_time += tau
     begin = omega * row.time
-    # The ends, and where the held torque is stationary between them.
+    # The ends, and stationary points of the held torque between them.
     share = 2.0
     if torque.amplitude > 0.0:
         share = driveline.stiffness * w_rest / (torque.amplitude * omega)
@@ -58,7 +58,7 @@ def _add_rest(problem, row, tau, sums):
 
 @compiled
 def extreme(piece, forcing, entry, t0, low, high, rising):
-    """(time after entry, angle, velocity) of the extreme velocity between two such times.
+    """(time after entry, angle, velocity) of the extreme velocity between two times after entry.
 
     There the acceleration vanishes.
 
@@ -75,7 +75,7 @@ def extreme(piece, forcing, entry, t0, low, high, rising):
         else:
             high = tau
         step = a / j if j != 0.0 else math.inf
-        # What is left of Newton's way to the extreme changes the velocity by a step / 2.
+        # The remaining Newton steps to the extreme change the velocity by half a step.
         if abs(a * step) <= 1e-13 * abs(w) or high - low <= 1e-15 * high:
             break
         tau -= step
@@ -117,7 +117,7 @@ def _square_by_energy(piece, forcing, start, after, first):
 
 @compiled
 def _square_by_nodes(piece, forcing, entry, t0, tau):
-    """The same by quadrature, where nothing is lost or all is resonance."""
+    """The same by quadrature, without loss or at resonance."""
     fastest = max(forcing.angular_frequency, math.sqrt(piece.stiffness))
     cells = 1 + int(2.0 * fastest * tau)
     width = tau / cells
@@ -175,7 +175,7 @@ def _add_range(piece, forcing, start, after, entry, tau, sums):
 
 @compiled
 def add(problem, log, rows, sums):
-    """Add the first ``rows`` rows of a log to a record of ``SUMS``; the last one ends it."""
+    """Add the first ``rows`` rows of a log to a record of ``SUMS``; the last row is its end."""
     forcing = forcing_of(problem.driveline, problem.torque)
     interval = return_time(problem.torque)
     for i in range(rows - 1):

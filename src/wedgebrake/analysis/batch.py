@@ -1,4 +1,4 @@
-"""Many machines, one after another: the loop of every sweep, without Python in it."""
+"""Many machines in sequence: the compiled loop of every sweep."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from wedgebrake.dynamics.linear_flow import Driveline
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY
 from wedgebrake.dynamics.records import record as fields
 
-# Rows of the log that is worked through at once: it stays in the fastest cache.
+# Rows of the log that are processed at once, so that they stay in the fastest cache.
 ROWS = 256
 _FLOATS = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ CHOICE = fields(whole="driveline brake friction actuation excitation")
 
 
 class Tables(NamedTuple):
-    """Parts of machines, a row each; a row that begins with nan is no valid part.
+    """Parts of machines, one per row; a row that begins with nan is not a valid part.
 
     driveline, brake, actuation, excitation : of the dtypes above
     breakaway       : (n,) static coefficients of friction
@@ -50,9 +50,9 @@ class Tables(NamedTuple):
 
 
 def tables_of(rows: Mapping[str, Sequence[tuple[Any, ...] | None]]) -> Tables:
-    """Tables from the numbers of each part: its fields, or None for what is no valid part.
+    """Tables from the numbers of each part: its fields, or None for an invalid part.
 
-    Of friction: breakaway, speeds and coefficients, of as many points in every row; shorter
+    Of friction: breakaway, speeds and coefficients, with equal numbers of points per row; shorter
     rows end at infinite speeds.
     """
 
@@ -95,11 +95,11 @@ def _run(law, tables, choices, states, follow, settings, divergence_factor, resu
     law     : g(m, shape) of the brakes, compiled
     choices : (points,) of dtype ``CHOICE``
     states  : (points, 2) angle and velocity at t = 0
-    follow  : each point starts where the one before it ended, if it ran to its end
+    follow  : each point starts at the final state of the previous point, if that was completed
     divergence_factor : of ``assemble``
     results : (points,) of dtype ``RESULT``
     record  : (points, periods + 1, 2) receives the Poincare points that are reached;
-              no rows: not wanted
+              no rows: not recorded
     """
     work = workspace(tables.speeds.shape[1])
     arrays = arrays_for(settings, ROWS)

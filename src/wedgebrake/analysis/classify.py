@@ -1,6 +1,6 @@
 """The class of a motion, from its Poincare points and the growth of small deviations.
 
-The words and thresholds are explained in docs/theory.md, section 9.
+The classes and thresholds are explained in docs/theory.md, section 9.
 """
 
 import math
@@ -13,46 +13,46 @@ from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY
 
-# A motion has settled when all that is left to come is smaller than this share of its size.
+# A motion has settled when its remaining drift is smaller than this share of its size.
 SETTLED = 1e-6
 # Return distances below this share of the state, or of the motion's size, are rounding.
 ROUNDING = 1e-11
-# Longest period looked for, in periods of the torque, and the fewest returns of it to be seen.
+# Longest detected period, in periods of the torque, and least number of its repetitions.
 LONGEST = 512
 _RETURNS = 4
 # Periods without drift that count as settled.
 _LONG = 200
-# Two points of an orbit that are nearer than this, and come nearer than by this share in two
-# orbits, may be one in the end.
+# Two points of an orbit whose distance is less than this, and decreases by this share in two
+# orbits, may have one limit.
 _NEAR, _CLOSING = 1e-3, 0.999
-# A deviation that has grown by exp(8) is no accident of the norm; nor are three standard
+# Growth of a deviation by exp(8) is not an effect of the norm; neither are three standard
 # errors.
 _GROWN, _ERRORS = 8.0, 3.0
 _BATCHES = 8
-# Periods below which nothing aperiodic is told apart.
+# Least number of periods to distinguish aperiodic classes.
 _FEWEST = 32
-# Periods below which a torus is not told from a resonance of high order.
+# Least number of periods to distinguish a torus from a resonance of high order.
 _TORUS = 200
 # Distances that fall to less than exp(-0.35) = 0.7 from one half of the window to the other
-# are settling still.
+# are still settling.
 _FALLING = 0.35
 # Areas that change by less than this over the window are conserved.
 _CONSERVED = 1e-6
-# Growth of the logarithm of a deviation in a period of the orbit that is no rounding.
+# Growth of the logarithm of a deviation in a period of the orbit that exceeds rounding.
 _UNSTABLE = 1e-6
-# Returns in the first window of an automatic transient; each next one is twice as long.
+# Returns in the first window of an automatic transient; each window doubles the length.
 _FIRST_WINDOW = 64
 
 
 class Window(NamedTuple):
-    """Part of a motion on which its class is decided.
+    """Part of a motion that decides its class.
 
     points  : (m + 1, 2) Poincare points, angle [rad] and velocity [rad/s]
     weight  : factor that turns an angle into a velocity [1/s]; 0 where the angle is free
     size    : half the range of the velocity and of the weighted angle, added [rad/s]
     growth  : (m,) of a small deviation between returns (logarithm); nan where not known
     area    : mean growth of a small area (logarithm); -inf where the rank is lost
-    resting : nothing has slipped since the last but one return
+    resting : no slip since the last but one return
     """
 
     points: NDArray[np.float64]
@@ -67,7 +67,7 @@ class Verdict(NamedTuple):
     """Class, order and return distance of a motion, and its growths between returns.
 
     largest, error, second : logarithmic growth of a deviation, its standard error, and that of
-                             the deviation square to it
+                             the deviation normal to it
     """
 
     motion: MotionClass
@@ -112,9 +112,9 @@ def _farthest_return(points, n, begin, end, weight):
 
 @compiled
 def _merging(points, n, last, weight, size):
-    """(m, distance): the points of n periods still approach an orbit of m; 0: they do not.
+    """(m, distance): the points of n periods still approach an orbit of m periods; m = 0: not.
 
-    With a multiplier near -1 they do so from both sides in turn, and seem to settle on twice
+    With a multiplier near -1 they alternate between both sides, and seem to settle on twice
     the orbit.
     """
     for m in range(1, n // 2 + 1):
@@ -136,7 +136,7 @@ def _stays(points, n, now, weight, size):
         shrink = (now / before) ** (n / look)
         if now * shrink / (1.0 - shrink) <= SETTLED * size:
             return True
-    # Or no drift over half of a long window.
+    # Or there is no drift over half of a long window.
     far = n * (last // (2 * n))
     return far > _LONG and _farthest_return(points, far, last - n, last, weight) <= SETTLED * size
 
@@ -159,13 +159,13 @@ def _fewest(points, n, last, weight, room):
 
 @compiled
 def _share(length, size, rounding):
-    """A length over the motion's size; of what hardly moves, over its state instead."""
+    """A length over the size of the motion, or over its state if it hardly moves."""
     return length / (size + rounding / SETTLED) if length > 0.0 else 0.0
 
 
 @compiled
 def order_of(points, weight, size):
-    """(n, distance): the motion repeats after n periods, up to ``distance`` of its size.
+    """(n, distance): the motion repeats after n periods, within ``distance`` of its size.
 
     n = 0 where it does not repeat; the distance is then that of its best return.
     """
@@ -183,7 +183,7 @@ def order_of(points, weight, size):
         now = _farthest_return(points, n, last - look, last, weight)
         m, apart = _merging(points, n, last, weight, size)
         if m > 0:
-            # As near as settled points are: one already.
+            # As near as settled points: one limit already.
             return (m if apart <= SETTLED * size else 0), _share(apart, size, rounding)
         if now <= rounding or _stays(points, n, now, weight, size):
             m, apart = _fewest(points, n, last, weight, SETTLED * size + rounding)
@@ -254,7 +254,7 @@ def _average(points):
 def _aperiodic_class(window, mean, error):
     """Class of a motion that does not repeat, from the mean growth of a deviation and its error.
 
-    Without growths (nan) nothing aperiodic is told apart.
+    Without growths (nan) aperiodic classes are not distinguished.
     """
     points, count = window.points, window.growth.size
     if count < _FEWEST:
@@ -263,8 +263,8 @@ def _aperiodic_class(window, mean, error):
         return MotionClass.CHAOTIC
     if count < _TORUS or not abs(mean) * count <= 3.0 + math.log(count):
         return MotionClass.UNDECIDED
-    # A focus that still settles shrinks as fast as the root of its areas: the window must
-    # be long enough to see that, unless nothing shrinks at all.
+    # A settling focus shrinks as fast as the square root of its areas: the window must
+    # be long enough to show this, unless nothing shrinks.
     if abs(window.area) * count > _CONSERVED and window.area * count > -4.0:
         return MotionClass.UNDECIDED
     # The averages of both halves of the points must agree.
@@ -278,7 +278,7 @@ def _aperiodic_class(window, mean, error):
 
 @compiled
 def classify(window):
-    """First ``Verdict`` on a motion from a ``Window``; ``conclude`` is the last."""
+    """Preliminary ``Verdict`` on a motion from a ``Window``, completed by ``conclude``."""
     mean, error = mean_growth(window.growth)
     class_, order, returned = MotionClass.AT_REST, np.int64(0), 0.0
     if not window.resting:
@@ -291,12 +291,12 @@ def classify(window):
 
 @compiled
 def _attracts(first, returned, window):
-    """Return True if a motion that returns to ``returned`` of its size is on an orbit to stay.
+    """Return True if a motion that returns to ``returned`` of its size stays on its orbit.
 
-    What is left to come is a geometric series of the largest multiplier, exp(first), so that a
-    slow passage by the ghost of an orbit, where it is almost 1, is not taken for one. What returns
-    to rounding only must not be unstable. Where it is not known (nan), the return is all the
-    evidence.
+    The remaining drift is a geometric series of the largest multiplier, exp(first), so that a
+    slow passage near a vanished orbit, with a multiplier near 1, is not accepted. A return
+    to rounding must not be unstable. If the multiplier is unknown (nan), only the return
+    counts.
     """
     if math.isnan(first):
         return True
@@ -323,7 +323,7 @@ def conclude(window, verdict, first, second):
 
 @compiled
 def settling_of(points, order, last, weight, size):
-    """Number of returns after which the motion stayed at its final orbit."""
+    """Number of returns after which the motion stayed near its final orbit."""
     room = 10.0 * (SETTLED * size + rounding_of(points[: last + 1], weight, size))
     for k in range(last - order, -1, -1):
         if distance(points, k, last - (last - k) % order, weight) > room:
@@ -333,6 +333,6 @@ def settling_of(points, order, last, weight, size):
 
 @compiled
 def next_window(done, limit):
-    """End of the window after ``done`` returns: the last one is the second half of all."""
+    """End of the window after ``done`` returns; the last window is the second half of all."""
     target = max(2 * done, _FIRST_WINDOW)
     return limit if 2 * target > limit else target

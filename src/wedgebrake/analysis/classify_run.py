@@ -1,9 +1,9 @@
-"""One machine run and classified, by any solver: the numbers behind ``motion`` and every sweep.
+"""Run and classification of one machine by any solver, for ``motion`` and every sweep.
 
 The exact solver does it in one compiled kernel (``evaluate_point``). For the others this
-module runs the windows and the record, and the same functions decide (``classify``): with
+module runs the windows and the record, and uses the same functions (``classify``): with
 smooth friction a compiled kernel gives the periods, their derivatives from the variational
-equation and what they add up to; the paper's scheme gives responses, without derivatives.
+equation and their sums; the paper's scheme gives responses, without derivatives.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ State = tuple[float, float]
 Result = Any
 """A record of dtype ``evaluate_point.RESULT``."""
 
-# Samples from which size, peak torque and power are taken, at least: in a period of the torque
-# and in one of the free vibration. So many at most; below them there is no torque or power.
+# Least number of samples for size, peak torque and power: in a period of the torque
+# and of the free vibration; largest number. Without enough samples, no torque or power.
 _SAMPLES, _OF_NATURAL, _MOST_SAMPLES = 100, 20, 100_000
-# What shrinks below this share in a period is the rounding of the other direction.
+# A deviation that shrinks below this share in a period is rounding of the other direction.
 _RESOLVED = 1e-8
 # Number of speeds, and of refinements about the best, in the search for a largest torque.
 _SPEEDS, _ZOOMS = 200, 4
-# A period of which no more than this share is slip is rest; and a record.
+# Largest share of slip in a period, or a record, that counts as rest.
 _RESTING, _NO_SLIP = 1e-9, 1e-12
 
 
@@ -60,10 +60,10 @@ def classify_run(
 ) -> tuple[Result, FloatArray]:
     """Run a system and classify its motion.
 
-    begun : its transient, where that was run before (smooth friction)
+    begun : its transient, if it was run before (smooth friction)
 
     Returns (result, record): a record of ``evaluate_point.RESULT`` and the recorded Poincare
-    points, (n, 2): n = recorded periods + 1, or fewer where the run ended early.
+    points, (n, 2): n = recorded periods + 1, or fewer if the run ended early.
     """
     if method == "smooth":
         return _SmoothRun(system, initial, protocol, begun).classified()
@@ -80,29 +80,29 @@ def classify_run(
 
 
 class _Run:
-    """A run period by period; how it goes on is the solver's."""
+    """A run period by period, continued by the solver of the subclass."""
 
     def __init__(self, system: BrakedDriveline, initial: State, protocol: Protocol) -> None:
         self.system, self.protocol = system, protocol
         self.state, self.work, self.status = initial, 0, Status.COMPLETED
         self.points = np.array([initial], dtype=float)
         self.period = system.excitation.period
-        # Of the periods observed last; ``resting``: nothing slipped in the very last one.
+        # Of the periods observed last; ``resting``: no slip in the last period.
         self.sums, self.size, self.resting = empty_sums(), 1.0, False
         # Weight of an angle in distances: without a spring it does not matter.
         self.ruler = system.driveline.natural_frequency
         self.result: Result = evaluate_point.EMPTY.copy()[0]
 
     def advance(self, periods: int) -> None:
-        """Run on, and keep the Poincare points."""
+        """Continue the run, and keep the Poincare points."""
         raise NotImplementedError
 
     def observe(self, periods: int) -> None:
-        """Run on with all that the verdict needs: sums, size, rest in the last period."""
+        """Continue the run with all inputs of the verdict: sums, size, rest in the last period."""
         raise NotImplementedError
 
     def growth(self, periods: int) -> FloatArray:
-        """(periods, 2) growth of a deviation and of the one square to it (logarithms).
+        """(periods, 2) growth of a deviation and of the deviation normal to it (logarithms).
 
         nan where the solver gives no derivatives.
         """
@@ -113,7 +113,7 @@ class _Run:
         return math.nan, math.nan
 
     def complete_sums(self) -> None:
-        """Add to the sums over the record what was not needed before."""
+        """Complete the sums over the record."""
         raise NotImplementedError
 
     def classified(self) -> tuple[Result, FloatArray]:
@@ -133,7 +133,7 @@ class _Run:
         completed = self.status is Status.COMPLETED
         if completed and not protocol.automatic:
             verdict, result.judged = self._verdict(begin), protocol.recorded
-        # Beside the larger one nothing is resolved that shrinks so fast.
+        # A multiplier that is so much smaller than the other is not resolved.
         if not verdict.second > 0.5 * math.log(_RESOLVED):
             verdict = verdict._replace(second=math.nan)
         report(result, self.status.outcome, verdict, self.period)
@@ -146,7 +146,7 @@ class _Run:
         return result, record
 
     def _settle(self) -> Verdict:
-        """Run windows, each as long as all before it, until the motion has settled in one."""
+        """Run windows, each as long as all before it, until the motion has settled."""
         done, limit, verdict = 0, self.protocol.limit, classify.UNKNOWN
         while self.status is Status.COMPLETED and done < limit:
             begin, done = done, classify.next_window(done, limit)
@@ -267,8 +267,8 @@ class _SmoothRun(_Run):
 class _SchemeRun(_Run):
     """By the paper's fixed-step scheme, from its responses.
 
-    Neighbours part at the chatter of a fixed step: that is the scheme, not the motion, so that
-    there are no exponents and nothing aperiodic is told apart.
+    Neighbours diverge by the chatter of a fixed step, a property of the scheme, so that
+    there are no exponents and aperiodic classes are not distinguished.
     """
 
     def __init__(
@@ -319,9 +319,9 @@ class _SchemeRun(_Run):
 
 
 def _largest_torque(system: BrakedDriveline, low: float, high: float) -> float:
-    """Largest |brake torque| [N m] that a smooth law has between two sliding velocities.
+    """Largest |brake torque| [N m] of a smooth law between two sliding velocities.
 
-    A motion goes through all of them, and the torque depends on nothing else.
+    A motion passes through all of them, and the torque depends on the velocity only.
     """
     from wedgebrake.solvers.smooth.solve import torque_at
 
@@ -330,7 +330,7 @@ def _largest_torque(system: BrakedDriveline, low: float, high: float) -> float:
     ends = (low, high)
     for _ in range(_ZOOMS):
         speeds = np.linspace(*ends, _SPEEDS)
-        # Closer where the law is steep.
+        # More closely spaced where the law is steep.
         speeds = np.concatenate([speeds, np.clip(np.linspace(-width, width, _SPEEDS), *ends)])
         speeds.sort()
         torque = np.abs(torque_at(system, speeds))

@@ -1,4 +1,4 @@
-"""Datasets of what is measured on a response."""
+"""Datasets of measures of a response."""
 
 from __future__ import annotations
 
@@ -24,5 +24,5 @@ def dataset_over(
 
 
 def attributes(response: xr.Dataset, *names: str) -> dict[str, Any]:
-    """Attributes of a response, as far as it has them."""
+    """Attributes of a response that exist."""
     return {name: response.attrs[name] for name in names if name in response.attrs}

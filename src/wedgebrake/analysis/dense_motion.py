@@ -59,7 +59,7 @@ class DenseMotion:
         self.at_rest = self.sticking & given.set_valued
         inside = segments.inner_velocity + given.driveline.drive_speed
         self.forward, self.piece = inside > 0.0, np.zeros(inside.size, dtype=np.intp)
-        # What the brake holds at rest [N m].
+        # Torque that the brake holds at rest [N m].
         self.holding = -math.inf, math.inf
         if given.system is not None and given.set_valued:
             law = given.system.characteristic
@@ -71,7 +71,7 @@ class DenseMotion:
             )
             self.holding = law.holding
             if response.attrs.get("method") == "ode14x":
-                # Its band ends at the kinetic torques, eqs. (17) and (18).
+                # The stick band ends at the kinetic torques, eqs. (17) and (18).
                 self.holding = float(law.offsets[first - 1]), float(law.offsets[first])
         self._law = _torque_law(response, given)
         self.first, self.last = self._accelerations()
@@ -200,7 +200,7 @@ class DenseMotion:
             return velocity, sliding, torque
         rest = self.at_rest[:, None]
         velocity = np.where(rest, (segments.rotation / segments.duration)[:, None], velocity)
-        # At rest the brake holds what equilibrium demands; rounding, or a fixed step, may exceed
+        # At rest the brake torque follows from equilibrium; rounding, or a fixed step, may exceed
         # the limits.
         angle = segments.angle[:, None] + x * segments.rotation[:, None]
         held = self.excitation(x) - line.damping * velocity - line.stiffness * angle

@@ -60,7 +60,7 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     Every integral is computed from the motion between the recorded states, and none from the
     others, so that the residual measures their error. For responses of "exact" the motion between
     the states is known in closed form, whatever the sampling, and the residual is rounding: below
-    1e-12 of the energy turned over, more only if the rounding of the recorded times corresponds
+    1e-12 of the energy exchanged, more only if the rounding of the recorded times corresponds
     to more energy (a torque much slower than a lightly damped vibration). A smooth law passes
     through its steep layer between two samples: the residual is some 1e-6 with 200 samples in a
     period, 1e-3 with 20. A law that the response does not contain (custom friction, a brake
@@ -145,7 +145,7 @@ def _integrals(
     sums = {name: np.zeros(times.size - 1) for name in _INTEGRALS}
     for group in motion.quadrature_groups():
         rule = motion.select(group).quadrature()
-        # In blocks, to limit the memory.
+        # In blocks, to limit memory use.
         blocks = min(group.size, 1 + group.size * rule[0].size // _BLOCK)
         for rows in np.array_split(group, blocks):
             for name, values in _over_segments(motion.select(rows), *rule).items():
@@ -180,7 +180,7 @@ def _peak(motion: DenseMotion, nodes: FloatArray, inner: FloatArray) -> FloatArr
     outer = np.abs(motion.state(np.array([0.0, 1.0]))[2])
     x = np.concatenate(([0.0], nodes, [1.0]))
     torque = np.column_stack((outer[:, 0], inner, outer[:, 1]))
-    # And the vertex of the parabola through the largest value and its neighbours.
+    # Also the vertex of the parabola through the largest value and its neighbours.
     top = np.clip(np.argmax(torque, axis=1), 1, x.size - 2)
     rows = np.arange(top.size)
     left, right = x[top - 1] - x[top], x[top + 1] - x[top]
@@ -237,7 +237,7 @@ def _ratio(part: Any, whole: Any) -> Any:
 def _error(values: dict[str, FloatArray], largest_stored: float) -> float:
     """Largest residual as a fraction of the mean energy exchanged in a period.
 
-    If almost no energy is exchanged it refers to the stored energy, so that rounding stays small.
+    If almost no energy is exchanged, it refers to the stored energy, so that rounding stays small.
     """
     exchanged = sum(np.abs(values[name]) for name in _BALANCE[:5])
     scale = max(0.5 * float(np.mean(exchanged)), _LEAST_EXCHANGE * largest_stored)

@@ -1,6 +1,6 @@
-"""One machine evaluated exactly: run, settle, record, classify. The unit of work of every sweep.
+"""Exact evaluation of one machine: run, settle, record, classify. The unit of work of sweeps.
 
-No allocation: the caller lends the arrays, one set for each thread.
+No memory is allocated: the caller provides the arrays, one set for each thread.
 """
 
 import math
@@ -34,7 +34,7 @@ from wedgebrake.solvers.event_driven.trajectory import run
 
 _pieces_about = compiled(pieces_about)
 
-# What is known of a point. Numbers of sticks, and of periods, count returns to the section.
+# Results at a point. Numbers of sticks and periods refer to returns to the section.
 RESULT = record(
     fields=[
         ("outcome", np.int64),  # an ``Outcome``; -1: no valid machine
@@ -42,7 +42,7 @@ RESULT = record(
         ("order", np.int64),
         ("stick_class", np.int64),  # a ``StickClass``
         ("transient", np.int64),  # periods before the record
-        ("judged", np.int64),  # periods on which the class was decided
+        ("judged", np.int64),  # periods that decided the class
         ("events", np.int64),
         ("sticks_forward", np.float64),  # in a period
         ("sticks_backward", np.float64),
@@ -73,8 +73,8 @@ class Settings(NamedTuple):
 
     transient  : periods before the record; negative: as many as it takes to settle
     recorded   : periods of the record
-    limit      : most periods to wait for a motion to settle
-    max_events : events after which to give up
+    limit      : largest number of periods to wait for a motion to settle
+    max_events : events after which the run is stopped
     """
 
     transient: int
@@ -84,7 +84,7 @@ class Settings(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """Arrays lent to ``evaluate``.
+    """Arrays for ``evaluate``.
 
     log    : rows of the segment log, at least two
     points : (n, 2) Poincare points, by number of return;  growth : (n,)
@@ -121,7 +121,7 @@ def arrays_for(settings, rows):
 
 @compiled
 def _advance(problem, state, last, max_events, arrays, sums, deviations, growth):
-    """Run to the return number ``last``, with new sums of what passes: a ``_Passage``.
+    """Run to the return number ``last``, with new sums: a ``_Passage``.
 
     growth : as for ``propagate``, counted from the state's period
     """
@@ -148,7 +148,7 @@ def _advance(problem, state, last, max_events, arrays, sums, deviations, growth)
 def _orbit(problem, state, order, max_events, arrays):
     """Logarithms of the moduli of both multipliers of a periodic orbit; -inf: rank lost.
 
-    The second sums receive what one orbit adds up to.
+    The second sums receive the sums over one orbit.
     """
     weight = angle_weight(problem.driveline, problem.torque)
     there = _advance(
@@ -163,7 +163,7 @@ def _orbit(problem, state, order, max_events, arrays):
     half = 0.5 * (a + d)
     determinant = math.exp(there.log_determinant - 2.0 * there.log_scale)
     split = half * half - determinant
-    # A double multiplier splits by the root of its rounding.
+    # A double multiplier splits by the square root of its rounding.
     if split <= 1e-13 * (half * half + determinant):
         return 0.5 * there.log_determinant, 0.5 * there.log_determinant
     first = math.log(abs(half) + math.sqrt(split)) + there.log_scale
@@ -213,7 +213,7 @@ def _judge(problem, there, begin, ruler, max_events, arrays):
     first, second = _orbit(problem, there.state, order, max_events, arrays)
     whole = return_time(problem.torque) * (1.0 - 1e-12)
     if resting or (order == 1 and lasting and arrays.sums[1].rest_time >= whole):
-        # Every angle that the brake holds is an equilibrium; deviations of speed die at once.
+        # Every angle that the brake holds is an equilibrium; deviations of speed vanish at once.
         return Verdict(
             MotionClass.AT_REST, np.int64(0), verdict.return_distance, 0.0, 0.0, -math.inf
         )
@@ -247,7 +247,7 @@ def report(result, outcome, verdict, interval):
 
 @compiled
 def report_sums(result, sums, periods, interval, resting):
-    """Write sticks, torque and power of what some periods add up to into a result."""
+    """Write sticks, torque and power from the sums over some periods into a result."""
     forward, backward = sums.sticks_forward > 0.0, sums.sticks_backward > 0.0
     result.stick_class = StickClass.NON_STICK_SLIP + forward + backward
     if resting:
@@ -263,8 +263,8 @@ def report_sums(result, sums, periods, interval, resting):
 def evaluate(problem, angle, velocity, settings, arrays, result):
     """Run one machine from a state at t = 0, and evaluate its motion.
 
-    With an automatic transient windows run, each as long as all before it, until the motion has
-    settled in one; then the record.
+    With an automatic transient, windows run, each as long as all before it, until the motion has
+    settled; then the record.
 
     arrays : as from ``arrays_for``;  result : a copy of ``EMPTY``
 
@@ -275,7 +275,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     # Without a spring the angle does not matter.
     ruler = weight if problem.driveline.stiffness > 0.0 else 0.0
     arrays.points[0, ANGLE], arrays.points[0, VELOCITY] = angle, velocity
-    # A plain 0 would be a type of its own, and all that it reaches be compiled once more.
+    # A plain 0 has a different type and would cause a second compilation.
     state = State(np.int64(0), 0.0, angle, velocity)
     outcome, verdict, recording, settled = Outcome.COMPLETED, UNKNOWN, not automatic, False
     if not automatic:
@@ -302,7 +302,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
             settled = verdict.motion == MotionClass.AT_REST or verdict.order > 0
             result.judged = state.period - begin
         elif settled:
-            # Of the orbit, or the rest, as it is in the end.
+            # Of the final orbit, or of rest.
             order = max(verdict.order, 1)
             first, second = _orbit(problem, state, order, max_events, arrays)
             if verdict.order > 0:
@@ -328,7 +328,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     report(result, outcome, verdict, interval)
     if outcome != Outcome.COMPLETED:
         return begin, state.period + 1 if state.period > begin else begin
-    # One whole orbit, where the record may hold a broken number of them, or its end.
+    # Sums over one whole orbit if settled, since the record may end within an orbit.
     row, periods = (1, max(verdict.order, 1)) if settled else (0, settings.recorded)
     report_sums(result, arrays.sums[row], periods, interval, verdict.motion == MotionClass.AT_REST)
     result.size = size_of(sums, ruler)

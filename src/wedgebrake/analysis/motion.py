@@ -1,4 +1,4 @@
-"""The class of a motion, with the evidence beside it."""
+"""The class of a motion, with its evidence."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from wedgebrake.solvers.simulate import check_state, choose_method
 
 @dataclass(frozen=True, repr=False)
 class Motion(Result):
-    """How a system moves in the long run, and how that is known.
+    """Class of the steady motion of a system, with its evidence.
 
     kind              : "synchronous", "periodic", "quasi-periodic", "chaotic", "at rest",
-                        "diverged", "self-locked", or "undecided" where the transient has not
-                        died or the record is too short to tell
-    order             : periods of the torque in one of the motion; 0 where it does not repeat.
-                        Where no torque acts its period 1/frequency is counted all the same: a
-                        self-excited motion, whose period is another, is then quasi-periodic or
-                        undecided however well it repeats
+                        "diverged", "self-locked", or "undecided" if the transient has not
+                        decayed or the record is too short
+    order             : periods of the torque in one period of the motion; 0 if it does not repeat.
+                        If no torque acts, periods are still counted as 1/frequency: a
+                        self-excited motion, which has another period, is then quasi-periodic or
+                        undecided, however exactly it repeats
     stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as ``sticks`` says
     status            : how the simulation ended, as ``Status``
     transient         : periods that were run before the record
     settling          : with transient="auto": periods after which the motion stayed within
                         1e-5 of its final orbit; nan where it has none
-    judged            : periods from which the class was judged
-    return_distance   : how far it is from repeating, over the motion's size
+    judged            : periods that decided the class
+    return_distance   : distance from repetition, relative to the size of the motion
     largest_exponent, second_exponent
-                      : Lyapunov exponents [1/s]; the second is -inf where sticks take a
-                        dimension away, and nan where it is not resolved (smooth)
+                      : Lyapunov exponents [1/s]; the second is -inf where sticks remove a
+                        dimension, and nan where it is not resolved (smooth)
     exponent_error    : standard error of the largest [1/s]; 0 where a periodic orbit's
                         multipliers give it exactly, nan below 16 periods
     sticks_forward, sticks_backward : sticks in a period of the torque, by side of entry
@@ -62,7 +62,7 @@ class Motion(Result):
 
     @property
     def word(self) -> str:
-        """The class in a word: "synchronous", "6T-periodic", "chaotic"."""
+        """The class as one word: "synchronous", "6T-periodic", "chaotic"."""
         return f"{self.order}T-periodic" if self.kind == "periodic" else self.kind
 
     @property
@@ -92,7 +92,7 @@ class Motion(Result):
 
     @property
     def settled(self) -> bool:
-        """True if the class is known: the transient has decayed, or the run has ended for good."""
+        """True if the class is known: the transient has decayed, or the motion has ended."""
         return self.kind != "undecided"
 
     def as_dict(self) -> dict[str, Any]:
@@ -118,27 +118,27 @@ def motion(
     Parameters
     ----------
     system : BrakedDriveline
-        What moves.
+        System to simulate.
     periods : int
         With a number for ``transient``: number of the last period, default 250. With
         "auto": periods recorded after the transient, default 50.
     transient : int or "auto"
-        Periods left out. "auto" runs windows, each twice as long as the last, until the
-        motion has settled in one or ``limit`` periods have passed; (200, with periods=250,
-        is about the paper's protocol).
+        Periods left out. "auto" runs windows, each twice as long as the previous, until the
+        motion has settled or ``limit`` periods have passed (200, with periods=250,
+        is approximately the paper's protocol).
     limit : int
-        Most periods to wait, with "auto".
+        Largest number of periods to wait, with "auto".
     initial : (angle [rad], velocity [rad/s])
         State at t = 0.
     method, rtol, step, max_events, max_steps
         As in ``simulate``. Exponents come from the exact derivative of the flow with
         "exact", and from the variational equation with "smooth". The fixed step of
-        "ode14x" chatters, so that it has none, and nothing aperiodic is told apart.
+        "ode14x" chatters: it has no exponents, and aperiodic classes are not distinguished.
 
     Returns
     -------
     Motion
-        ``kind``, ``order``, ``stick_class`` and the evidence; ``verdict`` says it in words.
+        ``kind``, ``order``, ``stick_class`` and the evidence; ``verdict`` states them in words.
 
     Raises
     ------

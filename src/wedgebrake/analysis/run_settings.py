@@ -1,4 +1,4 @@
-"""How a motion is judged: how long a transient is left out, and how much is looked at."""
+"""Protocol of a classification: length of the transient and of the record."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from wedgebrake.analysis.evaluate_point import Settings
 
 AUTO: Literal["auto"] = "auto"
-# What the paper does: 25 s of which the first 20 s are left out, about 250 and 200 periods.
+# Protocol of the paper: 25 s, of which the first 20 s are left out, about 250 and 200 periods.
 PERIODS, TRANSIENT = 250, 200
 RECORDED = PERIODS - TRANSIENT
 LIMIT = 20_000
@@ -25,8 +25,8 @@ class Protocol:
     """Transient, record and limits of a run, in periods of the torque.
 
     transient : periods before the record, or "auto": as many as it takes to settle
-    recorded  : periods of the record, and of the judgement where ``transient`` is a number
-    limit     : most periods to wait for a motion to settle, with "auto"
+    recorded  : periods of the record, and of the classification if ``transient`` is a number
+    limit     : largest number of periods to wait for a motion to settle, with "auto"
     max_events, rtol, step, max_steps : limits and tolerances of the solvers, as for ``simulate``
     """
 
@@ -50,7 +50,7 @@ class Protocol:
 
     @property
     def settings(self) -> Settings:
-        """The numbers that the exact kernel takes."""
+        """The settings in the form of the exact kernel."""
         from wedgebrake.analysis.evaluate_point import Settings
 
         transient = -1 if self.automatic else self.first
@@ -64,14 +64,14 @@ class Protocol:
 def protocol(
     periods: int | None, transient: int | str, limit: int = LIMIT, **limits: Any
 ) -> Protocol:
-    """The protocol that a user asks for.
+    """The protocol requested by the user.
 
     periods   : with a number for ``transient``, the number of the last period (default 250);
-                with "auto", how many are recorded after the transient (default 50)
+                with "auto", the number recorded after the transient (default 50)
     transient : number of the first recorded period, or "auto"
     limits    : rtol, step, max_events and max_steps as for ``simulate``
 
-    Raises ``InputError`` for what makes no sense.
+    Raises ``InputError`` for invalid values.
     """
     asked = Protocol(AUTO, RECORDED, limit, **limits)
     check_limits(asked.rtol, asked.step, asked.max_events, asked.max_steps)

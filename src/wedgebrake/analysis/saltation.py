@@ -42,7 +42,7 @@ class Variation(NamedTuple):
 def _jump(problem, forcing, before, after):
     """(factor of y, factor of x in y) by which an event changes a deviation.
 
-    before : mode that ends;  after : row of the log that tells the event
+    before : mode that ends;  after : row of the log with the event
     """
     driveline, brake = problem.driveline, problem.brake
     phase = phase_at(forcing, after.time)
@@ -57,7 +57,7 @@ def _jump(problem, forcing, before, after):
         limit = brake.upper if after.side > 0.0 else brake.lower
         a = slip_acceleration(driveline, brake.pieces[after.mode], limit)
         rate = torque_rate_at_rest(driveline, problem.torque, phase)
-        # A rest that ends where the torque only touches the limit has no derivative.
+        # The end of a rest at which the torque only touches the limit has no derivative.
         return 0.0, -a * driveline.stiffness / rate if rate != 0.0 else 0.0
     return 1.0, 0.0
 
@@ -67,7 +67,7 @@ def propagate(problem, log, rows, deviations, growth, first):
     """Propagate two deviations along the first ``rows`` rows of a log.
 
     growth : (n,) receives, for each return, the logarithm by which the first deviation has
-             grown since the last one (the norm weighs the angle, see ``angle_weight``); the
+             grown since the previous return (the norm weighs the angle, see ``angle_weight``); the
              deviation is then scaled back. Empty: both are scaled together, so that nothing
              vanishes.
     first  : period number that growth[0] belongs to
@@ -75,7 +75,7 @@ def propagate(problem, log, rows, deviations, growth, first):
     Returns a ``Variation``.
     """
     forcing = forcing_of(problem.driveline, problem.torque)
-    # A brake that holds nothing at rest is no brake there: nothing jumps.
+    # A brake without holding torque causes no jump.
     holds = problem.brake.upper > problem.brake.lower
     interval = return_time(problem.torque)
     weight = angle_weight(problem.driveline, problem.torque)

@@ -1,4 +1,4 @@
-"""System and segments of a response: the motion between neighbouring states that it holds.
+"""System and segments of a response: the motion between its neighbouring states.
 
 Samples, events and Poincare points are merged. Every segment is smooth, since the brake torque
 jumps or bends only where two segments meet.
@@ -34,8 +34,8 @@ _STATES = (
 )
 _FINAL = ("final_time", "final_angle", "final_velocity")
 
-# Gauss and Legendre's nodes and weights on (0, 1), exact to order 12: the square of a quartic
-# velocity needs nine, a torque that bends the rest.
+# Gauss-Legendre nodes and weights on (0, 1), exact to order 12: the square of a quartic
+# velocity needs nine, a curved torque the rest.
 _X, _WEIGHT = np.polynomial.legendre.leggauss(6)
 NODES: FloatArray = 0.5 * (1.0 + _X)
 WEIGHTS: FloatArray = 0.5 * _WEIGHT
@@ -92,7 +92,7 @@ class Segments:
 
 
 def segments_between(response: xr.Dataset, low: float, high: float, shortest: float) -> Segments:
-    """Return the segments of a response between two times at which it holds a state [s].
+    """Return the segments of a response between two times at which it has a state [s].
 
     States closer to each other than ``shortest`` [s] count as one.
     """
@@ -148,7 +148,7 @@ def system_from_response(response: xr.Dataset) -> ResponseSystem:
         ) from None
     try:
         system = parse_study({name: tables[name] for name in PARTS}).system
-    except InputError:  # laws of the user's own, which tables do not hold
+    except InputError:  # custom laws, which tables do not contain
         known = Friction.kinds.get(kind, Friction)
         set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)
         return ResponseSystem(*parts, radius, set_valued, None)

@@ -1,4 +1,4 @@
-"""Lines of an amplitude spectrum, named by the known frequencies."""
+"""Lines of an amplitude spectrum, with names from the known frequencies."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 # Largest number of samples for the window's transform: that of a longer window differs by less
-# than 1e-6 when expressed in bins. For leakage it is tabulated at so many points within a bin.
+# than 1e-6 when expressed in bins. For leakage: table points within a bin.
 _LONGEST, _FINE = 4096, 32
 # A peak counts if it exceeds the leakage of stronger lines into its bin by this factor.
 _CLEAR = 2.0
@@ -42,7 +42,7 @@ _SPEC: dict[str, tuple[str, str]] = {
     "natural": ("1", "s, where the frequency is a f_e + s f_n with a whole number a; else 0"),
     "label": ("1", "name of the line"),
 }
-# What ``_describe`` returns of a line.
+# Results of ``_describe`` for a line.
 _DESCRIPTION: dict[str, Any] = {
     "order": float,
     "multiple": np.int64,
@@ -55,7 +55,7 @@ _DESCRIPTION: dict[str, Any] = {
 
 
 class _Known(NamedTuple):
-    """Known frequencies and what counts as equal to them [Hz]; 0 where not known."""
+    """Known frequencies and the tolerance of equality [Hz]; 0 if unknown."""
 
     forcing: float
     natural: float
@@ -69,7 +69,7 @@ def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -
     frequency and amplitude are interpolated: the ratio of the highest bin to the higher of
     its neighbours gives the distance from the bin, by the transform of the window itself
     (for "hann" in closed form 2 - 3/(1 + ratio), Grandke 1983), and that the amplitude. It is
-    exact for a line alone; two lines closer than the main lobe (4 bins of "hann") are not
+    exact for a single line; two lines closer than the main lobe (4 bins of "hann") are not
     separated.
 
     Names, with the tolerance of half the resolution (docs/theory.md, section 10):
@@ -87,7 +87,7 @@ def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -
     spectrum : xarray.Dataset
         As returned by ``wb.spectrum``.
     count : int
-        At most so many lines.
+        Largest number of lines.
     floor : float
         Lines below this share of the strongest one (but 0 Hz) are left out, in [0, 1).
 
@@ -214,7 +214,7 @@ def _describe(f: float, known: _Known) -> tuple[Any, ...]:
         free = known.natural > 0.0 and abs(f - known.natural) <= tolerance
         label = "mean" if f == 0.0 else "f_n" if free else _hertz(f, known)
         return math.nan, 0, math.nan, 0, 0, int(free), label
-    # Half way between two, the lower one, also where rounding lifts the line a little.
+    # Half-way between two multiples the lower one, also if rounding raises the line slightly.
     multiple = math.ceil((f - tolerance) / forcing - 0.5)
     offset = f - multiple * forcing
     fraction = _fraction(f / forcing, tolerance / forcing)

@@ -36,7 +36,7 @@ def spectrum(
     Proc. IEEE 66 (1978), 51-83, for windows, coherent gain and noise bandwidth.
 
     The paper's spectra use all 25 s of the response, the default here. Where the samples
-    span a whole number of torque periods, the last one, which repeats the phase of the
+    span a whole number of torque periods, the last sample, which repeats the phase of the
     first, is left out: forcing frequency and harmonics are then bins.
 
     Parameters
@@ -107,7 +107,7 @@ def window_weights(window: str | tuple[Any, ...], n: int) -> FloatArray:
 
     Raises ``ValueError`` or ``TypeError`` for anything that is not a window.
     """
-    if window == "hann":  # the usual one, without the half second that scipy.signal takes to load
+    if window == "hann":  # the default, without the half second for importing scipy.signal
         return 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1)[:-1])
     from scipy.signal import windows
 
@@ -176,7 +176,7 @@ def _samples(
 
 
 def _interval(times: FloatArray) -> float:
-    """The one step of the times [s]."""
+    """The common step of the times [s]."""
     steps = np.diff(times)
     interval = float((times[-1] - times[0]) / (times.size - 1))
     rounding = 8.0 * np.finfo(float).eps * float(np.max(np.abs(times)))
@@ -191,9 +191,9 @@ def _interval(times: FloatArray) -> float:
 
 
 def _whole_periods(times: FloatArray, interval: float, forcing: float) -> int:
-    """Number of samples to use: without the last if it repeats the phase of the first."""
+    """Number of samples to use, without the last if it repeats the phase of the first."""
     n = int(times.size)
     turns = float(times[-1] - times[0]) * forcing
-    # Off by less than a thousandth of a sample.
+    # To within a thousandth of a sample.
     repeats = round(turns) >= 1 and abs(turns - round(turns)) < 1e-3 * interval * forcing
     return n - 1 if repeats and n > 2 else n

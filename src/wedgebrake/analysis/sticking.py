@@ -88,7 +88,7 @@ def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
     """Return the class of stick-slip from ``start`` on (docs/theory.md, section 6).
 
     "at rest"                   : no slip at all
-    "non-stick-slip"            : no stick is entered
+    "non-stick-slip"            : slip without sticks
     "unidirectional stick-slip" : sticks are entered from one direction of motion only
     "bidirectional stick-slip"  : from both
 
@@ -139,7 +139,7 @@ def inside(value: Any, begin: float, end: float, name: str = "start") -> float:
 
 
 def _window(response: xr.Dataset, low: float, end: float) -> dict[str, Any]:
-    """Sticks that overlap the window between low and end."""
+    """Sticks that overlap the window from low to end."""
     names = ("start", "end", "entry", "exit")
     data = {name: response[f"stick_{name}"].to_numpy() for name in names}
     data["duration"] = data["end"] - data["start"]

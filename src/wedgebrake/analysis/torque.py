@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# States closer than this share of a period are one.
+# States closer than this share of a period count as one.
 _SAME = 1e-12
 
 
@@ -113,7 +113,7 @@ def _extremes(motion: DenseMotion, begin: FloatArray, end: FloatArray) -> FloatA
 
 
 def _window(response: xr.Dataset, start: Any, stop: Any, period: float) -> tuple[float, float]:
-    """Checked ends of the window [s]; a bound less than a sample outside moves to the end."""
+    """Checked ends of the window [s]; a bound outside by less than a sample is moved inside."""
     times = response["time"].to_numpy() if "time" in response.coords else np.empty(0)
     if times.size < 2 or "stick_start" not in response.data_vars:
         raise InputError(

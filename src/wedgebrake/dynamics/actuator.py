@@ -1,4 +1,4 @@
-"""The actuator's law (eq. 3), stated once for the model, the kernels and the measures.
+"""The actuator's law (eq. 3), common to the model, the kernels and the measures.
 
 Plain Python; kernels compile it.
 """
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Actuator(NamedTuple):
-    """F_a = initial_force + slope |v| [N], never below zero where ``release`` is on."""
+    """F_a = initial_force + slope |v| [N], never below zero if ``release`` is on."""
 
     initial_force: float
     slope: float
@@ -29,7 +29,7 @@ def force(actuator: Actuator, speed: float) -> float:
 
 
 def release_speed(actuator: Actuator) -> float:
-    """Speed [rad/s] from which on the brake is released; inf if there is none."""
+    """Release speed [rad/s]; inf if there is none."""
     if not actuator.release or actuator.slope >= 0.0:
         return math.inf
     return actuator.initial_force / -actuator.slope

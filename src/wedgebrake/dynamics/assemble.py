@@ -27,7 +27,7 @@ class Machine(NamedTuple):
     shape     : the parameters of the brake's law g(m, shape)
     breakaway : static coefficient of friction
     speeds, kinetic : (n,) sliding speeds [m/s] of the table of friction, and its coefficients;
-                what begins at an infinite speed is no part of it
+                points at infinite speeds do not count
     """
 
     driveline: Driveline
@@ -41,7 +41,7 @@ class Machine(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays of a ``Problem``, to be filled again for each machine."""
+    """Arrays of a ``Problem``, filled anew for each machine."""
 
     breakpoints: _FLOAT
     slopes: _FLOAT
@@ -63,10 +63,10 @@ def workspace(nodes):
 
 @compiled
 def velocity_scale(driveline, torque, breakpoints, offsets, angle, velocity):
-    """Velocity [rad/s] that the motion has where nothing grows, for tolerances.
+    """Velocity scale [rad/s] of a motion without growth, for tolerances.
 
     breakpoints : (n-1,) over the sliding velocity [rad/s];  offsets : (n,) [N m]
-    angle, velocity : a state that the motion passes
+    angle, velocity : a state of the motion
     """
     natural = math.sqrt(driveline.stiffness / driveline.inertia)
     push, farthest = 0.0, 0.0
@@ -104,8 +104,8 @@ def assemble(law, machine, angle, velocity, divergence_factor, work):
     """``Problem`` of a machine.
 
     law      : g(m, shape) of the brake, compiled
-    angle, velocity : a state that the motion passes
-    divergence_factor : multiple of the motion's velocity scale that is divergence
+    angle, velocity : a state of the motion
+    divergence_factor : multiple of the motion's velocity scale that counts as divergence
     work     : a ``Workspace``, which the problem refers to
     """
     shape, radius, given = machine.shape, machine.radius, machine.actuator
@@ -117,7 +117,7 @@ def assemble(law, machine, angle, velocity, divergence_factor, work):
     speeds, kinetic = work.speeds[:nodes], machine.kinetic[:nodes]
     backward = half(law, shape, radius, speeds, kinetic, given, release, -1.0, work.lines)
     for i in range(backward):
-        # From the fastest backwards to rest; the start speed of a line ends its mirror image.
+        # From the fastest backward line to rest; a line starts where its mirror image ends.
         line = work.lines[backward - 1 - i]
         work.offsets[i], work.slopes[i] = line.offset, -line.slope
         if i < backward - 1:

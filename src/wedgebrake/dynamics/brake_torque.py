@@ -13,7 +13,7 @@ from wedgebrake.dynamics import actuator
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.jit import compiled, compiled_for
 
-# A law's parameters: four numbers, the unused ones zero. A tuple, because arrays would be
+# Parameters of a law: four numbers, unused ones zero. A tuple, because arrays would be
 # reference-counted at every call.
 SHAPE_SIZE = 4
 SHAPE = types.UniTuple(types.float64, SHAPE_SIZE)
@@ -26,7 +26,7 @@ actuator_force = compiled(actuator.force)
 class SmoothBrake(NamedTuple):
     """A brake with any law of friction: m(v_r) and g(m) as functions, each with its parameters.
 
-    Kernels receive the functions apart, as the types of functions in a named tuple from
+    Kernels receive the functions separately, since the types of functions in a named tuple from
     outside do not match a signature, and join them inside.
     """
 
@@ -45,7 +45,7 @@ ACTUATOR = types.NamedTuple((types.float64, types.float64, types.boolean), Actua
 def brake_torque(brake, v):
     """R F_a(|v|) g(m(R v)) at the sliding velocity v [N m]  (eqs. 3, 5, 14, 15).
 
-    Zero where nothing presses; infinite at and beyond the wall of a self-locking brake.
+    Zero without actuation; infinite at and beyond the wall of a self-locking brake.
     """
     force = actuator_force(brake.actuator, abs(v))
     if force == 0.0:
@@ -63,8 +63,8 @@ def _gather(friction, brake):
 
 @cache
 def gather():
-    """Two laws as a list: to pass a function costs more than a period to solve.
+    """Two laws as a list: passing a function takes longer than solving a period.
 
-    Compiled when first asked for.
+    Compiled at first use.
     """
     return compiled_for((LAW, LAW))(_gather)

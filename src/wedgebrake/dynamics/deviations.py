@@ -6,7 +6,7 @@ from typing import NamedTuple
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import impulse
 
-# Logarithm of a growth or decay that doubles hold with room to spare.
+# Logarithm of a growth or decay that is well within the range of doubles.
 _REACH = 300.0
 
 
@@ -39,7 +39,7 @@ def scaled(deviations, norm):
 def through_piece(piece, tau, weight, deviations):
     """(deviations, logarithm of their scale) after a time ``tau`` in a piece."""
     g2, w2, scale = piece.damping, piece.stiffness, 0.0
-    # In parts where it shrinks or grows so much that a double would not hold it.
+    # In parts, if it shrinks or grows beyond the range of a double.
     parts = 1 + int(abs(g2) * tau / _REACH)
     h, rate = impulse(piece, tau / parts)
     top = rate + g2 * h

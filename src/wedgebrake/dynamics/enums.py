@@ -1,6 +1,6 @@
 """Codes shared by kernels and Python: one enumeration for each list of outcomes, kinds and classes.
 
-Members of an ``IntEnum`` are compared by kernels at the cost of integers. Values that are
+Kernels compare members of an ``IntEnum`` as fast as integers. Values that are
 written to results and stores must not change.
 """
 
@@ -21,7 +21,7 @@ class Outcome(IntEnum):
 
 
 class EventKind(IntEnum):
-    """Kind of a row of the segment log; those from ``STICK`` on, but ``END``, are events."""
+    """Kind of a row of the segment log; those from ``STICK`` on, except ``END``, are events."""
 
     START = 0
     RETURN = 1
@@ -59,9 +59,9 @@ class FlowForm(IntEnum):
 
 
 class MotionClass(IntEnum):
-    """Class of motion (docs/theory.md, section 9); -1 where nothing was computed.
+    """Class of motion (docs/theory.md, section 9); -1 if not computed.
 
-    Counted in periods of the torque, 1/frequency, also where its amplitude is 0.
+    Periods are those of the torque, 1/frequency, also if its amplitude is 0.
     """
 
     NONE = -1
@@ -82,7 +82,7 @@ class MotionClass(IntEnum):
 
 
 class StickClass(IntEnum):
-    """Class of stick-slip; -1 where nothing was computed."""
+    """Class of stick-slip; -1 if not computed."""
 
     NONE = -1
     AT_REST = 0

@@ -1,7 +1,7 @@
-"""The torque on the driveline, ``amplitude sin(angular_frequency t)``, as kernels see it.
+"""The torque on the driveline, ``amplitude sin(angular_frequency t)``, for kernels.
 
-Sine and cosine of its phase are computed here and nowhere else; whoever needs the torque or
-its derivatives at a time asks for the ``Phase`` there.
+Sine and cosine of its phase are computed only here; code that needs the torque or
+its derivatives at a time uses the ``Phase`` there.
 """
 
 import math

@@ -1,12 +1,12 @@
-"""How every kernel is compiled: once, cached on disk, strict floating point.
+"""Compilation of all kernels: once, cached on disk, strict floating point.
 
 Only contraction (fused multiply-add) is allowed beyond IEEE rules; reassociation and the
 assumption of finite values would break the proofs of ``bound`` and the tests for infinity.
 Division by zero gives infinity, as in NumPy.
 
-Numba's disk cache looks at the time stamp of the one file that holds a function, and would
+Numba's disk cache checks the time stamp of the file of a function only, and would
 serve a stale kernel after a change in another kernel that it calls. Here every cache
-carries the stamp of all files of these folders together.
+carries a common stamp of all files of these folders.
 """
 
 import warnings
@@ -29,7 +29,7 @@ _OPTIONS: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
     "fastmath": {"contract"},
-    # Stated, because a kernel would inherit it from the first one that calls it.
+    # Explicit, because a kernel would inherit it from its first caller.
     "forceinline": False,
 }
 
@@ -50,7 +50,7 @@ SOURCE_STAMP = _stamp()
 def compiled(function: Callable[..., Any], **options: Any) -> Any:
     """Compile a kernel at its first call."""
     dispatcher = njit(**{**_OPTIONS, **options})(function)
-    # Private, since Numba has no public way; test_compiling fails if this stops working.
+    # Private, since Numba has no public interface; test_compiling fails if this stops working.
     index = dispatcher._cache._cache_file
     index._source_stamp = SOURCE_STAMP
     index._load_index = partial(_index_or_none, index._load_index)
@@ -58,7 +58,7 @@ def compiled(function: Callable[..., Any], **options: Any) -> Any:
 
 
 def _index_or_none(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
-    """The index of a cache; empty where other sources wrote it, with types that are no more."""
+    """The index of a cache; empty if other sources wrote it, with types that no longer exist."""
     try:
         return load()
     except (AttributeError, ImportError):
@@ -76,8 +76,8 @@ def inlined(function: Callable[..., Any]) -> Any:
 def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a kernel at once, for one signature: laws come as function pointers.
 
-    Called with laws it has not seen, a kernel without a fixed signature would be compiled
-    again for each of them.
+    Without a fixed signature, a kernel would be compiled for every new law
+    again.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
@@ -90,7 +90,7 @@ def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def chosen_by_class(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
-    """Return a kernel that calls the one which belongs to the class of its first argument.
+    """Return a kernel that calls the kernel for the class of its first argument.
 
     The classes are named tuples. Kernels choose when they are compiled, at no cost at run time.
     """

@@ -5,9 +5,9 @@ Inside a piece the brake torque is ``offset + slope * velocity`` and the driveli
     theta'' + damping theta' + stiffness theta = forcing(t) + constant
     damping = (c + slope)/J,  stiffness = k/J,  forcing = T(t)/J,  constant = -offset/J
 
-Three forms of its solution are kept, each where it loses no digits (``FlowForm``):
+Three forms of its solution are used, each where it does not cancel (``FlowForm``):
 
-UNDERDAMPED, OVERDAMPED   forced part plus homogeneous part, the fast ones
+UNDERDAMPED, OVERDAMPED   forced part plus homogeneous part, fast
 CONFLUENT                 response from the entry state by divided differences of exp over
                           the roots and i*omega: critical damping, resonance and a free
                           driveline (k = 0) are then no special cases
@@ -64,10 +64,10 @@ class Driveline(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """Begin of a motion on a piece: the state, the phase of the torque, and coefficients.
+    """Start of a motion on a piece: the state, the phase of the torque, and coefficients.
 
     The homogeneous part of the angle is ``angle1`` times the first and ``angle2`` times the
-    second basis function, that of the velocity likewise. CONFLUENT uses the state alone.
+    second basis function, that of the velocity likewise. CONFLUENT uses the state only.
     """
 
     angle: float
@@ -159,7 +159,7 @@ def _exp_difference2(a, b, c):
     ab, bc, ca = abs(a - b), abs(b - c), abs(c - a)
     widest = max(ab, bc, ca)
     if widest >= 1.0:
-        # Divide by the widest gap: the numerator then loses at most one digit.
+        # Division by the widest gap, so that the numerator loses at most one digit.
         if ab == widest:
             return (_exp_difference(a, c) - _exp_difference(c, b)) / (a - b)
         if bc == widest:
@@ -222,7 +222,7 @@ def impulse(piece, tau):
 
 @compiled
 def _confluent(piece, forcing, entry, tau):
-    """State after ``tau`` from the entry state, for pieces where nothing may be divided."""
+    """State after ``tau`` from the entry state, for pieces whose form must avoid divisions."""
     f, omega = forcing.amplitude, forcing.angular_frequency
     theta0, w0 = entry.angle, entry.velocity
     root1, root2 = _roots(piece.damping, piece.stiffness)

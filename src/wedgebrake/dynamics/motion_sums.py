@@ -1,4 +1,4 @@
-"""Sums over a motion, whoever solved it: rest, sticks, heat, peak torque, range of the state."""
+"""Sums over a motion, for all solvers: rest, sticks, heat, peak torque, range of the state."""
 
 import math
 from typing import Any
@@ -19,9 +19,9 @@ SUMS = record(
         ("greatest_velocity", np.float64),
         ("least_angle", np.float64),
         ("greatest_angle", np.float64),
-        ("last_slip", np.float64),  # when slip was seen last, in returns
-        # Smooth friction: when the stick band was entered that the motion is still in [s], nan
-        # if it is in none, and from which side.
+        ("last_slip", np.float64),  # last time of slip, in returns
+        # Smooth friction: time of entry into the present stick band [s], nan if in none,
+        # and the side of entry.
         ("band_entered", np.float64),
         ("band_side", np.float64),
     ]

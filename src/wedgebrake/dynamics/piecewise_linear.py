@@ -1,6 +1,6 @@
 """The straight lines of a brake's torque over the sliding speed (eqs. 3 to 5, 22).
 
-Plain Python, compiled by ``assemble``: one brake and a million of them have the same lines.
+Plain Python, compiled by ``assemble``, so that single brakes and sweeps use the same lines.
 """
 
 import math
@@ -18,7 +18,7 @@ Law = Callable[[float, Sequence[float]], float]
 # Relative distance from a corner within which a speed is at the corner.
 CORNER = 1e-9
 
-# One line of torque against |v|, from a speed on.
+# One line of torque against |v|, with its start speed.
 LINE = record("start offset slope")
 
 
@@ -33,12 +33,12 @@ def half(
     side: float,
     lines: NDArray[np.record],
 ) -> int:
-    """Compute the lines of one direction of sliding, from rest on, and return their number.
+    """Compute the lines of one direction of sliding, starting at rest, and return their number.
 
     law, shape  : g(m) = law(m, shape)
-    speeds      : (n,) |v| of the table of coefficients [rad/s], from 0 on
+    speeds      : (n,) |v| of the table of coefficients [rad/s], starting at 0
     coefficients: (n,) kinetic coefficients
-    release     : speed from which on nothing presses [rad/s]; inf if there is none
+    release     : release speed [rad/s]; inf if there is none
     side        : +1 forwards, -1 backwards
     lines       : (n + 1,) of dtype ``LINE``, receives the result
     """
@@ -95,5 +95,5 @@ def holding(
     gain = radius * law(side * breakaway, shape)
     if not math.isinf(gain):
         return gain * actuator.initial_force
-    # A self-locking brake holds anything, unless nothing ever presses it.
+    # A self-locking brake holds any torque, unless it is never pressed.
     return math.inf if actuator.initial_force > 0.0 or actuator.slope > 0.0 else 0.0

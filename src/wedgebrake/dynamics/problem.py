@@ -1,4 +1,4 @@
-"""The machine as numbers: what every kernel is given.
+"""The machine as numbers: the input of every kernel.
 
 State layout: angle [rad] and velocity [rad/s] of the driveline, columns ``ANGLE`` and
 ``VELOCITY`` of arrays of states. Velocities are those of the driveline; the brake slides at
@@ -32,9 +32,9 @@ class PiecewiseLinearBrake(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """A machine with set-valued friction, as the exact solver takes it.
+    """A machine with set-valued friction, in the form of the exact solver.
 
-    divergence_velocity : speed past which growth is called divergence [rad/s]
+    divergence_velocity : speed beyond which growth counts as divergence [rad/s]
     """
 
     driveline: Driveline
@@ -68,7 +68,7 @@ def angle_weight(driveline, torque):
 
 @compiled
 def demanded_torque(driveline, drive, angle):
-    """Torque [N m] that keeps rest relative to the brake in equilibrium, under a driving torque."""
+    """Torque [N m] for equilibrium at rest relative to the brake, under a driving torque."""
     return drive - driveline.damping * driveline.rest_velocity - driveline.stiffness * angle
 
 
@@ -86,7 +86,7 @@ def torque_rate_at_rest(driveline, torque, phase):
 
 @compiled
 def slip_acceleration(driveline, piece, limit):
-    """Acceleration [rad/s^2] at the begin of slip in a piece, where rest ends at a torque limit.
+    """Acceleration [rad/s^2] at the start of slip in a piece, where rest ends at a torque limit.
 
     It is the step from static to kinetic torque, known without rounding.
     """

@@ -9,8 +9,8 @@ import numpy as np
 def record(floats: str = "", *, whole: str = "", fields: Iterable[tuple[Any, ...]] = ()) -> Any:
     """Dtype with fields of integers, then of floats (names in a string), or any ``fields``.
 
-    A field called like an attribute of a NumPy scalar, as ``size``, cannot be read as an attribute
-    in plain Python: it gives NumPy's.
+    A field with the name of a NumPy scalar's attribute, such as ``size``, is not an attribute
+    in plain Python: NumPy's own is returned.
     """
     named: list[Any] = [(name, np.int64) for name in whole.split()]
     named += [(name, np.float64) for name in floats.split()]

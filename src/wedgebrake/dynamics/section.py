@@ -1,7 +1,7 @@
 """The section at which a motion is sampled: the start of each period of the torque.
 
 Solvers log a row of kind ``RETURN`` wherever the motion returns to the section, and analysis
-reads nothing else of it: classes, orders and windows count returns. Time is kept as a number
+uses only these rows: classes, orders and windows count returns. Time is kept as a number
 of returns and the time since the last one, so that the phase keeps its digits in long runs.
 """
 

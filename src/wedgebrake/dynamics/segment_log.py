@@ -1,7 +1,7 @@
-"""The segment log: what every solver writes, and analysis reads.
+"""The segment log: written by every solver, and read by the analysis.
 
-A row is the begin of a segment of motion: what happened there, when, the state, the mode in
-which the motion goes on and the direction. The motion until the next row follows from the row.
+A row is the start of a segment of motion: the kind of event, time, state, the mode in
+which the motion continues, and direction. The motion until the next row follows from the row.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ SEGMENT = record(
 
 @compiled
 def write(log, rows, kind, period, time, angle, velocity, mode, side):
-    """Write one row and return the number of rows; the caller makes sure that there is room."""
+    """Write one row and return the number of rows; the caller ensures that there is room."""
     row = log[rows]
     row.kind = kind
     row.period = period

@@ -111,7 +111,7 @@ class OrbitSolution:
         return self.section.prime_order(self.points, tolerance)
 
     def is_symmetric(self, tolerance: float = SAME) -> bool:
-        """Return True if theta(t + nT/2) = -theta(t), n odd, and the brake is odd too."""
+        """Return True if theta(t + nT/2) = -theta(t), n odd, on a system with odd symmetry."""
         if self.order % 2 == 0 or not has_odd_symmetry(self.system):
             return False
         gap = self.mirror_difference(tolerance)

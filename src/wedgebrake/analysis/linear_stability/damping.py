@@ -1,4 +1,4 @@
-"""Damping of small vibration about steady sliding: the definition that the package uses.
+"""Damping of small vibration about steady sliding: the definition used in the whole package.
 
 On a turning shaft the machine slides steadily at the speed of the shaft, otherwise near rest in
 both directions. With smooth friction, near rest means at the end of the steep part of the law.
@@ -45,7 +45,7 @@ class Sliding(NamedTuple):
 
     @property
     def actuated(self) -> float:
-        """Speed at which the actuation is taken [rad/s]."""
+        """Speed at which the actuation is evaluated [rad/s]."""
         return 0.0 if self.near_rest else self.speed
 
 

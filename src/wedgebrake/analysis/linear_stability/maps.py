@@ -36,7 +36,7 @@ def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     Returns a dataset with these variables over those dimensions: ``margin`` (smallest margin in
     eta [1]; nan if the brake is released at the speed of the shaft), ``stable``, ``growth``
     (largest real part divided by the natural frequency [1]) and ``locked`` (no forward sliding
-    exists, and only backward sliding is judged; on a turning shaft, no sliding at its speed).
+    exists, and only backward sliding is evaluated; on a turning shaft, no sliding at its speed).
 
     With constant friction the whole grid is computed at once, otherwise point by point at about
     a thousand points per second.

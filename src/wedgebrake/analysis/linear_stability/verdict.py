@@ -1,4 +1,4 @@
-"""Linear verdict: eigenvalues and bifurcation points of steady sliding, in numbers and words.
+"""Linear verdict: eigenvalues and bifurcation points of steady sliding, as numbers and text.
 
 With constant friction and a pressed brake the damping of sliding is that of the paper,
 
@@ -148,7 +148,7 @@ class Stability(Result):
 def stability(system: BrakedDriveline) -> Stability:
     """Linear stability of steady sliding (eqs. 8 to 13, 23 to 29).
 
-    On a turning shaft sliding is judged at the speed of the shaft, otherwise near rest in both
+    On a turning shaft sliding is evaluated at the speed of the shaft, otherwise near rest in both
     directions, with the slope of the friction law and the release at that speed.
 
     system : the machine
