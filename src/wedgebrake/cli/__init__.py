@@ -1,11 +1,11 @@
 """The command line: ``wedgebrake COMMAND STUDY.toml``.
 
 main       the program: exit codes, errors without tracebacks
-commands   the commands, with their help; each calls a module of its own
+commands   the commands, with their help; each calls its own module
 options    arguments and options, with their help
 overrides, assignments
            the study of a command: --set, --method, --over and other options
-output     reports as JSON or text; files, checked before the work
+output     reports as JSON or text; files, checked before the computation
 progress, interrupts, streams
            progress, Ctrl-C, control characters
 """

@@ -29,7 +29,7 @@ def explore(
             " 'wedgebrake[app]'; in a clone, make app does it."
         )
     if not 0 <= port <= 65535:
-        raise InputError(f"--port {port}: must be 0 to 65535; 0 takes any that is free.")
+        raise InputError(f"--port {port}: must be 0 to 65535; 0 selects a free port.")
     for one in allowed:
         if not _ORIGIN.fullmatch(one):
             raise InputError(

@@ -35,7 +35,7 @@ _RANGE = "NAME=FROM:TO, for example eta=12:-60"
 
 
 def _parted(option: str, text: str, forms: str) -> tuple[str, str]:
-    """Name and values, both there."""
+    """Name and values, neither empty."""
     name, _, values = (part.strip() for part in text.partition("="))
     if not name or not values:
         raise InputError(f"{option} {as_typed(text)}: must be {forms}.")
@@ -82,9 +82,9 @@ def _check_changed(text: str, name: str) -> None:
         )
     if table == "sweep":
         raise InputError(
-            f"--set {as_typed(text)}: what is swept, and its settings, are options of the command"
-            " sweep: --over, --periods, --transient, --follow; of the others, for example"
-            " --set limit=5000."
+            f"--set {as_typed(text)}: swept parameters and their settings are options of the"
+            " command sweep: --over, --periods, --transient, --follow. Other settings are given by"
+            " --set, for example --set limit=5000."
         )
     if name in _EXAMPLES:
         raise InputError(
@@ -132,10 +132,10 @@ def parse_axes(texts: Iterable[str], system: BrakedDriveline) -> tuple[tuple[str
 
 
 def parse_range(option: str, text: str, system: BrakedDriveline) -> Range:
-    """The range that an option tells to follow orbits over.
+    """The range of a parameter over which orbits are followed, from an option.
 
     Raises ``InputError`` for a text of another form, a name that orbits of the system cannot be
-    followed over, equal ends, or one that is no possible value.
+    followed over, equal ends, or an end that is not a possible value.
     """
     from wedgebrake.orbits.problem import make_ranges
 
@@ -145,7 +145,7 @@ def parse_range(option: str, text: str, system: BrakedDriveline) -> Range:
     where = f"{option} {as_typed(text)}: "
     ends = values.split(":")
     if len(ends) != 2:
-        more = " The points between are chosen as the branch bends, see --step."
+        more = " The points between depend on the shape of the branch, see --step."
         raise InputError(f"{where}must be {_RANGE}.{more if len(ends) > 2 else ''}")
     first, last = (_number(where, end, _RANGE) for end in ends)
     try:
@@ -163,7 +163,7 @@ def _check_varied(
     allowed: Collection[str],
     refused: str,
 ) -> None:
-    """Refuse a name that is not allowed, in words that say so, with the nearest that is."""
+    """Refuse a name that is not allowed, and suggest the nearest allowed name."""
     _refuse_table(option, text, name, (*PARTS, "groups"))
     if name not in allowed:
         where = f"{option} {as_typed(text)}: "
@@ -172,7 +172,7 @@ def _check_varied(
 
 
 def _read(where: str, name: str, values: str) -> dict[str, Any] | list[float]:
-    """The values as a study file would have them."""
+    """The values in the form of a study file."""
     if ":" not in values:
         listed = [_number(where, one) for one in values.split(",")]
         if len(listed) == 1:
@@ -190,7 +190,7 @@ def _read(where: str, name: str, values: str) -> dict[str, Any] | list[float]:
         points = int(count)
     except ValueError:
         raise InputError(
-            f"{where}{shown(count)} is not a whole number. It must say how many values; {_EXAMPLE}."
+            f"{where}{shown(count)} is not a whole number. Give the number of values; {_EXAMPLE}."
         ) from None
     ends = {"from": _number(where, first), "to": _number(where, last)}
     return {**ends, "points": points, "scale": scale[0] if scale else "linear"}

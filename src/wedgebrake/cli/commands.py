@@ -1,4 +1,4 @@
-"""The commands. Everything heavy is imported when a command runs, so that help is instant."""
+"""The commands. Large packages are imported when a command runs, so that help is fast."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from wedgebrake.cli import options
 
 app = typer.Typer(
     name="wedgebrake",
-    help="Vibration of self-amplified friction brakes: is this brake on this driveline stable,"
-    " does it stick and slip, and how?",
+    help="Vibration of self-amplified friction brakes: stability of a brake on a driveline,"
+    " and its stick-slip motion.",
     epilog="A study is a TOML file that describes brake and driveline: `wedgebrake example paper"
-    " --out paper.toml` writes one, and `wedgebrake schema` describes all that it may contain. Exit"
-    " status: 0 done, 2 the input is wrong, 1 anything else.",
+    " --out paper.toml` writes an example, and `wedgebrake schema` describes its contents. Exit"
+    " status: 0 success, 2 invalid input, 1 any other error.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["--help", "-h"]},
     add_completion=False,
@@ -85,8 +85,8 @@ def simulate(
 
     Prints how the brake vibrates in the last fifth of the run, the class of stick-slip, the
     events, and the final state. With --json: parameters, groups, status, sticks, Poincare
-    points, class, stability and versions. A run that diverges or locks is an answer (exit
-    status 0); one that stops at max_events or max_steps is not (1).
+    points, class, stability and versions. A run that diverges or locks counts as a result (exit
+    status 0); a run stopped by max_events or max_steps is not (1).
     """
     from wedgebrake.cli.report import run
 
@@ -130,7 +130,7 @@ def sweep(
     max_steps of [run] apply too. Its duration, periods and samples_per_period belong to simulate:
     here --transient and --periods (or [sweep]) set the evaluated periods.
 
-    A point that diverges, locks, or cannot be built is an answer (exit status 0). Ctrl-C ends the
+    A point that diverges, locks, or is invalid counts as a result (exit status 0). Ctrl-C ends the
     sweep at once (exit status 1); with --store the computed points are kept, and the same command
     with --resume continues.
     """
@@ -167,18 +167,18 @@ def continue_(
     plot: options.OrbitPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Periodic motions over a parameter, stable or not, and where they change.
+    """Stable and unstable periodic motions over a parameter, and their bifurcations.
 
     Finds a periodic orbit at FROM and follows it to TO, with the branches that leave it.
-    Bifurcations are located to about nine digits: period doublings, folds, tori, and those that
-    only friction has, where a stick begins or ends.
+    Bifurcations are located to about nine digits: period doublings, folds, tori, and those of
+    friction, where a stick begins or ends.
 
     Prints how far the first motion is stable and what replaces it, the branches with the
-    intervals where they are stable, the bifurcations, and what their names mean; progress goes
+    intervals where they are stable, the bifurcations, and the meaning of their names; progress goes
     to standard error. Of [run], initial, method and rtol apply, and max_events and max_steps for
     the points beneath.
 
-    Stable means against small disturbances: other motions may coexist with a stable one. A few
+    Stability refers to small disturbances: other motions may coexist with a stable one. A few
     branches take seconds; many, as near self-locking or with smooth friction, take minutes.
 
     Exit status 2 if there is no orbit at FROM. Ctrl-C ends at once (exit status 1), and nothing
@@ -204,7 +204,7 @@ def paper(
         list[str] | None,
         typer.Argument(
             metavar="TARGET",
-            help="fig1 to fig19, claims, or all; several may be given. Without one, the targets are"
+            help="fig1 to fig19, claims, or all; repeatable. Without a target, the targets are"
             " listed.",
         ),
     ] = None,
@@ -218,11 +218,11 @@ def paper(
 
     Without a target, lists the figures. A figure is drawn into the folder, as fig8.png. claims
     tests each statement of the paper and prints the verdicts. all draws every figure, tests the
-    statements and writes report.html, one page that needs no connection, and claims.json; it takes
+    statements and writes report.html, a self-contained page, and claims.json; it takes
     one to two minutes. Figures are 183 mm wide, two columns of a journal.
 
     A verdict follows from numbers: reproduced, reproduced with a stated correction,
-    contradicted, or undecidable from the text. The exit status is 0 whatever they are. Each file
+    contradicted, or undecidable from the text. The exit status is 0 for all verdicts. Each file
     is written completely or not at all; Ctrl-C ends at once (exit status 1) and keeps the complete
     ones.
     """
@@ -251,7 +251,7 @@ def explore(
     allow: options.Allow = None,
     browser: options.Browser = True,
 ) -> None:
-    """The explorer: sliders change the machine, and verdict and pictures follow.
+    """The explorer: an interactive page with the verdict and pictures of a machine.
 
     Verdict, time history, phase portrait, Poincare section, spectrum, the drawn brake in motion,
     bifurcation diagram, maps of regimes and stability, basins. Loads and saves study files;
@@ -281,13 +281,13 @@ def schema() -> None:
 def example(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="[NAME]", help="Name of the example. Without one, all are listed."),
+        typer.Argument(metavar="[NAME]", help="Name of the example. Default: list all."),
     ] = None,
     out: options.NewStudy = None,
 ) -> None:
-    """Study files that come with wedgebrake, to run and to change.
+    """Example study files of wedgebrake, to run and to edit.
 
-    paper is the wedge brake of the source paper, sweep the same over the slope of its actuation
+    paper is the wedge brake of the source paper; sweep varies the slope of its actuation
     force. Without a name, lists all.
     """
     from wedgebrake.cli import examples
@@ -301,16 +301,16 @@ def example(
 
 
 @app.command(
-    short_help="What is installed, what is compiled, and is anything wrong?",
+    short_help="What is installed, what is compiled, and are there problems?",
     epilog="Example: wedgebrake doctor",
 )
 def doctor(as_json: options.AsJson = False) -> None:
-    """Installed packages and compiled kernels, and what to do if something is wrong.
+    """Installed packages and compiled kernels, with remedies for problems.
 
     Prints versions of wedgebrake, Python and all packages, which extras are complete, processors
-    and threads, the folder of compiled kernels and which exist, and a sentence for each thing that
-    is wrong. Each package is imported, which takes some seconds. Exit status: 0 nothing is wrong,
-    1 something is.
+    and threads, the folder of compiled kernels and which exist, and a sentence for each
+    problem. Each package is imported, which takes some seconds. Exit status: 0 no problem,
+    1 at least one problem.
     """
     from wedgebrake.cli import doctor as work
 

@@ -1,4 +1,4 @@
-"""The work of ``wedgebrake continue``: options checked before the work, the work, progress."""
+"""Implementation of ``wedgebrake continue``: checks of options, computation, progress."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _Hear = Callable[[Progress], None]
 # Settings of [run] that apply to the points beneath a picture.
 _OF_RUN = ("initial", "method", "rtol", "max_events", "max_steps")
 # Columns of points beneath branches of the exact method. With smooth friction they take a minute,
-# and a map has many cells: these are drawn on request alone.
+# and a map has many cells: these are drawn on request only.
 _COLUMNS, _MOST_COLUMNS = 200, 10_000
 # Largest number of periods in which a point of a map must settle.
 _PATIENCE = 2000
@@ -45,9 +45,9 @@ _PATIENCE = 2000
 class Order:
     """Options of the command line.
 
-    over, second : texts of the parameter that orbits are followed over, and of that for their
+    over, second : texts of the parameter over which orbits are followed, and of that for their
                    bifurcations
-    order        : of the first orbit; None: that of the motion that settles
+    order        : of the first orbit; None: that of the steady motion
     settings     : of the branches: switch, step, points
     beneath      : columns of simulated points beneath the picture; of a map, and rows
     """
@@ -62,9 +62,9 @@ class Order:
 
 
 def run(asked: Order, out: Path | None, as_json: bool) -> None:
-    """Check, follow, and simulate what comes beneath; then write and print the results.
+    """Check, follow, and simulate the points beneath; then write and print the results.
 
-    Raises ``InputError`` that names the option and the way out, ``Interrupted`` with a note, and
+    Raises ``InputError`` that names the option and a remedy, ``Interrupted`` with a note, and
     as ``wb.branches``.
     """
     begin = time.perf_counter()
@@ -213,7 +213,7 @@ def _boundaries(
 def _simulated(
     study: Study, ranges: dict[str, tuple[float, float]], columns: int, hear: _Hear
 ) -> xr.Dataset:
-    """Sweep or map that is drawn beneath the picture."""
+    """Sweep or map drawn beneath the picture."""
     settings: dict[str, Any] = {name: getattr(study.run, name) for name in _OF_RUN}
     settings |= {name: np.linspace(*ends, columns) for name, ends in ranges.items()}
     if len(ranges) == 1:
@@ -228,7 +228,7 @@ def _picture(
 ) -> Figure:
     """The branches, or the boundaries if they were followed.
 
-    Raises ``InputError`` where there is nothing to draw.
+    Raises ``InputError`` if there is nothing to draw.
     """
     from wedgebrake.figures.matplotlib.draw import plot
 
@@ -238,7 +238,7 @@ def _picture(
         return plot(beneath, boundaries=curves)
     if not curves:
         raise InputError(
-            "--plot: there is no boundary to draw, as nothing bifurcates that can be followed."
+            "--plot: there is no boundary to draw: no bifurcation can be followed."
             " Widen --over, raise --switch, or draw a map with --beneath."
         )
     return plot(curves[0], boundaries=curves[1:])

@@ -49,9 +49,9 @@ def continue_report(
     boundaries: list[tuple[BranchPoint, xr.Dataset]] | None,
     speed: dict[str, Any],
 ) -> dict[str, Any]:
-    """The data that ``continue --json`` prints, without kind and settings.
+    """The data of ``continue --json``, without kind and settings.
 
-    start      : the orbit that it begins with
+    start      : the first orbit
     boundaries : (bifurcation, its boundary); None without a second parameter
     speed      : seconds, and whether with compilation of the kernels
     """
@@ -87,7 +87,7 @@ def continue_report(
 
 
 def _numbers(followed: list[Followed]) -> dict[int, int]:
-    """Numbers of the bifurcations, as ``Followed.origin`` counts them, by identity."""
+    """Numbers of the bifurcations as in ``Followed.origin``, by identity."""
     found = [point for one in followed for point in one.branch.bifurcations]
     return {id(point): number for number, point in enumerate(found)}
 
@@ -151,7 +151,7 @@ def stable_stretches(one: Followed) -> list[tuple[int, int]]:
 
 
 def answer(name: str, followed: list[Followed]) -> str:
-    """How far the first motion is stable, and what replaces it."""
+    """Stable range of the first motion, and the motion that replaces it."""
     points, stretches = followed[0].branch.points, stable_stretches(followed[0])
     motion, begin = _motion(points[0]), f"{name} = {points[0].value:.6g}"
     if stretches and stretches[0][0] > 0:
@@ -175,7 +175,7 @@ def answer(name: str, followed: list[Followed]) -> str:
 
 
 def _course(name: str, one: Followed) -> str:
-    """How far a branch is stable that is so at its beginning, or that it is so nowhere."""
+    """Stable range of a branch that is stable at its beginning, or its instability."""
     points, stretches = one.branch.points, stable_stretches(one)
     if stretches and stretches[0][1] < len(points) - 1:
         end = points[stretches[0][1]]
@@ -202,7 +202,7 @@ def _loss_of_stability(point: BranchPoint) -> str:
 
 
 def continue_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
-    """The report of ``continue_report`` in words."""
+    """The report of ``continue_report`` as text."""
     parameter, (first, last) = report["parameter"], report["range"]
     name = parameter["name"]
     followed = (

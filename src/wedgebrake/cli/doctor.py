@@ -1,4 +1,4 @@
-"""The work of ``wedgebrake doctor``: what is there, what is wrong, and what to do."""
+"""Implementation of ``wedgebrake doctor``: installation, problems and remedies."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXTRAS = {
     "app": "the explorer, wedgebrake app",
     "cluster": "client= of sweeps",
 }
-"""Extras that add something to the use of wedgebrake, and what."""
+"""Extras for users of wedgebrake, and their purpose."""
 
 # Packages that are imported under another name.
 _MODULES = {"pillow": "PIL"}
@@ -32,13 +32,13 @@ _WIDTH = 96
 def examine() -> dict[str, Any]:
     """Return the state of the installation as plain data, with ``healthy`` and ``advice``.
 
-    An extra of which nothing is installed is no fault; one that is there in part is.
+    An extra that is not installed is not a problem; a partly installed extra is.
     """
     needed = packages()
     extras = {name: packages(name) for name in EXTRAS}
     cache, compiled = kernels()
     advice = _advice(needed, extras, cache)
-    # As sweeps.executor.processors, whose import loads, and at first compiles, the kernels.
+    # Like sweeps.executor.processors, whose import would load, and first compile, the kernels.
     affinity = hasattr(os, "sched_getaffinity")
     return {
         "wedgebrake": wedgebrake.__version__,
@@ -65,18 +65,18 @@ def examine() -> dict[str, Any]:
 
 
 def packages(extra: str = "") -> list[dict[str, Any]]:
-    """The packages of an extra, or those always needed, each one tried.
+    """The packages of an extra, or those always needed, each tested by import.
 
-    Each has a name as pip knows it, needed: the least version, "" where any will do; installed:
-    the version, or None; problem: why it does not serve, "" where it does.
+    Each has its name for pip; needed: the least version, "" if any is sufficient; installed:
+    the version, or None; problem: why it cannot be used, "" if it can.
 
-    Raises ``InputError`` where Python does not know what wedgebrake needs.
+    Raises ``InputError`` if Python does not know the requirements of wedgebrake.
     """
     try:
         lines = requires("wedgebrake") or []
     except PackageNotFoundError:
         raise InputError(
-            "doctor: wedgebrake is imported from a folder and not installed, so its needs are not"
+            "doctor: wedgebrake is imported from a folder, not installed: its requirements are not"
             " known. Install it: pip install wedgebrake, or in a clone pip install -e ."
         ) from None
     found = []
@@ -103,21 +103,21 @@ def _tried(name: str, needed: str) -> tuple[str | None, str]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             import_module(_MODULES.get(name, name.replace("-", "_")))
-    except Exception as error:  # whatever a broken package does at its import
+    except Exception as error:  # a broken package may raise any exception
         why = " ".join(f"{type(error).__name__}: {error}".split())
         return installed, f"cannot be imported ({why[:200]})"
     return installed, ""
 
 
 def _numbers(text: str) -> tuple[int, ...]:
-    """The leading numbers of a version, so that versions compare."""
+    """The leading numbers of a version, for comparison."""
     return tuple(int(number) for number in re.findall(r"\d+", text.partition("+")[0])[:3])
 
 
 def _advice(
     needed: list[dict[str, Any]], extras: dict[str, list[dict[str, Any]]], cache: dict[str, Any]
 ) -> list[str]:
-    """A sentence for each thing that is wrong: what, and the way out."""
+    """A sentence for each problem, with a remedy."""
     advice = []
     for one in needed:
         least = f">={one['needed']}" if one["needed"] else ""
@@ -129,7 +129,7 @@ def _advice(
                 f"The extra {name} is not in the record of the installation, which is older than"
                 " the program. Install wedgebrake again, in a clone with pip install -e ."
             )
-        if any(one["installed"] for one in parts):  # else it is not wanted
+        if any(one["installed"] for one in parts):  # otherwise the extra is not used
             for one in parts:
                 advice += _way_out(one, f" of the extra {name}", f"wedgebrake[{name}]")
     problem = cache["problem"]
@@ -153,7 +153,7 @@ def _way_out(one: dict[str, Any], of: str, wanted: str) -> list[str]:
 
 
 def text(report: dict[str, Any]) -> str:
-    """The same for a person."""
+    """The report as text."""
     compiled, cache = report["kernels"], report["cache"]
     lines = [
         f"wedgebrake {report['wedgebrake']} in {report['folder']}",
@@ -165,23 +165,23 @@ def text(report: dict[str, Any]) -> str:
     for name, extra in report["extras"].items():
         state = "complete" if extra["complete"] else "not complete"
         lines += ["", *_listed(f"Extra {name}, {state} ({extra['use']})", extra["packages"])]
-    lines += ["", f"Compiled kernels: {cache['folder'] or 'no place for them'}"]
+    lines += ["", f"Compiled kernels: {cache['folder'] or 'no folder'}"]
     if cache["problem"]:
         lines.append(f"  {cache['problem']}")
     done = len(compiled["compiled"])
-    rest = "; the others when they are first called, in seconds, and are then kept."
+    rest = "; the others are compiled within seconds at their first call, and kept."
     all_ = done == compiled["all"]
     lines.append(
         f"  {done} of {compiled['all']} are compiled for this machine{'.' if all_ else rest}"
     )
     if compiled["stale"]:
         stale = len(compiled["stale"])
-        lines.append(f"  {stale} of them are there from other sources or versions.")
+        lines.append(f"  {stale} of them exist from other sources or versions.")
     wrap = textwrap.TextWrapper(
         _WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
     )
     wrapped = [row for line in report["advice"] for row in wrap.wrap(f"- {line}")]
-    return "\n".join([*lines, "", *(wrapped or ["All is well."])])
+    return "\n".join([*lines, "", *(wrapped or ["No problems found."])])
 
 
 def _listed(title: str, parts: list[dict[str, Any]]) -> list[str]:

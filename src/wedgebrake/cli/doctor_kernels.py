@@ -1,4 +1,4 @@
-"""Compiled kernels: their cache, and which of them are compiled for this machine."""
+"""Compiled kernels: their cache, and the kernels compiled for this machine."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from typing import Any
 import wedgebrake
 
 _PACKAGE = Path(wedgebrake.__file__).parent
-# "linear_flow.constants-254.py311.nbi": an index of what is compiled of one function, by its line.
+# "linear_flow.constants-254.py311.nbi": index of the compiled signatures of one function.
 _INDEX = re.compile(r"(\w+\.\w+)-\d+\.py\d+\w*\.nbi")
 
 
 def kernels() -> tuple[dict[str, Any], dict[str, Any]]:
-    """The cache of the kernels, and the kernels, as they are now; nothing is compiled.
+    """Current state of the cache and of the kernels; nothing is compiled.
 
-    Of the cache: folder, None if no folder can be written; problem: why nothing can be kept or
+    Of the cache: folder, None if no folder is writable; problem: why nothing can be kept or
     read there, "" if there is none. Of the kernels: all, their number; and the names
     "package.module.function" of those compiled: that need no compilation on this machine, and
     stale: compiled from other sources, by another Numba or for another processor.
@@ -32,7 +32,7 @@ def kernels() -> tuple[dict[str, Any], dict[str, Any]]:
     try:
         from numba.core import config
 
-        if vars(config)["DISABLE_JIT"]:  # set as Numba loads, unknown to type checkers
+        if vars(config)["DISABLE_JIT"]:  # set when Numba is imported, unknown to type checkers
             problem = "compilation is switched off"
         else:
             folders = {package: _folder(package) for package in found}
@@ -59,14 +59,14 @@ def _folder(package: str) -> Path:
 
     source = _PACKAGE / package.replace(".", "/") / "__init__.py"
     scope: dict[str, Any] = {}
-    # Numba looks at the place of the source, and some kernels are compiled as they are imported.
+    # Numba uses the path of the source, and some kernels are compiled when they are imported.
     exec(compile("def kernel(): pass", source, "exec"), scope)  # noqa: S102
     cache = CompileResultCacheImpl(scope["kernel"])  # type: ignore[no-untyped-call]
     return Path(cache.locator.get_cache_path())
 
 
 def kernels_of_packages() -> dict[str, set[str]]:
-    """Kernels by package, from the sources: the functions that ``compiled`` is applied to."""
+    """Kernels by package, from the sources: functions decorated with ``compiled``."""
     found: dict[str, set[str]] = {}
     for path in sorted(_PACKAGE.rglob("*.py")):
         names = set() if path.stem == "jit" else set(_names_in(path))
@@ -98,7 +98,7 @@ def _compiles(node: ast.expr) -> bool:
 
 
 def _cached(folder: Path) -> tuple[set[str], set[str]]:
-    """Names compiled for this machine from these sources, and from others."""
+    """Names compiled for this machine from these sources, and from other sources."""
     import numba
     from numba.core.registry import cpu_target
 
@@ -113,10 +113,10 @@ def _cached(folder: Path) -> tuple[set[str], set[str]]:
             continue
         try:
             with path.open("rb") as file:
-                # As numba.core.caching.IndexDataCacheFile writes it; Numba itself trusts it.
+                # Written by numba.core.caching.IndexDataCacheFile; Numba itself trusts it.
                 same = pickle.load(file) == numba.__version__  # noqa: S301
                 stamp, overloads = pickle.loads(file.read()) if same else (None, {})  # noqa: S301
-        except Exception:  # damaged: Numba will compile anew
+        except Exception:  # damaged: Numba compiles it again
             stamp, overloads = None, {}
         usable = stamp == SOURCE_STAMP and any(key[1] == machine for key in overloads)
         (fresh if usable else stale).add(name[1])

@@ -1,4 +1,4 @@
-"""The command ``example``: study files that come with wedgebrake."""
+"""The command ``example``: example study files of wedgebrake."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.files import write
 
 _PACKAGE = Path(wedgebrake.__file__).parent
-# In an installed package; in a clone.
+# Folders in an installed package and in a clone.
 _FOLDERS = (_PACKAGE / "examples", _PACKAGE.parents[1] / "examples")
 
 
@@ -29,7 +29,7 @@ def listing() -> str:
 def example(name: str) -> str:
     """The text of an example.
 
-    Raises ``InputError`` for a name that is none.
+    Raises ``InputError`` for an unknown name.
     """
     paths = _paths()
     if name not in paths:

@@ -1,4 +1,4 @@
-"""Messages on compilation, and Ctrl-C as an exception of its own."""
+"""Messages on compilation, and a separate exception for Ctrl-C."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Interrupted(BaseException):
 
 @contextmanager
 def hearing_interrupts() -> Iterator[None]:
-    """Inside, Ctrl-C raises ``Interrupted``: what Typer does with KeyboardInterrupt varies."""
+    """Inside, Ctrl-C raises ``Interrupted``: the effect of KeyboardInterrupt in Typer varies."""
     ours = threading.current_thread() is threading.main_thread()
     if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield
@@ -47,9 +47,9 @@ def _interrupt(_: int, frame: FrameType | None) -> NoReturn:
 
 @contextmanager
 def announce_compilation(time: str = "about ten seconds") -> Iterator[list[str]]:
-    """Say once, on standard error, that kernels are being compiled, if they are.
+    """Report once, on standard error, that kernels are being compiled.
 
-    Yields a list that gets the message.
+    Yields a list that receives the message.
     """
     from numba.core import event
 
@@ -62,7 +62,7 @@ def announce_compilation(time: str = "about ten seconds") -> Iterator[list[str]]
                 say(said[0])
 
         def on_end(self, _: Any) -> None:
-            """Nothing to say."""
+            """No message."""
 
     with event.install_listener("numba:compile", Listener()):
         yield said

@@ -1,6 +1,6 @@
 """The program: commands, exit codes, and errors without tracebacks.
 
-Exit status: 0 done, 2 the input is wrong, 1 anything else.
+Exit status: 0 success, 2 invalid input, 1 any other error.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import os
 import sys
 
 USUAL_COLLECTIONS = gc.get_threshold()
-"""How often Python collects garbage of itself."""
+"""Python's default thresholds of garbage collection."""
 
 
 def main() -> None:
@@ -49,7 +49,7 @@ def _interrupted(*notes: str) -> None:
 def _run() -> None:
     from wedgebrake.errors import InputError, OutputError
 
-    # Libraries make objects by the hundred thousand as they load, which stay: a collection
+    # Libraries create hundreds of thousands of permanent objects on import: a collection
     # after every 700 finds nothing and costs a quarter of a second.
     gc.set_threshold(50_000, 10, 10)
     try:
@@ -68,10 +68,10 @@ def _run() -> None:
     except OSError as error:
         _stop_at(error)
     except Exception as error:
-        if "no locator available" in str(error):  # in Numba's words, as it loads
+        if "no locator available" in str(error):  # message of Numba at import
             _stop(
                 "error: compiled kernels cannot be kept anywhere. Set NUMBA_CACHE_DIR to a folder"
-                " that can be written; wedgebrake doctor says more.",
+                " that can be written; see also wedgebrake doctor.",
                 1,
             )
         if os.environ.get("WEDGEBRAKE_TRACEBACK"):

@@ -1,4 +1,4 @@
-"""Arguments and options that the commands take, with their help. Imports nothing heavy."""
+"""Arguments and options of the commands, with their help. Imports no large packages."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ Store = Annotated[
     ),
 ]
 Resume = Annotated[
-    bool, typer.Option("--resume", help="Continue the sweep that is in the store, if there is one.")
+    bool, typer.Option("--resume", help="Continue the sweep in the store, if there is one.")
 ]
 
 # Of continue.
@@ -157,7 +157,7 @@ OrbitOver = Annotated[
     list[str] | None,
     _option(
         "NAME=FROM:TO",
-        "Parameter to follow the motion over: a parameter (inertia) or a group (eta, f, F0,"
+        "Parameter over which the motion is followed: a parameter (inertia) or a group (eta, f, F0,"
         " alpha). The first orbit is searched for at FROM.",
         "--over",
     ),
@@ -176,15 +176,15 @@ Order = Annotated[
     _option(
         "N",
         "Torque periods of the first orbit, which may then be unstable; initial of [run], if"
-        " given, is its starting guess. Default: the motion that settles from initial (or rest).",
+        " given, is its initial guess. Default: those of the steady motion from initial (or rest).",
     ),
 ]
 Switch = Annotated[
     int,
     _option(
         "N",
-        "How many times to follow branches that leave a branch, as at period doublings; 0: the"
-        " first branch alone.",
+        "Levels of branches that leave other branches, as at period doublings; 0: the"
+        " first branch only.",
     ),
 ]
 Step = Annotated[float, _option("SHARE", "Longest step along a branch, as a share of the range.")]
@@ -193,26 +193,26 @@ Beneath = Annotated[
     int | None,
     _option(
         "N",
-        "Columns of simulated points beneath the picture, as sweep draws them; 0 for none; with"
-        " --and a map of N by N cells. Default: 200 beneath branches of the method exact, else"
+        "Columns of simulated points beneath the picture, as drawn by sweep; 0 for none; with"
+        " --and a map of N by N cells. Default: 200 beneath branches of method exact, otherwise"
         " none.",
     ),
 ]
 
 # Of app.
-Port = Annotated[int, _option("N", "Port to listen on; 0 takes any free one.")]
+Port = Annotated[int, _option("N", "Port to listen on; 0 selects a free port.")]
 Address = Annotated[
     str,
     _option(
         "HOST",
-        "Address to listen on. By default this machine alone; 0.0.0.0 for all that can reach it.",
+        "Address to listen on. Default: this computer only; 0.0.0.0 accepts other computers.",
     ),
 ]
 Allow = Annotated[
     list[str] | None,
     _option(
         "HOST:PORT",
-        "Name of the page in the browser's address line, if it is not this machine's own name:"
+        "Name of the page in the browser's address line, if it is not this computer's own name:"
         " HOST, or HOST:PORT. Repeatable.",
         "--allow",
     ),

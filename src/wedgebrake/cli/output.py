@@ -1,4 +1,4 @@
-"""What commands print, one dict as JSON or as text, and the files that they write."""
+"""Output of commands: one dict as JSON or as text, and files."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _plain(value: Any) -> Any:
 
 
 def versions() -> dict[str, str]:
-    """Of Python and of the libraries that compute."""
+    """Versions of Python and of the numerical libraries."""
     return {"python": platform.python_version()} | {name: version(name) for name in _LIBRARIES}
 
 
@@ -63,7 +63,7 @@ def header(system: BrakedDriveline) -> dict[str, Any]:
 
 
 def describe(system: BrakedDriveline, swept: Collection[str] = ()) -> str:
-    """The system in one line: its brake, friction, and groups that ``swept`` leaves alone."""
+    """The system in one line: its brake, friction, and groups that ``swept`` does not change."""
     given = system.groups.as_dict()
     groups = [
         f"{name} = {given[name]:.6g}"
@@ -81,7 +81,7 @@ def with_unit(unit: str) -> str:
 
 
 def timed(what: str, speed: Mapping[str, Any]) -> str:
-    """How long it took to compute ``what``, by the entry "speed" of a report."""
+    """Duration of the computation of ``what``, from the entry "speed" of a report."""
     rate = speed.get("points_per_second")
     notes = [f"{rate:.3g} points/s"] if rate else []
     notes += ["with compilation of the kernels"] if speed["with_compilation"] else []
@@ -89,9 +89,9 @@ def timed(what: str, speed: Mapping[str, Any]) -> str:
 
 
 def check_target(option: str, path: Path, suffixes: tuple[str, ...]) -> None:
-    """Refuse a path that could not be written, before any work is done.
+    """Refuse a path that could not be written, before the computation.
 
-    Raises ``InputError`` that names the option, the path and the way out.
+    Raises ``InputError`` that names the option, the path and a remedy.
     """
     if path.suffix.lower() not in suffixes:
         raise InputError(
@@ -104,9 +104,9 @@ def check_target(option: str, path: Path, suffixes: tuple[str, ...]) -> None:
 
 
 def check_folder(option: str, path: Path, folder: Path) -> None:
-    """Refuse a path if no new file can be made in a folder, as beside it.
+    """Refuse a path if no new file can be created in a folder, such as its own.
 
-    Raises ``InputError`` that names the option, the path and the way out.
+    Raises ``InputError`` that names the option, the path and a remedy.
     """
     beside = folder / f".{path.name}.{secrets.token_hex(6)}.part"
     try:
@@ -116,7 +116,7 @@ def check_folder(option: str, path: Path, folder: Path) -> None:
             beside.unlink(missing_ok=True)
     except FileNotFoundError:
         there = folder.is_dir()
-        what = "takes no files. Choose" if there else "does not exist. Create it, or choose"
+        what = "is not writable. Choose" if there else "does not exist. Create it, or choose"
         raise InputError(
             f"{option} {path}: cannot be written: the folder {folder} {what} another one."
         ) from None
@@ -150,11 +150,11 @@ def finish(
     picture: tuple[Path | None, Callable[[], Any]],
     store: Path | None = None,
 ) -> None:
-    """Write the files that were asked for, and print the report even if one of them fails.
+    """Write the requested files, and print the report even if one of them fails.
 
-    report  : gets the places of the files, if it has an entry for them
+    report  : receives the paths of the files, if it has an entry for them
     data    : the path, and the dataset
-    picture : the path, and what makes the figure
+    picture : the path, and the function that returns the figure
 
     Raises the first error of a file.
     """

@@ -14,11 +14,11 @@ from wedgebrake.model.study import METHODS, Study, load_study
 from wedgebrake.model.sweep_settings import Sweep
 from wedgebrake.model.validation import as_typed
 
-# Settings that a sweep and a continuation do not use, and what to give instead.
+# Settings that a sweep and a continuation do not use, and their replacements.
 NOT_SWEPT = {
     "periods": "belongs to simulate. For a sweep give --periods.",
     "duration": "belongs to simulate. For a sweep give --periods, in periods of the torque.",
-    "samples_per_period": "belongs to simulate. A sweep looks once in each period. Leave it out.",
+    "samples_per_period": "belongs to simulate. A sweep samples once in each period. Leave it out.",
 }
 NOT_CONTINUED = {
     **dict.fromkeys(
@@ -41,7 +41,7 @@ def load(
 ) -> Study:
     """Read a study file and apply ``--set`` and ``--method``.
 
-    unused  : settings that the command does not use, and what to give instead
+    unused  : settings that the command does not use, and their replacements
     options : of the command; their names must not be set as well
 
     Raises ``InputError``.

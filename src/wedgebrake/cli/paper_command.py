@@ -1,4 +1,4 @@
-"""The work of ``wedgebrake paper``: what is asked, progress, files, and words for it."""
+"""Implementation of ``wedgebrake paper``: request, progress, files and text."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from wedgebrake.paper.report.content import Made, counts, score
 
 ALL, CLAIMS = "all", "claims"
 OTHERS = {
-    CLAIMS: "what comes of each statement of the paper, as text",
+    CLAIMS: "the verdict on each statement of the paper, as text",
     ALL: "every figure, the statements, and a report on them as one HTML page",
 }
 KINDS = ("png", "svg", "pdf")
 FOLDER, REPORT, DATA = Path("paper"), "report.html", "claims.json"
 _MOST_THREADS = 1024
-# Columns of the list at most, of a verdict's lines where no terminal says how many, of both at
-# least; and of the space before a verdict's further lines.
+# Largest width of the list, width of verdicts without a terminal, smallest width of both
+# [columns]; and indent of the further lines of a verdict.
 _WIDTH, _LINE, _LEAST, _INDENT = 100, 120, 60, 4
 
 
@@ -45,7 +45,7 @@ class Order:
     """Request of the command line, checked.
 
     targets : figures to draw, claims, all
-    out     : where files go; by default the folder paper if there are figures
+    out     : folder of the files; by default the folder paper if there are figures
     method, threads : of the laboratory
     kind    : of the figures' files
 
@@ -79,7 +79,7 @@ class Order:
 
     @property
     def folder(self) -> Path | None:
-        """Where files go; None where there are none."""
+        """Folder of the files; None if there are none."""
         return self.out or (FOLDER if self.figures else None)
 
 
@@ -91,12 +91,12 @@ def run(
     kind: str,
     as_json: bool,
 ) -> None:
-    """Draw, test and write what is asked and print the results; without a target list all.
+    """Draw, test and write the request and print the results; without a target list all.
 
-    Files appear in the folder as they are complete, each whole or not at all.
+    Files appear in the folder when they are complete; none is written in part.
 
-    Raises ``InputError`` for a folder that cannot be, ``OutputError`` where a file cannot be
-    written, and ``Interrupted`` with a note on what is kept.
+    Raises ``InputError`` for an impossible folder, ``OutputError`` if a file cannot be
+    written, and ``Interrupted`` with a note on kept files.
     """
     if not targets:
         listed = {
@@ -154,7 +154,7 @@ def _work(order: Order, laboratory: Laboratory, watch: _Watch) -> tuple[Finding,
 
 
 class _Watch(Watch):
-    """Hears of what is done in other threads; writes and shows it in the main one."""
+    """Receives results of other threads; writes and shows them in the main thread."""
 
     def __init__(self, folder: Path | None) -> None:
         super().__init__()
@@ -166,11 +166,11 @@ class _Watch(Watch):
         self._files: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
 
     def run(self) -> None:
-        """One more run is done."""
+        """Count a completed run."""
         self._add(runs=1)
 
     def part(self) -> None:
-        """One more part is done."""
+        """Count a completed part."""
         self._add(parts=1)
 
     def _add(self, *, parts: int = 0, runs: int = 0) -> None:
@@ -181,12 +181,12 @@ class _Watch(Watch):
             self.hear(Stage(self._parts, self.total, words=words))
 
     def file(self, name: str, content: bytes) -> None:
-        """A file is complete; it is dropped where there is no folder."""
+        """Receive a complete file; it is discarded if there is no folder."""
         if self._folder is not None:
             self._files.put((name, content))
 
     def show(self) -> None:
-        """Write what is complete, and show what is new."""
+        """Write complete files, and show new progress."""
         while self._folder is not None and not self._files.empty():
             name, content = self._files.get()
             write(self._folder / name, content)
@@ -196,16 +196,16 @@ class _Watch(Watch):
 
 @contextlib.contextmanager
 def _folder(path: Path | None) -> Iterator[None]:
-    """Inside, the folder is there; afterwards, it is gone if it was made for nothing.
+    """Inside, the folder exists; afterwards it is removed if it was created and is empty.
 
-    Raises ``InputError`` that names the option and the way out.
+    Raises ``InputError`` that names the option and a remedy.
     """
     if path is None:
         yield
         return
     if path.suffix.lower() in (".html", *(f".{kind}" for kind in KINDS)) and not path.is_dir():
         raise InputError(
-            f"--out {path}: names a file, must be a folder; the files have names of their own."
+            f"--out {path}: names a file, must be a folder; the names of the files are fixed."
             f" For example --out {FOLDER}; --format sets the kind of the figures."
         )
     new = not path.exists()

@@ -1,4 +1,4 @@
-"""A long computation, watched: progress on standard error, and Ctrl-C at once."""
+"""Long computations: progress on standard error, and immediate reaction to Ctrl-C."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _Result = TypeVar("_Result")
 
 @dataclass(frozen=True)
 class Stage(Progress):
-    """Progress in words of its own."""
+    """Progress with a text."""
 
     resumed: int = 0
     rate: float = 0.0
@@ -25,9 +25,9 @@ class Stage(Progress):
 
 
 class Watch:
-    """Hears of the progress in the thread of the work, and shows it in the main one.
+    """Receives progress in the thread of the work, and shows it in the main thread.
 
-    So that nothing is drawn any more once that one has heard Ctrl-C.
+    After Ctrl-C in the main thread nothing more is drawn.
     """
 
     def __init__(self) -> None:
@@ -36,7 +36,7 @@ class Watch:
         self._bar = Bar()
 
     def hear(self, progress: Progress) -> None:
-        """For the work."""
+        """Receive progress from the work."""
         self.last = progress
 
     def show(self) -> None:
@@ -47,6 +47,6 @@ class Watch:
             self._bar(last)
 
     def wait(self, work: Callable[[], _Result]) -> _Result:
-        """The result of ``work``, done in a thread, while progress is shown."""
+        """The result of ``work``, computed in a thread while progress is shown."""
         with self._bar:
             return interruptible(work, self.show)

@@ -26,18 +26,18 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-# Largest number of torque periods after which a repetition is searched for.
+# Largest number of torque periods for the search of a repetition.
 _LONGEST = 24
 
 
 def stability_report(system: BrakedDriveline, verdict: Stability) -> dict[str, Any]:
-    """The data that ``stability --json`` prints."""
+    """The data of ``stability --json``."""
     about = {"wedgebrake": __version__, "system": system.as_dict()}
     return {**about, "groups": system.groups.as_dict(), **verdict.as_dict()}
 
 
 def stability_text(system: BrakedDriveline, verdict: Stability) -> str:
-    """The text that ``stability`` prints."""
+    """The text of ``stability``."""
     directions = {"forwards": verdict.forward, "backwards": verdict.backward}
     lines = [describe(system), "", f"Linear stability: {verdict.verdict}"]
     for name, one in directions.items():
@@ -92,7 +92,7 @@ def run(
     plot: Path | None,
     as_json: bool,
 ) -> None:
-    """Simulate, and report; exit with status 1 after a run that a limit has stopped."""
+    """Simulate, and report; exit with status 1 if a limit stopped the run."""
     from wedgebrake.cli.interrupts import announce_compilation
     from wedgebrake.solvers.interrupts import interruptible
     from wedgebrake.solvers.simulate import simulate
@@ -124,7 +124,7 @@ def run(
 
 
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
-    """The data that ``simulate --json`` prints."""
+    """The data of ``simulate --json``."""
     from wedgebrake.dynamics.enums import EventKind
 
     attrs, steady_from = response.attrs, steady_start(response)
@@ -138,7 +138,7 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
     repeats = repetition(response) if driven else None
     kind = steady.attrs["class"]
     exits = response["stick_exit"].values
-    # A torque ends most rests; one that lasted for the last fifth of a run is taken as permanent.
+    # A torque ends most rests; a rest over the last fifth of a run counts as permanent.
     rests = (
         system.driveline.drive_speed == 0.0
         and (kind == AT_REST or not driven)
@@ -175,7 +175,7 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
 
 
 def _longest(response: xr.Dataset) -> int:
-    """Largest number of periods that is tried; a short run has too few points for more."""
+    """Largest number of periods that is tried, limited by the points of a short run."""
     return min(_LONGEST, max(2, response.sizes["period"] // 5) // 2)
 
 
@@ -207,7 +207,7 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
     if kind == AT_REST:
         return f"The brake holds the driveline{since and ','} {since or 'at rest'}."
     late = response["velocity"].values[response["time"].values >= report["steady_from"]]
-    late = np.append(late, report["final"]["velocity"])  # samples may be too few to have one
+    late = np.append(late, report["final"]["velocity"])  # there may be no sample in this part
     # A brake that sticks to a turning shaft is not at rest.
     resting = "stuck" if report["system"]["driveline"]["drive_speed"] != 0.0 else "at rest"
     words = (
@@ -230,7 +230,7 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
 
 
 def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
-    """The text that ``simulate`` prints."""
+    """The text of ``simulate``."""
     from wedgebrake.solvers.log_reader import SHORTEST_STICK
 
     final, friction, torque = report["final"], system.friction, report["brake_torque"]
@@ -240,7 +240,7 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
         f"Linear stability: {report['stability']['verdict']}",
         f"Response ({report['method']}): {report['summary']}",
     ]
-    if report["status"] == "completed":  # else the summary has said it
+    if report["status"] == "completed":  # otherwise the summary contains it
         lines.append(f"  {report['message']}")
     if isinstance(friction, SmoothFriction) and report["stick_share"] > 0.0:
         speed = friction.transition  # docs/theory.md, section 6

@@ -1,4 +1,4 @@
-"""The work of ``wedgebrake sweep``: which sweep it is, progress, Ctrl-C, and the store."""
+"""Implementation of ``wedgebrake sweep``: kind of sweep, progress, Ctrl-C, and the store."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-# Settings of [run] that a sweep takes; the others say how long a single run is.
+# Settings of [run] that a sweep uses; the others set the length of a single run.
 _OF_RUN = ("initial", "method", "rtol", "step", "max_events", "max_steps")
 
 
@@ -39,8 +39,8 @@ def run(
 ) -> None:
     """Compute the sweep of a study, write and print its results.
 
-    Raises ``InputError``, ``Interrupted`` with a note on what is kept, and what
-    ``wedgebrake.sweep`` raises.
+    Raises ``InputError``, ``Interrupted`` with a note on kept results, and the errors of
+    ``wedgebrake.sweep``.
     """
     _check(study, store, resume, picture=plot is not None)
     kept = {"store": store, "resume": resume, "threads": threads}
@@ -82,7 +82,7 @@ def run(
 
 
 def _check(study: Study, store: Path | None, resume: bool, *, picture: bool) -> None:
-    """Refuse what cannot become a sweep, before any work is done."""
+    """Refuse an impossible sweep, before the computation."""
     names = [name for name, _ in study.sweep.axes]
     if not names:
         raise InputError(
@@ -96,7 +96,7 @@ def _check(study: Study, store: Path | None, resume: bool, *, picture: bool) -> 
             f" {nearest(str(follow), names)}"
         )
     if resume and store is None:
-        raise InputError("--resume: needs --store, the store to go on with.")
+        raise InputError("--resume: needs --store, the store to continue.")
     if picture and len(names) > 2:
         raise InputError(
             f"--plot: there are pictures of sweeps over one or two parameters, not over"
@@ -110,7 +110,7 @@ def _check(study: Study, store: Path | None, resume: bool, *, picture: bool) -> 
 
 
 def _sweep(study: Study, **settings: Any) -> xr.Dataset:
-    """The sweep that a study asks for, by the number and the names of its axes."""
+    """The sweep of a study, by the number and the names of its axes."""
     parameters = study.sweep.parameters()
     settings |= {name: getattr(study.run, name) for name in _OF_RUN}
     settings |= study.sweep.arguments()
@@ -124,7 +124,7 @@ def _sweep(study: Study, **settings: Any) -> xr.Dataset:
 
 
 def _telling(told: list[str], otherwise: Callable[..., None]) -> Callable[..., None]:
-    """A ``warnings.showwarning`` that tells of damage of a store in a line, and notes it."""
+    """A ``warnings.showwarning`` that reports damage of a store in a line, and records it."""
 
     def tell(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
         if not issubclass(category, StoreWarning):
@@ -137,7 +137,7 @@ def _telling(told: list[str], otherwise: Callable[..., None]) -> Callable[..., N
 
 
 def _speed(last: Progress | None, dataset: xr.Dataset) -> dict[str, Any]:
-    """Points computed now, and found in the store; how long that took."""
+    """Points computed now and found in the store, and the duration."""
     if last is None or last.rate == 0.0:  # all was in the store
         size = dataset["status"].size
         return {"computed": 0, "resumed": size, "seconds": 0.0, "points_per_second": None}
@@ -152,8 +152,8 @@ def _speed(last: Progress | None, dataset: xr.Dataset) -> dict[str, Any]:
 
 def _what_is_kept(store: Path | None, last: Progress | None) -> str:
     if store is None:
-        return "Nothing is kept. With --store RUN.zarr the points that are done would be."
+        return "Nothing is kept. With --store RUN.zarr, computed points are kept."
     if not store.exists():
         return "Nothing was computed yet."
-    so_far = "what was done" if last is None else f"{last.done} of {last.total} points"
-    return f"{store} keeps {so_far}. The same command with --resume goes on."
+    so_far = "the computed points" if last is None else f"{last.done} of {last.total} points"
+    return f"{store} keeps {so_far}. The same command with --resume continues."

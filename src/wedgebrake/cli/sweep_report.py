@@ -32,7 +32,7 @@ _ENDS = {
     PointStatus.STEP_LIMIT: "stopped at max_steps",
     PointStatus.INVALID: "cannot be built",
 }
-# Ends that have a class of motion; and classes that a class of stick-slip adds nothing to.
+# Outcomes that have a class of motion; and classes that need no class of stick-slip.
 _CLASSIFIED = (PointStatus.COMPLETED, PointStatus.DIVERGED, PointStatus.NO_FORWARD_SOLUTION)
 _ENDED = (MotionClass.AT_REST, MotionClass.DIVERGED, MotionClass.SELF_LOCKED)
 # Bisections of a step of an axis to find the limit of linear stability.
@@ -44,8 +44,8 @@ _MOST_CLASSES = 8  # in one line
 def sweep_report(
     study: Study, dataset: xr.Dataset, speed: dict[str, Any], warnings: list[str]
 ) -> dict[str, Any]:
-    """The data that ``sweep --json`` prints."""
-    # A parameter's dimension may have another name, where a result has its own.
+    """The data of ``sweep --json``."""
+    # The dimension of a parameter is renamed if a result has the same name.
     dims = [str(dim) for dim in dataset["status"].dims if dim != "branch"]
     axes = dict(zip(study.sweep.parameters(), dims, strict=True))
     alone = next(iter(axes.items())) if len(axes) == 1 else None
@@ -83,12 +83,12 @@ def sweep_report(
 
 
 def _words(dataset: xr.Dataset) -> tuple[list[dict[str, str]], NDArray[np.intp]]:
-    """The words for points that are alike, and the place of each point's in that list."""
+    """The words for groups of equal points, and the index of the group of each point."""
     names = ("status", "motion", "stick_class", "order")
     columns = np.stack([dataset[name].to_numpy().astype(np.int64).ravel() for name in names])
     kinds, places = np.unique(columns, axis=1, return_inverse=True)
     found = [_meaning(*kind) for kind in kinds.T.tolist()]
-    # Points whose words are the same are alike, whatever else differs.
+    # Points with the same words count as equal, regardless of other differences.
     unique = [word for place, word in enumerate(found) if word not in found[:place]]
     return unique, np.array([unique.index(word) for word in found])[places.ravel()]
 
@@ -142,7 +142,7 @@ def _limits(
 ) -> Iterator[dict[str, Any]]:
     """Values at which the damping of sliding changes sign, and on which side it is positive."""
     values, damping = dataset[dim].to_numpy(), dataset["sliding_damping"].to_numpy()
-    damping = damping.reshape(-1, values.size)[0]  # branches have the same
+    damping = damping.reshape(-1, values.size)[0]  # equal for all branches
     order = [i for i in np.argsort(values, kind="stable") if math.isfinite(damping[i])]
     values, stable = values[order], damping[order] > 0.0
     for i in np.flatnonzero(stable[1:] != stable[:-1]):
@@ -155,7 +155,7 @@ def _limits(
 
 
 def sweep_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
-    """The report of ``sweep_report`` in words."""
+    """The report of ``sweep_report`` as text."""
     axes, total, speed = report["axes"], report["points"], report["speed"]
     lines = [describe(system, axes), *_swept(axes), f"Evaluated {_settings(report)}"]
     torque = system.excitation
@@ -193,7 +193,7 @@ def _swept(axes: dict[str, Any]) -> Iterator[str]:
     for name, axis in axes.items():
         values, meaning = axis["values"], axis["meaning"]
         many = f"{len(values)} values" if len(values) > 1 else "one value"
-        if name in SETTERS:  # a group may set another part than its name suggests: F0 the torque
+        if name in SETTERS:  # a group may set a part that its name does not suggest: F0 the torque
             meaning += f"; sets {SETTERS[name].target}"
         span = f"{values.min():.6g} to {values.max():.6g}{with_unit(axis['unit'])}"
         yield f"Swept: {name} from {span}, {many} ({meaning})"
@@ -265,7 +265,7 @@ def _along(report: dict[str, Any]) -> list[str]:
     if len(rows) > 1 and rows[0] == rows[1]:
         branches = {"up and down alike": rows[0]}
     ordered = np.unique(axis["values"])
-    digits = 6  # as many as tell neighbouring values apart
+    digits = 6  # enough to distinguish neighbouring values
     if ordered.size > 1:
         ratio = np.max(np.abs(ordered)) / np.min(np.diff(ordered))
         digits = min(15, max(3, math.ceil(math.log10(ratio)) + 1))
@@ -293,7 +293,7 @@ def _motion(run: dict[str, Any]) -> str:
 
 
 def _condensed(rows: list[_Row], most: int) -> list[_Row]:
-    """At most so many rows: neighbours among the shortest are merged."""
+    """Rows, reduced to a largest number by merging the shortest with neighbours."""
     kept = rows
     for longest in sorted({row[2] for row in rows}):
         if len(kept) <= most:
