@@ -59,7 +59,7 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
 
     Every integral is computed from the motion between the recorded states, and none from the
     others, so that the residual measures their error. For responses of "exact" the motion between
-    the states is known in closed form, whatever the sampling, and the residual is rounding: below
+    the states is known in closed form, for any sampling, and the residual is rounding: below
     1e-12 of the energy exchanged, more only if the rounding of the recorded times corresponds
     to more energy (a torque much slower than a lightly damped vibration). A smooth law passes
     through its steep layer between two samples: the residual is some 1e-6 with 200 samples in a

@@ -31,7 +31,7 @@ def spectrum(
 ) -> xr.Dataset:
     """One-sided amplitude spectrum in physical units.
 
-    A sine of amplitude A whose frequency is one of the bins gives A there, whatever the
+    A sine of amplitude A whose frequency is one of the bins gives A there, with any
     window (the coherent gain is divided out); a constant gives itself at 0 Hz. Harris,
     Proc. IEEE 66 (1978), 51-83, for windows, coherent gain and noise bandwidth.
 

@@ -54,7 +54,7 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         and exit: sign of the sliding velocity before and after, 0 if there is none.
         ``attrs``: window_start, window_end [s]; count, the sticks entered from slip inside
         the window, and of these count_forward (entry > 0) and count_backward; share of
-        the window spent at rest [1]; class, as ``stick_slip_class`` gives it from
+        the window spent at rest [1]; class, that of ``stick_slip_class`` from
         class_start [s] on; status and message of the response.
 
     Raises

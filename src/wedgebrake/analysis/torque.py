@@ -131,7 +131,7 @@ def _window(response: xr.Dataset, start: Any, stop: Any, period: float) -> tuple
     ]
     if not bounds[1] - bounds[0] > _SAME * period:
         raise InputError(
-            f"start = {bounds[0]!r} and stop = {bounds[1]!r}: there is nothing between them. Make"
+            f"start = {bounds[0]!r} and stop = {bounds[1]!r}: the window is empty. Make"
             " stop the later one."
         )
     return bounds[0], bounds[1]

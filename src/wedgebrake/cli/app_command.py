@@ -48,7 +48,7 @@ def explore(
     def ready(url: str) -> None:
         say(f"The explorer is at {url} until Ctrl-C.")
         if address not in _LOCAL:
-            say("Whoever can reach this address can use this machine's processors.")
+            say("Anyone who can reach this address can use this computer's processors.")
         if browser:
             webbrowser.open(url)
 

@@ -79,7 +79,7 @@ def load_for_sweep(
 ) -> Study:
     """As ``load``, with the axes of ``--over`` and the other options of a sweep in its [sweep].
 
-    options : transient, periods and follow, as far as they are given
+    options : transient, periods and follow, if given
     """
     study = load(path, changes, method, NOT_SWEPT, options)
     settings = {name: value for name, value in options.items() if value is not None}

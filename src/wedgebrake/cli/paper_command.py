@@ -223,9 +223,9 @@ def _folder(path: Path | None) -> Iterator[None]:
 
 def _what_is_kept(written: Sequence[Path]) -> str:
     if not written:
-        return "Nothing new was written."
+        return "No new file was written."
     files = f"{len(written)} files" if len(written) > 1 else "1 file"
-    return f"{written[0].parent} keeps {files}, complete."
+    return f"{written[0].parent} contains {files}, complete."
 
 
 def _listing() -> str:

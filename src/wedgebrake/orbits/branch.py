@@ -77,7 +77,7 @@ def continuation(
 
     Raises ``InputError`` for invalid arguments, or an orbit that was not found.
     """
-    check_instance("orbit", orbit, Orbit, "an Orbit, as wb.orbit(system) gives it")
+    check_instance("orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system)")
     if orbit._solution is None:
         raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
     check_step(step, points)
@@ -174,7 +174,7 @@ class Branch(Result, Iterator[BranchPoint]):
         return last is not None and last.scenario is Scenario.JUMP
 
     def stop(self, why: str = "stopped by the user") -> None:
-        """End the branch with the points found so far; ``end`` then says ``why``."""
+        """End the branch with the points found so far; ``end`` is then ``why``."""
         self._queue.clear()
         self.end = why
 

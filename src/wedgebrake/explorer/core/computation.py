@@ -32,7 +32,7 @@ def slow(state: PageState) -> bool:
 def evaluation_settings(state: PageState) -> dict[str, Any]:
     """Arguments of ``wb.motion`` and of sweeps that select the periods for the classification.
 
-    These follow the transient, whatever its length. Raises ``InputError`` as ``method`` does.
+    These follow the transient, which may have any length. Raises ``InputError`` as ``method`` does.
     """
     return {"periods": state.recorded, "transient": "auto", "limit": _LONGEST[method(state)]}
 

@@ -65,7 +65,7 @@ _KINDS = {
     "smoothed": "smoothed (tanh)",
     "tabulated": "table over speed",
 }
-# Words of formulas as they are printed; the others lose their underscore.
+# Printed form of words in formulas; other words only lose their underscore.
 _GREEK = {"delta": "δ", "mu_k": "μk", "mu_s": "μs", "sqrt": "√"}
 _HINTS = {
     "loss_factor": "Loss factor of the driveline, c/√(kJ)",
@@ -81,7 +81,7 @@ _HINTS = {
 
 @dataclass(frozen=True)
 class Row:
-    """One parameter as it is shown and changed.
+    """One parameter with its display and its input.
 
     kind      : "number", "choice", "switch", "list", or "fixed" for a value that cannot be set
     low, high : ends of the slider of a number; ``log``: along equal ratios

@@ -31,7 +31,7 @@ _PROBE, _GROWTH = 4, 8
 
 
 class ProgressiveSweep:
-    """Points of a sweep over one or two parameters, as far as they are computed.
+    """Points of a sweep over one or two parameters, complete or in part.
 
     known   : over the parameters, bool
     results : name of a result -> values over the parameters in ascending order
@@ -141,7 +141,7 @@ class _Pace:
         return max(min(fit, self._next), int(self._fresh))
 
     def took(self, count: int) -> None:
-        """Record that so many points have been computed since ``count`` was called."""
+        """Record the number of points computed since ``count`` was called."""
         self._rate = count / max(time.perf_counter() - self._before, 1e-6)
         self._next, self._fresh = _GROWTH * count, False
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 State = tuple[float, float]
 
-# A torque slower than the free vibration is sampled by the vibration's period, up to so many
+# A torque slower than the free vibration is sampled by the vibration's period, up to this number of
 # samples in one period of the torque; beyond this number there is no spectrum.
 _OF_NATURAL, _DENSEST = 20, 2000
 # The spectrum reaches to these multiples of the natural and the forcing frequency.

@@ -50,7 +50,7 @@ def _with_sweep(state: PageState, sweep: Sweep) -> PageState:
 def filed(state: PageState) -> Study:
     """The study of a state, with the open plot as its sweep.
 
-    Where there is no such plot, or it needs no sweep, the study as it is.
+    If there is no such plot, or it needs no sweep, the study is unchanged.
     """
     try:
         call = picture(state)

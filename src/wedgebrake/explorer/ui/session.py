@@ -77,7 +77,7 @@ class Explorer(pn.viewable.Viewer):
 
     def __init__(self, state: PageState, scheduler: Scheduler | None = None) -> None:
         super().__init__()
-        # The current state, and the one that the page shows.
+        # The current state, and the displayed state.
         self._state = self._shown = state
         self._number, self._preset_name = 0, ""
         # Inputs of the displayed motion.

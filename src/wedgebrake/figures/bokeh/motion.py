@@ -84,7 +84,7 @@ class MotionChart(chart.Chart):
         self.figure.add_tools(HoverTool(renderers=[line], tooltips=list(tips), **options))
 
     def add_levels(self, dimension: str, *downs: float | None) -> None:
-        """Add lines along a dimension, with labels at distances below the top [px]; None: no label."""
+        """Add lines along a dimension, labels at distances below the top [px]; None: no label."""
         for down in downs:
             top = Node(target="frame", symbol="top")
             label = None if down is None else {"y": top, "x_offset": 4, "y_offset": -down}

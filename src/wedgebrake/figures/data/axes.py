@@ -103,7 +103,7 @@ def selected(axes: Sequence[ParameterAxis], positions: Sequence[float]) -> dict[
 
 
 def number(value: float) -> str:
-    """A number as it is printed: −24, 0.036, 2·10⁴."""
+    """A number in printed form: −24, 0.036, 2·10⁴."""
     text = f"{value:.4g}".replace("-", "−")
     if "e" not in text:
         return text
@@ -187,7 +187,7 @@ class SweptAxis:
 
 
 def swept_parameters(dataset: Any) -> list[str]:
-    """Swept parameters of a dataset that are still dimensions; [] if it is no sweep."""
+    """Swept parameters of a dataset that are still dimensions; [] if it is not a sweep."""
     known = getattr(dataset, "data_vars", {})
     if any(name not in known for name in ("motion", "order", "status", "sliding_damping")):
         return []

@@ -36,7 +36,7 @@ class ClassStyle:
 
     word    : for legends, with formulas as mathtext
     colour  : #RRGGBB
-    opacity : of the colour over the hatching behind all cells; 0 is hatching alone
+    opacity : of the colour over the hatching behind all cells; 0 is hatching only
     """
 
     word: str

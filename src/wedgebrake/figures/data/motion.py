@@ -293,7 +293,7 @@ class Spectrum:
 
     @classmethod
     def of(cls, lines: xr.Dataset, highest: float | None = None) -> Spectrum:
-        """Spectrum as ``wb.spectrum`` gives it, up to a frequency [Hz].
+        """Spectrum from ``wb.spectrum``, up to a frequency [Hz].
 
         highest : default 4 times the larger of forcing and natural frequency
 

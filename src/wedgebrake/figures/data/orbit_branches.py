@@ -173,7 +173,7 @@ def _simulated(dataset: xr.Dataset, parameter: str, quantity: str) -> Bifurcatio
         )
     swept = swept_parameters(dataset)
     if swept != [parameter]:
-        what = f"is swept over {', '.join(swept)}" if swept else "is no sweep"
+        what = f"is swept over {', '.join(swept)}" if swept else "is not a sweep"
         raise InputError(
             f"beneath = {type(dataset).__name__}: {what}, but the orbits were followed over"
             f" {parameter}. Give the result of wb.bifurcation(..., {parameter}"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 # Width beside the axes, largest height of the axes [inch].
 _MARGINS, _HIGHEST = 0.6, 3.5
-# Above so many bifurcations, symbols are smaller [pt].
+# Number of bifurcations above which symbols are smaller [pt].
 _MANY, _SIZE, _SMALLER = 40, 4.0, 3.3
 
 
@@ -39,7 +39,7 @@ def orbits(
                "velocity_amplitude" [rad/s], "angle_amplitude" [rad] (half ranges),
                "stick_share" or "largest_exponent" [1/s]
     beneath  : a sweep over the same parameter with its Poincare points, as
-               ``wb.bifurcation`` gives it: drawn in grey
+               returned by ``wb.bifurcation``: drawn in grey
     width    : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     Stable orbits are solid and unstable ones dashed, in a colour for each period. Each kind

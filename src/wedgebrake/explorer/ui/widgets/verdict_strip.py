@@ -25,7 +25,7 @@ class VerdictStrip:
         self._number = 0
 
     def show(self, verdict: dict[str, Any], number: int) -> None:
-        """Show a verdict, as ``verdict.verdict`` gives it, of the study of a number."""
+        """Show a verdict of ``verdict.verdict``, for the study with this number."""
         self._verdict, self._number = verdict, number
         self._put(pending=False)
 
