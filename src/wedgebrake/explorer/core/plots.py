@@ -215,12 +215,12 @@ class _Stability(ParameterPlot):
             )
         if state.system.driveline.stiffness == 0.0:
             raise InputError(
-                "No map: without a spring nothing brings the driveline back. Raise the stiffness."
+                "No map: without a spring there is no restoring torque. Raise the stiffness."
             )
         if self.parameters(state)[1] not in axes(state.system):
             raise InputError(
-                "No map: it goes over the kinetic friction coefficient, and a table of friction"
-                " has many. Choose Coulomb friction, or a wedge brake, whose map goes over its"
+                "No map: an axis would be the kinetic friction coefficient, but a table of friction"
+                " has several. Choose Coulomb friction, or a wedge brake, whose map is over its"
                 " angle."
             )
         return super().axes(state)

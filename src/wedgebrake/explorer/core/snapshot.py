@@ -37,7 +37,7 @@ _FEWEST = 600
 # Share of a run that met its limit that is run again for the charts.
 _SHARE = 0.1
 _LIMITS = ("event_limit", "step_limit")
-_AT_A_LIMIT = "Stopped at a limit of the explorer: the beginning."
+_AT_A_LIMIT = "Stopped at a limit of the explorer; the beginning is shown."
 # Sentences for a run that ended early.
 _ENDINGS = {
     "diverged": "The motion grows without bound.",

@@ -272,7 +272,7 @@ def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
 
 
 def _check_whole(name: str, value: Any, least: int, most: int) -> None:
-    why = " This is a limit of the explorer; wb.simulate and wb.sweep go further."
+    why = " This is a limit of the explorer; wb.simulate and wb.sweep allow more."
     check_whole(name, value, least, most, why=why)
 
 

@@ -36,7 +36,7 @@ _STUCK = (
     "The brake sticks to the shaft all the time and is carried along; the spring winds up until its"
     " torque breaks the brake loose."
 )
-_UNKNOWN = ("–", "not known", "There is no settled motion to take it from.", "neutral")
+_UNKNOWN = ("–", "not known", "There is no settled motion to evaluate.", "neutral")
 # A mean torque below this share of the peak is zero.
 _ROUNDING = 1e-9
 _LIMITS = ("event_limit", "step_limit")
@@ -162,11 +162,11 @@ _CLASSES = {
         "Repeats every {order} periods of the torque",
     ),
     "quasi-periodic": (
-        "warn", "The motion is made of two frequencies without a common period.",
+        "warn", "The motion consists of two frequencies without a common period.",
         "never quite repeats", "Moves quasi-periodically, never quite repeating",
     ),
     "chaotic": (
-        "bad", "Small differences grow, so that no prediction reaches far.", "",
+        "bad", "Small differences grow, so that long predictions are impossible.", "",
         "Moves chaotically",
     ),
     "at rest": (
@@ -193,8 +193,8 @@ def _motion(state: PageState, snapshot: Snapshot) -> Tile:
     alone = _undriven(state, snapshot)
     if alone is not None:
         hint = (
-            "No torque drives the machine, so that there are no classes by its period; this is"
-            " seen of the last periods."
+            "No torque drives the machine, so that there are no classes by its period; this"
+            " refers to the last periods."
         )
         value, detail, _, tone = alone
         return (value, detail, hint, tone)
@@ -271,7 +271,7 @@ def _evidence(snapshot: Snapshot) -> str:
         return "recovers at once"
     if rate < -_SLOW:
         return f"recovers in {duration(-1.0 / rate)}" if motion.order else "still settling"
-    return "disturbances stay" if motion.order else "too few periods"
+    return "disturbances persist" if motion.order else "too few periods"
 
 
 def _help(state: PageState, motion: Motion) -> str:

@@ -32,7 +32,7 @@ _FULL = (
     f"This explorer already keeps {MOST_SESSIONS} pages open, which is its limit. Close another"
     " page, or try again in a minute."
 )
-_LOST = "The connection to the explorer is lost. Reload the page to begin again."
+_LOST = "The connection to the explorer is lost. Reload the page to start again."
 # How often pages without a browser are searched for, and how long they are kept [ms].
 _CHECK, _KEEP = 5_000, 15_000
 

@@ -49,7 +49,7 @@ _HELP = {
     "Limits": "One degree of freedom; the brake has neither mass nor elasticity. Linear stability"
     " takes friction as constant over speed, except at the speed of a turning shaft. A run here has"
     f" at most {MOST_PERIODS} periods of the torque, a diagram {FINE_POINTS} values, a map"
-    f" {FINE_MAP[0]} × {FINE_MAP[1]} cells; the Python library and the command line go further.",
+    f" {FINE_MAP[0]} × {FINE_MAP[1]} cells; the Python library and the command line allow more.",
 }
 
 
