@@ -25,7 +25,7 @@ class Motion(Result):
                         If no torque acts, periods are still counted as 1/frequency: a
                         self-excited motion, which has another period, is then quasi-periodic or
                         undecided, however exactly it repeats
-    stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as ``sticks`` says
+    stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as in ``sticks``
     status            : how the simulation ended, as ``Status``
     transient         : periods that were run before the record
     settling          : with transient="auto": periods after which the motion stayed within

@@ -91,7 +91,7 @@ def protocol(
     check_whole("transient", transient, 0, _MOST)
     if transient >= last:
         raise InputError(
-            f"transient = {transient!r}: must be below periods = {last!r}, or nothing is left to"
-            f" look at. Raise periods, for example periods={transient + 50}, or lower transient."
+            f"transient = {transient!r}: must be below periods = {last!r}, or no period is left to"
+            f" evaluate. Raise periods, for example periods={transient + 50}, or lower transient."
         )
     return replace(asked, transient=int(transient), recorded=int(last - transient))

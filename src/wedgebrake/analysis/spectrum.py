@@ -57,7 +57,7 @@ def spectrum(
         Over ``frequency`` [Hz], (n//2 + 1,): ``amplitude`` in the unit of the quantity.
         ``attrs``: quantity, window, coherent_gain [1], noise_bandwidth [bins], resolution
         [Hz], samples, sample_interval, start, stop [s]; of the response, what was computed:
-        method, options, system, groups; where it knows its system, forcing_frequency (0: no
+        method, options, system, groups; if it describes its system, forcing_frequency (0: no
         torque acts) and natural_frequency [Hz] (0: no stiffness).
 
     Raises
@@ -80,7 +80,7 @@ def spectrum(
             " example 'hann', 'boxcar', 'flattop' or ('kaiser', 8.6)."
         ) from None
     amplitude = np.abs(np.fft.rfft(values[:n] * weights)) / abs(weights.sum())
-    # Every line but 0 Hz and, for even n, the Nyquist frequency stands for two.
+    # Every line except 0 Hz and, for even n, the Nyquist frequency represents two.
     amplitude[1 : (n + 1) // 2] *= 2.0
     unit = response[quantity].attrs.get("units", "1")
     spec = {"frequency": ("Hz", "frequency"), "amplitude": (unit, f"amplitude of {quantity}")}

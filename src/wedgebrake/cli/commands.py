@@ -81,7 +81,7 @@ def simulate(
     plot: options.RunPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """The response in time: 250 periods of the torque, unless the study says otherwise.
+    """The response in time: 250 periods of the torque, unless the study sets another duration.
 
     Prints how the brake vibrates in the last fifth of the run, the class of stick-slip, the
     events, and the final state. With --json: parameters, groups, status, sticks, Poincare

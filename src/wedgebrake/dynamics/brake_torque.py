@@ -1,4 +1,4 @@
-"""Brake torque of any smooth law: friction and brake come as compiled functions.
+"""Brake torque of any smooth law: friction and brake are compiled functions.
 
 Both are passed as first-class functions of one fixed type, so that a kernel is compiled
 and cached once for all laws.

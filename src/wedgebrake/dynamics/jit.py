@@ -74,10 +74,10 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 
 def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a kernel at once, for one signature: laws come as function pointers.
+    """Compile a kernel at once, for one signature, with laws as function pointers.
 
-    Without a fixed signature, a kernel would be compiled for every new law
-    again.
+    Without a fixed signature, a kernel would be compiled anew
+    for every new law.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:

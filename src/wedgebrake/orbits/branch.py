@@ -299,7 +299,7 @@ class Branch(Result, Iterator[BranchPoint]):
         """Return True if it has met the branch that it branches off, and then retraces itself.
 
         It turns there, and the halves of the orbit change places. A turn alone may be a fold, and
-        with a fold in the same step there is none from end to end. The equations are singular
+        a turn and a fold in the same step cancel. The equations are singular
         where branches meet, and points between may be on the other one: no root is located, but
         steps are shortened until one of their ends is near enough.
         """

@@ -29,10 +29,10 @@ _MOST_LEVELS = 20
 _MOST_ORDER = 16
 # Distance beyond a jump at which the motion is searched for, as a share of the range.
 _ONWARD = 1e-6
-# Poincare points nearer than this share of their size may belong to one orbit at another
-# nearby value.
+# Poincare points nearer than this share of their size may belong to one orbit at
+# another value nearby.
 _LIKE = 0.02
-# Ends of branches may miss what they meet by this share of the range.
+# Largest distance of the end of a branch from the branch that it meets, as a share of the range.
 _NEAR = 1e-3
 # Distance from the end of a branch at which the branch that it met is started (share of range).
 _ASIDE = 1e-3

@@ -160,7 +160,7 @@ def parameter_axis(state: PageState, name: str) -> ParameterAxis:
 
 
 def _of_part(state: PageState, part: Part) -> list[Row]:
-    """Return rows of all fields of a part; the radius, common to all brakes, comes last."""
+    """Return rows of all fields of a part; the radius, common to all brakes, is last."""
     names = list(type(part).model_fields)
     if isinstance(part, Brake):
         names.sort(key=lambda name: name == "radius")

@@ -3,5 +3,5 @@
 motion                 the pictures of one motion
 bifurcation, class_map pictures over parameters
 canvas                 axes, cursors and texts of pictures over parameters
-chart                  empty figures, text over them, and updates that send only what changed
+chart                  empty figures, text over them, and updates that send only changes
 """

@@ -1,4 +1,4 @@
-"""Empty Bokeh figures, text over them, and updates that send only what changed."""
+"""Empty Bokeh figures, text over them, and updates that send only changes."""
 
 from __future__ import annotations
 

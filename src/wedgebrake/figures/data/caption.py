@@ -135,7 +135,7 @@ def _numbers(dataset: xr.Dataset, names: Sequence[str] = (), chosen: Sequence[st
 
 
 def fixed_parameters(dataset: xr.Dataset) -> list[str]:
-    """Parameters of which one value was chosen from the sweep."""
+    """Parameters with one value selected from the sweep."""
     return [
         str(name)
         for name, value in dataset.coords.items()

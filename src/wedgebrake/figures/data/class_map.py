@@ -83,7 +83,7 @@ class Marks:
 
 @dataclass(frozen=True, eq=False)
 class ClassMap:
-    """Cells of classes over two parameters, and what is drawn over them.
+    """Cells of classes over two parameters, with lines and points over them.
 
     codes  : indices into ``styles``, (y, x); cells below 0 are not drawn
     styles : of the classes

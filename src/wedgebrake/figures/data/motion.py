@@ -32,7 +32,7 @@ _LEAST = 0.05
 
 
 class Level(NamedTuple):
-    """A marked velocity or frequency; what the line means, as mathtext; colour and dashes [pt]."""
+    """A marked velocity or frequency; its meaning, as mathtext; colour and dashes [pt]."""
 
     value: float
     label: str
@@ -279,7 +279,7 @@ class Spectrum:
 
     frequency, amplitude : (l,) [Hz], and in ``unit``
     highest              : end of the frequency axis [Hz]
-    quantity, unit       : what oscillates
+    quantity, unit       : the oscillating quantity
     forcing, natural     : frequencies [Hz]; forcing 0: no torque acts, natural 0: no stiffness
     """
 

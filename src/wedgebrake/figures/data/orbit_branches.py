@@ -113,7 +113,7 @@ class OrbitBranches:
         return self._marked(self.at[self.kinds == kind])
 
     def letters(self) -> list[tuple[str, FloatArray]]:
-        """Letters of the bifurcations, and the points where they may stand, (n, 2).
+        """Letters of the bifurcations, and their possible points, (n, 2).
 
         Those of one kind at one value of the parameter get one label.
         """

@@ -51,7 +51,7 @@ def bifurcation(
     width    : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     The shade says how many of the points of a parameter lie in one place, on a logarithmic
-    scale: a single point is light, a periodic motion dark. Below stand the class of motion
+    scale: a single point is light, a periodic motion dark. Below are the class of motion
     and of stick-slip of every parameter, failed runs included. The dashed line is the
     linear stability limit.
 

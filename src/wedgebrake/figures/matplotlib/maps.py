@@ -148,7 +148,7 @@ def _figure(
 
 
 def draw(axes: Axes, data: ClassMap, curves: Sequence[BifurcationCurve] = ()) -> None:
-    """Draw a map on given axes, without legend; a colour bar comes beside them."""
+    """Draw a map on given axes, without legend; a colour bar is beside them."""
     if data.codes.size:
         draw_hatching(axes)
     set_axes(axes, data.x, data.y)

@@ -1,4 +1,4 @@
-"""The style of Matplotlib pictures: the common one, its settings, and what all axes share."""
+"""The style of Matplotlib pictures: the common style, its settings, and elements of all axes."""
 
 from __future__ import annotations
 
