@@ -1,6 +1,7 @@
-"""The actuator's law (eq. 3), stated once for the model, the kernels and the measures.
+"""The actuator's law (eq. 3), for the model, the kernels and the measures.
 
-Plain Python; kernels compile it.
+Plain Python; kernels compile it. ``piecewise_linear.half`` makes the release speed a breakpoint of
+the brake torque, beyond which the torque is zero: the exact solver never clips a force.
 """
 
 import math
@@ -22,7 +23,7 @@ def commanded_force(initial_force, slope, speed):
 
 def force(actuator: Actuator, speed: float) -> float:
     """Actuation force [N] at the sliding speed |v| [rad/s]."""
-    value = actuator.initial_force + actuator.slope * speed
+    value = commanded_force(actuator.initial_force, actuator.slope, speed)
     if actuator.release and value < 0.0:
         return 0.0
     return value

@@ -30,6 +30,7 @@ class EventKind(IntEnum):
     SLIP = 3
     REVERSAL = 4
     BREAKPOINT = 5
+    """A speed at which the brake torque bends: of the release, or of a table of friction."""
     END = 6
     BAND_ENTERED = 7
     """The sliding velocity enters the stick band of a smooth law."""

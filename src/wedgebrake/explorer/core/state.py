@@ -252,8 +252,9 @@ def _spans(given: Any, possible: list[str]) -> dict[str, tuple[float, float]]:
 
 def _brake(model: type[Part], before: Brake, known: Part | None) -> Part:
     """A brake of another kind, as it was before or as in the examples, with the same radius."""
-    examples = {name: labels(one)["example"] for name, one in model.model_fields.items()}
-    return model(**{**examples, **dict(known or ()), "radius": before.radius})
+    examples = {name: labels(one).get("example") for name, one in model.model_fields.items()}
+    stated = {name: value for name, value in examples.items() if value is not None}
+    return model(**{**stated, **dict(known or ()), "radius": before.radius})
 
 
 def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
