@@ -26,14 +26,14 @@ CHAPTERS = {
               "unit/test_cli.py", "literature/test_linear*", "unit/test_stability.py"],
     "dynamics": ["unit/test_event_driven*", "properties/test_exact*", "unit/test_char*",
                  "unit/test_stability.py", "motion_truth"],
-    "solvers": ["unit/test_event_driven*", "unit/test_smooth*", "unit/test_simd*", "properties/test_exact*",
-                "unit/test_ode14x*", "unit/test_torque*", "unit/test_bad_input*", "motion_truth"],
+    "solvers": ["unit/test_event_driven*", "unit/test_smooth*", "unit/test_simd*",
+                "properties/test_exact*", "unit/test_ode14x*", "unit/test_torque*", "unit/test_bad_input*", "motion_truth"],
     "analysis": ["unit/test_motion*", "unit/test_saltation*", "unit/test_energy*",
                  "unit/test_torque*", "unit/test_measures*", "unit/test_spectral*",
                  "unit/test_stability.py", "unit/test_bad_input*", "motion_truth"],
-    "orbits": ["unit/test_orbit.py", "unit/test_chain*", "unit/test_branches*",
+    "orbits": ["unit/test_orbit.py", "unit/test_segment*", "unit/test_branches*",
                "unit/test_codim2*", "properties/test_orbit*", "peers/test_multipliers*"],
-    "sweeps": ["unit/test_sweep.py", "unit/test_store*", "unit/test_sweep_kill*",
+    "sweeps": ["unit/test_sweep.py", "unit/test_store*",
                "unit/test_cluster*", "unit/test_cli_sweep*"],
 }  # fmt: skip
 COMPARISONS = {

@@ -70,6 +70,7 @@ class MotionClass(IntEnum):
     AT_REST = 1
     SYNCHRONOUS = 2
     PERIODIC = 3
+    """With two periods of the torque or more."""
     QUASI_PERIODIC = 4
     CHAOTIC = 5
     DIVERGED = 6

@@ -49,7 +49,7 @@ class _Derivatives(NamedTuple):
 
 
 class _Bounds(NamedTuple):
-    """Constants of a piece for ``root_exclusion``: forcing of the snap, growth, fastest rate."""
+    """Constants of a piece for ``root_exclusion``: amplitude of p (theory.md), growth, fastest rate."""
 
     forcing: float
     growth: float
@@ -81,7 +81,7 @@ def _is_simple(step, a, higher, bounds):
 def _polish(piece, forcing, target, motion, higher, step):
     """(time, angle) gained until the velocity is ``target``, by Newton on a Taylor polynomial.
 
-    The polynomial is of ninth order; ``step`` is the safe step to start from.
+    It is of eighth order in the velocity; ``step`` is the safe step to start from.
     """
     g2, w2, omega = piece.damping, piece.stiffness, forcing.angular_frequency
     w, a, j, s = motion.velocity, motion.acceleration, higher.jerk, higher.snap
