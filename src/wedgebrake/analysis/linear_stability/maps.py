@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.linear_stability.damping import is_constant
 from wedgebrake.analysis.linear_stability.verdict import stability
+from wedgebrake.dynamics.actuator import commanded_force
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.system import BrakedDriveline

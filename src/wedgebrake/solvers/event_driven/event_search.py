@@ -49,7 +49,7 @@ class _Derivatives(NamedTuple):
 
 
 class _Bounds(NamedTuple):
-    """Constants of a piece for ``root_exclusion``: amplitude of p (theory.md), growth, fastest rate."""
+    """Constants of a piece for ``root_exclusion``: its forcing, growth and fastest rate."""
 
     forcing: float
     growth: float
