@@ -23,7 +23,7 @@ def commanded_force(initial_force, slope, speed):
 
 def force(actuator: Actuator, speed: float) -> float:
     """Actuation force [N] at the sliding speed |v| [rad/s]."""
-    value = commanded_force(actuator.initial_force, actuator.slope, speed)
+    value = actuator.initial_force + actuator.slope * speed
     if actuator.release and value < 0.0:
         return 0.0
     return value

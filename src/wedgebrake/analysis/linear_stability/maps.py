@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.linear_stability.damping import is_constant
 from wedgebrake.analysis.linear_stability.verdict import stability
-from wedgebrake.dynamics.actuator import commanded_force
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.system import BrakedDriveline
@@ -94,7 +93,7 @@ def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict
     forward, backward = _widths(system, values)
     damping = loss * math.sqrt(line.stiffness * line.inertia)
     slope = eta * damping / (system.brake.radius * kinetic)
-    force = commanded_force(system.actuation.initial_force, slope, abs(line.drive_speed))
+    force = system.actuation.initial_force + slope * abs(line.drive_speed)
     limit = (force == 0.0) & (slope >= 0.0) & (line.drive_speed == 0.0)  # pressed next to rest
     pressed = (force > 0.0) | limit | (not system.actuation.release)
     locked = ~(forward > 0.0) & pressed

@@ -275,9 +275,9 @@ def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
         coefficients = tuple(min(share * kinetic, _LARGEST_COEFFICIENT) for share in shares)
         static = max(static, coefficients[0])
         return model(speeds=speeds, coefficients=coefficients, static=static)
-    coefficients = {"kinetic": kinetic, "static": max(static, kinetic)}
-    of_model = {name: one for name, one in coefficients.items() if name in model.model_fields}
-    return model(**{**_examples(model), **dict(known or ()), **of_model})
+    common = {"kinetic": kinetic, "static": max(static, kinetic)}
+    stated = {name: one for name, one in common.items() if name in model.model_fields}
+    return model(**{**_examples(model), **dict(known or ()), **stated})
 
 
 def _check_whole(name: str, value: Any, least: int, most: int) -> None:
