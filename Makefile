@@ -66,7 +66,7 @@ test-portable: $(VENV)/.dev
 		$(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE)
 	! grep -qs avx512f /proc/cpuinfo || NPY_DISABLE_CPU_FEATURES="X86_V4" \
 		$(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE) \
-		--ignore-glob='tests/unit/test_boundary*' --ignore-glob='tests/unit/test_branches*'
+		--ignore-glob='tests/unit/test_codim2*' --ignore-glob='tests/unit/test_branches*'
 
 slow: $(VENV)/.bench
 	$(BIN)/python -m pytest -m slow

@@ -66,7 +66,7 @@ class Run:
         v = self.initial[1] + self.line.drive_speed
         if v != 0.0:
             on_boundary = any(v in (piece.low, piece.high) for piece in self.law.pieces)
-            assume(not on_boundary)  # which side then: test_traps
+            assume(not on_boundary)  # which side then: test_event_driven
             return self.law.at(v), 0
         pull = self.pull(0.0, *self.initial)
         if self.law.lower <= pull <= self.law.upper:

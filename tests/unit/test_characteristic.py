@@ -122,10 +122,11 @@ def test_a_new_brake_is_one_small_class():
     [
         ({"breakpoints": [1.0]}, "contain 0"),
         ({"breakpoints": [0.0, -1.0], "slopes": [0.0] * 3, "offsets": [0.0] * 3}, "ascend"),
-        ({"slopes": [0.0]}, "must be n"),
+        ({"offsets": [1.0]}, "must be n"),
+        ({"breakpoints": [0.0, 1.0]}, "must be n"),
         ({"offsets": [-1.0, 5.0]}, "must contain"),
         (
-            {"breakpoints": [0.0, 1.0], "slopes": [0.0] * 3, "offsets": [-1.0, 1.0, 2.0]},
+            {"breakpoints": [0.0, 1.0], "slopes": [0.0] * 3, "offsets": [-1.0, 1.0, 1.0 + 1e-6]},
             "continuous except at 0",
         ),
     ],
@@ -134,6 +135,9 @@ def test_inconsistent_characteristics_are_refused(change, words):
     good = {"breakpoints": [0.0], "slopes": [0.0, 0.0], "offsets": [-1.0, 1.0],
             "holding": (-1.0, 1.0)}  # fmt: skip
     wb.Characteristic(**good)
+    # A difference that rounding makes is no jump, however large the torque.
+    more = {"breakpoints": [0.0, 1.0], "slopes": [0.0] * 3, "offsets": [-1e6, 1e6, 1e6 + 1e-5]}
+    wb.Characteristic(**more, holding=(-1e6, 1e6))
     with pytest.raises(wb.InputError, match=words):
         wb.Characteristic(**{**good, **change})
 

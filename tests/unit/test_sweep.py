@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -430,6 +431,28 @@ def test_a_store_knows_the_law_that_a_user_wrote(tmp_path) -> None:
     wb.sweep(system(0.01), store=path, resume=True, **options)
     with pytest.raises(wb.InputError, match=r"laws\.friction"):
         wb.sweep(system(0.02), store=path, resume=True, **options)
+
+
+def test_a_store_knows_the_class_that_a_user_wrote(tmp_path, monkeypatch) -> None:
+    """Also one that has a name in study files."""
+    monkeypatch.setattr(wb.Brake, "kinds", {**wb.Brake.kinds})
+
+    def system(cubic):
+        class Own(wb.Brake):
+            kind: ClassVar[str] = "own"
+
+            @staticmethod
+            def law(m, shape):  # noqa: ARG004 - the law of all brakes
+                return m + cubic * m**3
+
+        return SYSTEM.replace(brake=Own(radius=0.2))
+
+    options = {"eta": [0.0, -1.0], "periods": 4, "transient": 1, "progress": False}
+    path = tmp_path / "run.zarr"
+    wb.sweep(system(1.0), store=path, **options)
+    wb.sweep(system(1.0), store=path, resume=True, **options)
+    with pytest.raises(wb.InputError, match=r"laws\.brake"):
+        wb.sweep(system(2.0), store=path, resume=True, **options)
 
 
 def test_the_identity_of_a_law_is_what_it_does() -> None:

@@ -13,12 +13,14 @@ from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY
 
-# A motion has settled when its remaining drift is smaller than this share of its size.
+# Points that return within this share of the motion's size repeat, and a motion has settled when
+# the remaining drift is smaller.
 SETTLED = 1e-6
 # Return distances below this share of the state, or of the motion's size, are rounding.
 ROUNDING = 1e-11
-# Longest detected period, in periods of the torque, and least number of its repetitions.
+# Longest detected period, in periods of the torque.
 LONGEST = 512
+# Fewest returns from which a period is concluded.
 _RETURNS = 4
 # Periods without drift that count as settled.
 _LONG = 200

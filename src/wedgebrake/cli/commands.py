@@ -131,7 +131,7 @@ def sweep(
     here --transient and --periods (or [sweep]) set the evaluated periods.
 
     A point that diverges, locks, or is invalid counts as a result (exit status 0). Ctrl-C ends the
-    sweep at once (exit status 1); with --store the computed points are kept, and the same command
+    sweep at once (exit status 1); with --store the finished chunks are kept, and the same command
     with --resume continues.
     """
     from wedgebrake.cli.output import check_files

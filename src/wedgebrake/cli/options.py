@@ -144,8 +144,8 @@ Store = Annotated[
     Path | None,
     _option(
         "RUN.zarr",
-        "Keep the points in this folder (zarr) as they are computed, so that nothing is lost if"
-        " the sweep is interrupted.",
+        "Keep the points in this folder (zarr) as they are computed, so that an"
+        " interrupted sweep can be continued.",
     ),
 ]
 Resume = Annotated[

@@ -1,1 +1,16 @@
-"""The machine as numbers: pieces of the brake torque, their flow, and the compiler of kernels."""
+"""The machine as numbers, and the compiler of kernels.
+
+jit                    how kernels are compiled and cached
+records, enums         structured arrays with attributes; classes and outcomes as numbers
+problem                what every kernel is given: driveline, torque and brake
+assemble               from the numbers of a machine to that
+harmonic               the torque: its value, rate and phase
+actuator               the actuation force and the speed of its release
+brake_torque           brake torque over speed, of a compiled law
+piecewise_linear       brake torque as straight lines, for set-valued friction
+linear_flow            the motion in a linear piece, in closed form
+deviations             small deviations through a linear piece
+section                the section at which a motion is sampled
+segment_log            the record of events that every solver writes
+motion_sums            sums over a motion
+"""

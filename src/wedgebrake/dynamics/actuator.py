@@ -1,6 +1,7 @@
-"""The actuator's law (eq. 3), common to the model, the kernels and the measures.
+"""The actuator's law (eq. 3), for the model, the kernels and the measures.
 
-Plain Python; kernels compile it.
+Plain Python; kernels compile it. ``piecewise_linear.half`` makes the release speed a breakpoint of
+the brake torque, beyond which the torque is zero: the exact solver never clips a force.
 """
 
 import math

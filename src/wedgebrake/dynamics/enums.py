@@ -30,6 +30,7 @@ class EventKind(IntEnum):
     SLIP = 3
     REVERSAL = 4
     BREAKPOINT = 5
+    """A speed at which the brake torque bends: of the release, or of a table of friction."""
     END = 6
     BAND_ENTERED = 7
     """The sliding velocity enters the stick band of a smooth law."""
@@ -69,6 +70,7 @@ class MotionClass(IntEnum):
     AT_REST = 1
     SYNCHRONOUS = 2
     PERIODIC = 3
+    """With two periods of the torque or more."""
     QUASI_PERIODIC = 4
     CHAOTIC = 5
     DIVERGED = 6

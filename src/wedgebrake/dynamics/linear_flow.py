@@ -40,7 +40,7 @@ PIECE = record(
         ("forced_sine", np.float64),  # forced angle: sine part, cosine part, centre [rad]
         ("forced_cosine", np.float64),
         ("centre", np.float64),
-        ("cell", np.float64),  # longest search step [s]
+        ("cell", np.float64),  # longest search step [s], at most 1/growth for ``root_exclusion``
         ("noise", np.float64),  # rounding of an acceleration in equilibrium [rad/s^2]
     ]
 )

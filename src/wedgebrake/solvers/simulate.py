@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 METHODS: dict[str, str] = {
     "exact": "closed forms from event to event; Coulomb or tabulated friction",
-    "smooth": "adaptive, eighth order; smoothed or custom friction",
+    "smooth": "adaptive, high order; smoothed or custom friction",
     "ode14x": "the paper's fixed step; smoothed or Coulomb friction (banded)",
 }
 _MODULES = {"exact": "event_driven.solve", "smooth": "smooth.solve", "ode14x": "ode14x"}

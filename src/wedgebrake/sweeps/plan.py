@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from wedgebrake._version import __version__
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.model.friction import CustomFriction
+from wedgebrake.model.part import Chosen
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
 from wedgebrake.sweeps.results import VARIABLES, Variable
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PERIOD = "period"
+# Packages whose classes their version identifies.
+_KNOWN = ("wedgebrake", "pydantic", "builtins", "abc")
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,12 +130,18 @@ class Plan:
 
 def _laws(system: BrakedDriveline) -> dict[str, str]:
     """Return fingerprints of user-defined laws, whose names do not reveal a change."""
-    laws: dict[str, Any] = {}
-    if not system.brake.kind:
-        laws["brake"], laws["shape"] = type(system.brake).law, type(system.brake).shape
+    own = {"brake": _own_functions(system.brake), "friction": _own_functions(system.friction)}
     if isinstance(system.friction, CustomFriction):
-        laws["friction"] = system.friction.law
-    return {part: fingerprint(law) for part, law in laws.items()}
+        own["friction"].append(system.friction.law)
+    return {part: "-".join(map(fingerprint, laws)) for part, laws in own.items() if laws}
+
+
+def _own_functions(part: Chosen) -> list[Callable[..., Any]]:
+    """Return the functions of a part's class that wedgebrake does not define."""
+    classes = (one for one in type(part).__mro__ if one.__module__.partition(".")[0] not in _KNOWN)
+    members = [value for one in classes for _, value in sorted(vars(one).items())]
+    found = [getattr(one, "__func__", getattr(one, "fget", one)) for one in members]
+    return [one for one in found if hasattr(one, "__code__")]
 
 
 def fingerprint(law: Callable[..., Any]) -> str:

@@ -1,9 +1,9 @@
 """The store of a sweep: a zarr folder from which an interrupted sweep can be resumed.
 
-Every file is written under another name and renamed, so that it exists completely or not at
-all. A chunk of results is one file with a checksum: an interrupted or damaged chunk is computed
-again. Files are not forced to the disk (5 ms each): after a power failure the checksums reveal
-what was lost. An OS lock, which ends with its process, admits one writer.
+Every file is written under another name and renamed, by zarr or here, so that it exists completely
+or not at all. A chunk of results is one file with a checksum: an interrupted or damaged chunk is
+computed again. Files are not forced to the disk (5 ms each): after a power failure the checksums
+reveal which chunks were lost. An OS lock, which ends with its process, admits one writer.
 
 ``results/.lock`` and ``results/.writer`` are not part of zarr; readers of zarr do not look
 for files inside an array.
@@ -137,7 +137,7 @@ class SweepStore:
         return set(self._completed)
 
     def write(self, index: ChunkIndex, results: Mapping[str, Any]) -> None:
-        """Write the results of a chunk, an array for each variable.
+        """Write the results of a chunk, from an array for each variable.
 
         Raises ``OutputError`` if that fails, for example on a full disk. Then the store is as
         it was before.

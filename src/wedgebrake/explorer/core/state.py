@@ -252,8 +252,15 @@ def _spans(given: Any, possible: list[str]) -> dict[str, tuple[float, float]]:
 
 def _brake(model: type[Part], before: Brake, known: Part | None) -> Part:
     """A brake of another kind, as it was before or as in the examples, with the same radius."""
-    examples = {name: labels(one)["example"] for name, one in model.model_fields.items()}
-    return model(**{**examples, **dict(known or ()), "radius": before.radius})
+    return model(**{**_examples(model), **dict(known or ()), "radius": before.radius})
+
+
+def _examples(model: type[Part]) -> dict[str, Any]:
+    """The examples of the parameters that have no default."""
+    fields = {name: one for name, one in model.model_fields.items() if one.is_required()}
+    return {
+        name: labels(one)["example"] for name, one in fields.items() if "example" in labels(one)
+    }
 
 
 def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
@@ -268,7 +275,9 @@ def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
         coefficients = tuple(min(share * kinetic, _LARGEST_COEFFICIENT) for share in shares)
         static = max(static, coefficients[0])
         return model(speeds=speeds, coefficients=coefficients, static=static)
-    return model(**{**dict(known or ()), "kinetic": kinetic, "static": max(static, kinetic)})
+    common = {"kinetic": kinetic, "static": max(static, kinetic)}
+    stated = {name: one for name, one in common.items() if name in model.model_fields}
+    return model(**{**_examples(model), **dict(known or ()), **stated})
 
 
 def _check_whole(name: str, value: Any, least: int, most: int) -> None:

@@ -49,7 +49,7 @@ class _Derivatives(NamedTuple):
 
 
 class _Bounds(NamedTuple):
-    """Constants of a piece for ``root_exclusion``: forcing of the snap, growth, fastest rate."""
+    """Constants of a piece for ``root_exclusion``: its forcing, growth and fastest rate."""
 
     forcing: float
     growth: float
@@ -81,7 +81,7 @@ def _is_simple(step, a, higher, bounds):
 def _polish(piece, forcing, target, motion, higher, step):
     """(time, angle) gained until the velocity is ``target``, by Newton on a Taylor polynomial.
 
-    The polynomial is of ninth order; ``step`` is the safe step to start from.
+    It is of eighth order in the velocity; ``step`` is the safe step to start from.
     """
     g2, w2, omega = piece.damping, piece.stiffness, forcing.angular_frequency
     w, a, j, s = motion.velocity, motion.acceleration, higher.jerk, higher.snap
@@ -196,7 +196,7 @@ def slip(piece, forcing, low, high, motion, t_end, work_limit):
 
 @compiled
 def _at_constant_angle(driveline, torque, lower, upper, t, theta):
-    """(end, time of release) of rest at a constant angle, in closed form.
+    """(end, time of breaking away) of rest at a constant angle, in closed form.
 
     The brake holds while T(t) - k theta is inside [lower, upper].
     """
@@ -212,7 +212,7 @@ def _at_constant_angle(driveline, torque, lower, upper, t, theta):
 
 @compiled
 def _at_moving_angle(driveline, torque, lower, upper, start, t_end, theta):
-    """(end, time of release) of rest on a turning shaft, where the angle moves.
+    """(end, time of breaking away) of rest on a turning shaft, where the angle moves.
 
     The holding condition is lower <= T(t) - c w_rest - k theta(t) <= upper; its end is found
     with the same bound as an event of slip.
@@ -247,7 +247,7 @@ def _at_moving_angle(driveline, torque, lower, upper, start, t_end, theta):
 
 @inlined
 def hold(driveline, torque, lower, upper, motion, t_end):
-    """Rest until the brake releases or the time ``t_end`` comes; see ``slip``.
+    """Rest until the brake breaks away or the time ``t_end`` comes; see ``slip``.
 
     HIT_HIGH, HIT_LOW: the torque left the holding interval [lower, upper] there.
     """

@@ -133,7 +133,7 @@ def _hold_or_slip(problem, forcing, event, tolerance, motion):
 
 
 @inlined
-def _released(problem, end, decision, motion):
+def _break_away(problem, end, decision, motion):
     """(event, motion) where rest ends at a limit of the holding interval."""
     driveline, brake = problem.driveline, problem.brake
     # The acceleration is the step from static to kinetic torque, known without rounding, and
@@ -261,7 +261,7 @@ def run(problem, start, end, max_events, log, returns, stop=None):
                     returns[index, ANGLE] = motion.angle
                     returns[index, VELOCITY] = motion.velocity
         elif event.mode == REST:
-            event, motion = _released(problem, found.end, decision, motion)
+            event, motion = _break_away(problem, found.end, decision, motion)
         else:
             low = found.end == SearchEnd.HIT_LOW
             neighbour = event.mode - 1 if low else event.mode + 1

@@ -109,7 +109,7 @@ def laws(system: BrakedDriveline) -> tuple[Any, LawNumbers]:
 def _tanh_law(system: BrakedDriveline, friction: SmoothFriction) -> TanhLaw | None:
     """The numbers of ``taylor``, where a law has a series: mu tanh, g a fraction."""
     brake = system.brake
-    if not isinstance(friction, SmoothedFriction) or not isinstance(brake, LeverBrake):
+    if type(friction) is not SmoothedFriction or not isinstance(brake, LeverBrake):
         return None
     if friction.static != friction.kinetic or friction.kinetic == 0.0:
         return None

@@ -44,8 +44,9 @@ function said(x, unit, scale = Math.abs(x)) {
   return `${text.replace("-", "−")} ${unit}`
 }
 
-// ---- Schematics by name, as the class of a brake states it. Each gives the place of the rotor, what is fixed, what is pressed, where
-// the actuation force acts and in which direction, where the contact is, and how it opens.
+// ---- Schematics by name, as the class of a brake states it. Each gives the place of the rotor,
+// what is fixed, what is pressed, where the actuation force acts and in which direction, where the
+// contact is, and how it opens.
 
 const BRAKES = {
   wedge({angle = 0.34}) {

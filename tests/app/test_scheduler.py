@@ -1,4 +1,4 @@
-"""Work in scheduler: the newest wish wins, others have their scheduler, failures are sentences."""
+"""The scheduler: newer work replaces older, pages take turns, failures are told as sentences."""
 
 import threading
 import time
