@@ -70,7 +70,7 @@ def execute(monkeypatch):
 
 
 STIFF = wb.paper.system().replace(stiffness=1e8, frequency=5.0)
-DESKS = {
+STATES = {
     "the paper's": state(),
     "a diagram of angles": state(axis="damping", quantity="angle"),
     "regimes": state(plot="regimes", across="kinetic", up="frequency"),
@@ -93,9 +93,9 @@ DESKS = {
 
 class TestProgram:
     @pytest.mark.usefixtures("few")
-    @pytest.mark.parametrize("name", DESKS)
+    @pytest.mark.parametrize("name", STATES)
     def test_shows_what_the_page_shows(self, name, execute, capsys):
-        given = DESKS[name]
+        given = STATES[name]
         names, files = execute(snippet(given))
         assert files == ["response.png", f"{given.view.plot}.png"]
         assert names["system"] == given.system
@@ -131,7 +131,7 @@ class TestProgram:
         assert "\npoints = (24, 16)\n" in snippet(state(friction="smoothed", plot="regimes"))
 
     def test_has_public_names_alone(self):
-        several = [*DESKS.values()]
+        several = [*STATES.values()]
         several += [preset(name).state().edited(plot=one) for name in PRESETS for one in PLOTS]
         for given in several:
             tree = ast.parse(snippet(given))
@@ -176,7 +176,7 @@ class TestProgram:
 
     def test_samples_follow_fast_vibration(self):
         assert samples(state()) == SAMPLES_PER_PERIOD
-        given = DESKS["a stiff driveline"]
+        given = STATES["a stiff driveline"]
         assert samples(given) > 4 * 1e4 / (2 * np.pi * 5.0)
         assert samples(given) * given.edited(periods=2000).periods > 1e6
         assert samples(given.edited(periods=2000)) * 2000 <= 400_000
@@ -281,9 +281,9 @@ class TestFiles:
         with pytest.raises(wb.InputError, match=r"^eta"):
             export(state(plot="stability", damping=0.0), "diagram-png")
 
-    @pytest.mark.parametrize("name", [*DESKS, *EXAMPLES], ids=lambda name: Path(name).stem)
+    @pytest.mark.parametrize("name", [*STATES, *EXAMPLES], ids=lambda name: Path(name).stem)
     def test_a_study_comes_back(self, name):
-        given = DESKS[name] if name in DESKS else opened(wb.load_study(name))
+        given = STATES[name] if name in STATES else opened(wb.load_study(name))
         read = wb.read_study(export(given, "study").content)
         assert read.system == given.system
         assert read.system.groups == given.system.groups
@@ -318,7 +318,7 @@ class TestData:
 
     def test_netcdf(self, tmp_path, monkeypatch):
         monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-        given = DESKS["later"]
+        given = STATES["later"]
         content = export(given, "netcdf").content
         assert [*tmp_path.iterdir()] == []  # it leaves nothing behind
         with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as read:

@@ -26,7 +26,7 @@ def simulated(name: str):
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_each_is_a_desk_a_study_and_has_a_motion(name):
+def test_each_is_a_state_a_study_and_has_a_motion(name):
     one = preset(name)
     state = one.state()
     assert one.name == name

@@ -20,7 +20,7 @@ def study(system, **run):
     return wb.Study(system, wb.load_study("examples/paper.toml").run).changed(**run)
 
 
-def test_an_edit_leaves_the_old_desk_as_it_was(state):
+def test_an_edit_leaves_the_old_state_as_it_was(state):
     other = state.edited(eta=-30.0)
     assert state.system.groups.eta == -24.0
     assert other.system == state.system.replace(eta=-30.0)

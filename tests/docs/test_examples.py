@@ -106,7 +106,7 @@ def test_python_examples(page, program, folder):
 @pytest.mark.parametrize(("line", "page"), COMMANDS.items())
 def test_commands(line, page, folder, run, monkeypatch):
     served = []
-    monkeypatch.setattr(server, "serve", lambda *desk, **_: served.extend(desk))
+    monkeypatch.setattr(server, "serve", lambda *given, **_: served.extend(given))
     monkeypatch.setattr(webbrowser, "open", served.append)
     monkeypatch.setattr(statements, "STATEMENTS", statements.STATEMENTS[:2])
     folder(page)

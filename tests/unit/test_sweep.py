@@ -419,40 +419,31 @@ def test_an_interrupt_leaves_a_store_to_go_on_with(tmp_path) -> None:
         )  # fmt: skip
 
 
-def test_a_store_knows_the_law_that_a_user_wrote(tmp_path) -> None:
-    def system(width):
-        return SYSTEM.replace(
-            friction=wb.CustomFriction(law=lambda v: 0.3 * v / (abs(v) + width), width=0.01)
-        )
-
-    options = {"eta": [0.0, -1.0], "periods": 4, "transient": 1, "progress": False}
-    path = tmp_path / "run.zarr"
-    wb.sweep(system(0.01), store=path, **options)
-    wb.sweep(system(0.01), store=path, resume=True, **options)
-    with pytest.raises(wb.InputError, match=r"laws\.friction"):
-        wb.sweep(system(0.02), store=path, resume=True, **options)
+def own_law(width: float) -> wb.Friction:
+    return wb.CustomFriction(law=lambda v: 0.3 * v / (abs(v) + width), width=0.01)
 
 
-def test_a_store_knows_the_class_that_a_user_wrote(tmp_path, monkeypatch) -> None:
-    """Also one that has a name in study files."""
+def own_brake(cubic: float) -> wb.Brake:
+    class Own(wb.Brake):
+        kind: ClassVar[str] = "own"
+
+        @staticmethod
+        def law(m, shape):  # noqa: ARG004 - the law of all brakes
+            return m + cubic * m**3
+
+    return Own(radius=0.2)
+
+
+@pytest.mark.parametrize(("part", "made"), [("friction", own_law), ("brake", own_brake)])
+def test_a_store_knows_the_law_that_a_user_wrote(part, made, tmp_path, monkeypatch) -> None:
+    """Also one whose class has a name in study files."""
     monkeypatch.setattr(wb.Brake, "kinds", {**wb.Brake.kinds})
-
-    def system(cubic):
-        class Own(wb.Brake):
-            kind: ClassVar[str] = "own"
-
-            @staticmethod
-            def law(m, shape):  # noqa: ARG004 - the law of all brakes
-                return m + cubic * m**3
-
-        return SYSTEM.replace(brake=Own(radius=0.2))
-
     options = {"eta": [0.0, -1.0], "periods": 4, "transient": 1, "progress": False}
-    path = tmp_path / "run.zarr"
-    wb.sweep(system(1.0), store=path, **options)
-    wb.sweep(system(1.0), store=path, resume=True, **options)
-    with pytest.raises(wb.InputError, match=r"laws\.brake"):
-        wb.sweep(system(2.0), store=path, resume=True, **options)
+    options["store"] = tmp_path / "run.zarr"
+    wb.sweep(SYSTEM.replace(**{part: made(0.01)}), **options)
+    wb.sweep(SYSTEM.replace(**{part: made(0.01)}), resume=True, **options)
+    with pytest.raises(wb.InputError, match=rf"laws\.{part}"):
+        wb.sweep(SYSTEM.replace(**{part: made(0.02)}), resume=True, **options)
 
 
 def test_the_identity_of_a_law_is_what_it_does() -> None:

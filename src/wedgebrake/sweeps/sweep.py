@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import nullcontext
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -143,12 +143,8 @@ def bifurcation(system: BrakedDriveline, *, follow: bool = False, **options: Any
     Raises ``InputError`` as ``sweep``, and for more than one parameter.
     """
     parameters, settings, execution = split_options(options)
-    if len(parameters) != 1:
-        raise InputError(
-            f"bifurcation: {len(parameters)} parameters ({', '.join(parameters) or 'none'}), must"
-            " be one, for example eta=np.linspace(-60, 12, 400). For two use regime_map, for any"
-            " number sweep."
-        )
+    example = "eta=np.linspace(-60, 12, 400). For two use regime_map, for any number sweep."
+    _check_count("bifurcation", parameters, 1, f"one, for example {example}")
     check_instance("follow", follow, bool)
     along = next(iter(parameters)) if follow else None
     plan = make_plan("bifurcation", system, parameters, follow=along, **settings)
@@ -177,13 +173,16 @@ def regime_map(system: BrakedDriveline, **options: Any) -> xr.Dataset:
     Raises ``InputError`` as ``sweep``, and for other than two parameters.
     """
     parameters, settings, execution = split_options(options)
-    if len(parameters) != 2:
-        raise InputError(
-            f"regime_map: {len(parameters)} parameters ({', '.join(parameters) or 'none'}), must"
-            " be two, for example eta=np.linspace(-60, 12, 200), F0=np.linspace(0.01, 0.1, 100)."
-        )
+    example = "eta=np.linspace(-60, 12, 200), F0=np.linspace(0.01, 0.1, 100)."
+    _check_count("regime_map", parameters, 2, f"two, for example {example}")
     settings.setdefault("keep_points", False)
     return execute(make_plan("regime_map", system, parameters, **settings), **execution)
+
+
+def _check_count(name: str, parameters: Collection[str], count: int, allowed: str) -> None:
+    if len(parameters) != count:
+        given = ", ".join(parameters) or "none"
+        raise InputError(f"{name}: {len(parameters)} parameters ({given}), must be {allowed}")
 
 
 def make_plan(
