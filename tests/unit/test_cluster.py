@@ -30,8 +30,9 @@ def alone():
 
 @pytest.fixture(scope="module")
 def cluster():
+    # Any free port: even without a dashboard, the usual one may be taken by tests beside these.
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
     ) as cluster:
         yield cluster
 
