@@ -108,8 +108,8 @@ def _table(signals, table, value, time, row, terms):
 
 
 @compiled
-def expand(signals, time, rest, terms, inputs):
-    """Store the series of all signals at ``time + rest`` in ``inputs``, (signals, terms)."""
+def expand(signals, time, rest, terms, z, first):
+    """Store the series of all signals at ``time + rest`` in the columns of z from ``first`` on."""
     stack, begin = signals.stack, 0
     for number in range(signals.ends.size):
         top = -1
@@ -129,7 +129,7 @@ def expand(signals, time, rest, terms, inputs):
                 _table(signals, signals.tables[one.index], one.value, time + rest, top, terms)
             elif one.kind == Operation.ORDER:
                 top += 1
-                _order(signals, one, inputs, top, terms)
+                _order(signals, one, z, first, top, terms)
             else:
                 top -= 1
                 if one.kind == Operation.ADD:
@@ -143,33 +143,33 @@ def expand(signals, time, rest, terms, inputs):
                         stack[top, k] = total
         begin = signals.ends[number]
         for k in range(terms):
-            inputs[number, k] = stack[0, k]
+            z[k, first + number] = stack[0, k]
 
 
 @compiled
-def _order(signals, one, inputs, row, terms):
+def _order(signals, one, z, first, row, terms):
     """Series of a sine of an angle whose rate is a speed signal: S' = o w C, C' = -o w S."""
     stack = signals.stack
     angle = one.frequency * signals.angles[one.index] + one.phase
-    speed = inputs[signals.speeds[one.index]]
+    speed = first + signals.speeds[one.index]
     # The row above serves as room for the cosine.
     stack[row, 0], stack[row + 1, 0] = one.value * math.sin(angle), one.value * math.cos(angle)
     for k in range(terms - 1):
         sine, cosine = 0.0, 0.0
         for i in range(k + 1):
-            rate = one.frequency * speed[i]
+            rate = one.frequency * z[i, speed]
             sine += rate * stack[row + 1, k - i]
             cosine -= rate * stack[row, k - i]
         stack[row, k + 1], stack[row + 1, k + 1] = sine / (k + 1.0), cosine / (k + 1.0)
 
 
 @compiled
-def advance(signals, inputs, terms, tau):
+def advance(signals, z, first, terms, tau):
     """Advance the angles that orders follow by a time tau."""
     for number in range(signals.speeds.size):
         total = 0.0
         for k in range(terms - 1, -1, -1):
-            total = total * tau + inputs[signals.speeds[number], k] / (k + 1.0)
+            total = total * tau + z[k, first + signals.speeds[number]] / (k + 1.0)
         signals.angles[number] += total * tau
 
 

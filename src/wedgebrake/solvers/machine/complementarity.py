@@ -14,8 +14,8 @@ import numpy as np
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.solvers.machine.modes import compliance
 
-# Relative size of rates and torques that are rounding.
-_ROUNDING = 1e-11
+ROUNDING = 1e-11
+"""Relative size of rates and torques that are rounding."""
 _SINGULAR = 1e-10
 
 
@@ -25,34 +25,55 @@ class AtRest(NamedTuple):
     contacts : (count,) their numbers
     matrix   : (count, count) G
     rates    : (count,) c
-    scale    : of c: the sum of the sizes of what it is made of
+    scale    : (1,) of c: the sum of the sizes of what it is made of
     lower, upper   : (count,) limits of the torque that holds
     forward, backward : (count,) torque of sliding
-    preferred : (count,) side of slip that is meant where the rate is rounding, or 0
-    limited   : (count,) -1 or 1 where the torque has just reached a limit and would exceed it
+    limited  : (count,) -1 or 1 where the torque has just reached a limit and would exceed it
     """
 
     contacts: Any
     matrix: Any
     rates: Any
-    scale: float
+    scale: Any
     lower: Any
     upper: Any
     forward: Any
     backward: Any
-    preferred: Any
     limited: Any
 
 
+class Pattern(NamedTuple):
+    """Which contacts hold and which slip.
+
+    side   : (count,) side of sliding, 0 where the contact holds
+    torque : (count,)
+    clamp  : (count,) -1 or 1 where a holding torque is at a limit since others hold the rest
+    """
+
+    side: Any
+    torque: Any
+    clamp: Any
+
+
 @compiled
-def matrix_of(problem, contacts):
-    """G of some contacts."""
+def pattern_of(count):
+    """Room for a pattern."""
+    return Pattern(np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64))
+
+
+@compiled
+def at_rest_of(problem, contacts):
+    """Room for ``AtRest``, with G of some contacts."""
     count = contacts.size
     matrix = np.empty((count, count))
     for i in range(count):
         for k in range(count):
             matrix[i, k] = compliance(problem, contacts[i], contacts[k])
-    return matrix
+    numbers = np.empty((5, count))
+    return AtRest(
+        contacts, matrix, numbers[0], np.zeros(1), numbers[1], numbers[2], numbers[3], numbers[4],
+        np.empty(count, np.int64),
+    )  # fmt: skip
 
 
 @compiled
@@ -61,6 +82,12 @@ def _least(matrix, right, weights):
     count = right.size
     if count == 1:
         return right / matrix[0, 0], 0.0
+    if count == 2:
+        a, b, c = matrix[0, 0], matrix[0, 1], matrix[1, 1]
+        determinant = a * c - b * b
+        if determinant > _SINGULAR * a * c:
+            one = (c * right[0] - b * right[1]) / determinant
+            return np.array([one, (a * right[1] - b * right[0]) / determinant]), 0.0
     scaled = np.empty((count, count))
     for i in range(count):
         for k in range(count):
@@ -71,31 +98,37 @@ def _least(matrix, right, weights):
 
 
 @compiled
-def hold(rest, pattern, torques, clamps):
-    """Find torques with which the contacts of a pattern's zeros hold; False: there are none.
+def _width(rest, i):
+    """Largest torque at which a contact holds; 1 where there is none or no limit."""
+    width = max(abs(rest.lower[i]), abs(rest.upper[i]))
+    return width if 0.0 < width < math.inf else 1.0
 
-    pattern : (count,) side of sliding of each contact, 0: it holds
-    torques : (count,) receives the torques
-    clamps  : (count,) receives -1 or 1 where a holding torque is at a limit
+
+@compiled
+def hold(rest, pattern):
+    """Find torques with which the contacts of a pattern that do not slide hold; False: none.
 
     As the limits only matter where contacts depend on each other, those beyond theirs are set to
     it and the others take the rest.
     """
-    count = pattern.size
+    side, torque, clamp = pattern
+    count = side.size
     free = np.empty(count, np.int64)
     for i in range(count):
-        clamps[i] = 0
-        if pattern[i] != 0:
-            torques[i] = rest.forward[i] if pattern[i] > 0 else rest.backward[i]
-        elif rest.limited[i] != 0:
-            if not _depends(rest, pattern, i):
+        clamp[i] = 0
+        if side[i] != 0:
+            torque[i] = rest.forward[i] if side[i] > 0 else rest.backward[i]
+            if math.isinf(torque[i]):
                 return False
-            clamps[i] = rest.limited[i]
-            torques[i] = rest.upper[i] if clamps[i] > 0 else rest.lower[i]
+        elif rest.limited[i] != 0:
+            if not _depends(rest, side, i):
+                return False
+            clamp[i] = rest.limited[i]
+            torque[i] = rest.upper[i] if clamp[i] > 0 else rest.lower[i]
     for _ in range(count + 1):
         size = 0
         for i in range(count):
-            if pattern[i] == 0 and clamps[i] == 0:
+            if side[i] == 0 and clamp[i] == 0:
                 free[size] = i
                 size += 1
         right, weights = np.empty(size), np.empty(size)
@@ -103,41 +136,38 @@ def hold(rest, pattern, torques, clamps):
         for i in range(size):
             right[i] = -rest.rates[free[i]]
             for k in range(count):
-                if pattern[k] != 0 or clamps[k] != 0:
-                    right[i] -= rest.matrix[free[i], k] * torques[k]
+                if side[k] != 0 or clamp[k] != 0:
+                    right[i] -= rest.matrix[free[i], k] * torque[k]
             for k in range(size):
                 matrix[i, k] = rest.matrix[free[i], free[k]]
-            width = max(abs(rest.lower[free[i]]), abs(rest.upper[free[i]]))
-            weights[i] = width if 0.0 < width < math.inf else 1.0
+            weights[i] = _width(rest, free[i])
         if size > 0:
             found, residual = _least(matrix, right, weights)
-            if residual > _ROUNDING * rest.scale:
+            if residual > ROUNDING * rest.scale[0]:
                 return False
             for i in range(size):
-                torques[free[i]] = found[i]
+                torque[free[i]] = found[i]
         worst, beyond = -1, 0.0
         for i in range(size):
             at = free[i]
-            room = _ROUNDING * max(abs(rest.lower[at]), abs(rest.upper[at]))
-            if math.isinf(room):
-                room = 0.0
-            over = max(torques[at] - rest.upper[at], rest.lower[at] - torques[at])
+            room = ROUNDING * weights[i]
+            over = max(torque[at] - rest.upper[at], rest.lower[at] - torque[at])
             if over > room and over / weights[i] > beyond:
                 worst, beyond = at, over / weights[i]
         if worst < 0:
-            return _balanced(rest, pattern, torques)
-        clamps[worst] = 1 if torques[worst] > rest.upper[worst] else -1
-        torques[worst] = rest.upper[worst] if clamps[worst] > 0 else rest.lower[worst]
+            return _is_balanced(rest, side, torque)
+        clamp[worst] = 1 if torque[worst] > rest.upper[worst] else -1
+        torque[worst] = rest.upper[worst] if clamp[worst] > 0 else rest.lower[worst]
     return False
 
 
 @compiled
-def _depends(rest, pattern, which):
+def _depends(rest, side, which):
     """Return True if others that hold can take the torque of one."""
-    count, size = pattern.size, 0
+    count, size = side.size, 0
     others = np.empty(count, np.int64)
     for i in range(count):
-        if pattern[i] == 0 and i != which and rest.limited[i] == 0:
+        if side[i] == 0 and i != which and rest.limited[i] == 0:
             others[size] = i
             size += 1
     if size == 0:
@@ -150,67 +180,71 @@ def _depends(rest, pattern, which):
         column[k] = rest.matrix[others[k], which]
     column[size] = rest.matrix[which, which]
     solution = np.linalg.pinv(matrix, _SINGULAR) @ column
-    return np.abs(matrix @ solution - column).max() <= _ROUNDING * column[size]
+    return np.abs(matrix @ solution - column).max() <= ROUNDING * column[size]
 
 
 @compiled
-def _balanced(rest, pattern, torques):
+def _is_balanced(rest, side, torque):
     """Return True if the contacts that hold do not move."""
-    for i in range(pattern.size):
-        if pattern[i] == 0 and abs(_rate(rest, torques, i)) > _ROUNDING * rest.scale:
+    for i in range(side.size):
+        if side[i] == 0 and abs(rate(rest, torque, i)) > ROUNDING * rest.scale[0]:
             return False
     return True
 
 
 @compiled
-def _rate(rest, torques, i):
+def rate(rest, torque, i):
     """Rate of the sliding speed of a contact."""
     total = rest.rates[i]
-    for k in range(torques.size):
-        total += rest.matrix[i, k] * torques[k]
+    for k in range(torque.size):
+        total += rest.matrix[i, k] * torque[k]
     return total
 
 
 @compiled
-def solve(rest, pattern, torques, clamps, flat):
+def _slips_apart(rest, pattern):
+    """Return True if what slides does so with a rate of its side.
+
+    A rate that is rounding has the side to which a holding torque has just reached its limit.
+    """
+    for i in range(pattern.side.size):
+        side = pattern.side[i]
+        if side != 0:
+            forwards = side * rate(rest, pattern.torque, i)
+            room = ROUNDING * rest.scale[0]
+            if forwards < -room or (forwards <= room and side != -rest.limited[i]):
+                return False
+    return True
+
+
+@compiled
+def solve(rest, best):
     """Find the pattern of sticks and slips; False: there is none.
 
-    flat : (count,) receives 1 where slip begins with a rate that is rounding
+    Of patterns in which as many hold, the one with the smallest share of a limit is taken.
     """
     count = rest.contacts.size
-    trial, best = np.zeros(count, np.int64), -1
-    trial_clamps, trial_torques = np.zeros(count, np.int64), np.zeros(count)
-    least = math.inf
-    for code in range(3**count):
-        left, held = code, 0
-        for i in range(count):
-            digit = left % 3
-            trial[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
-            held += digit == 0
-            left //= 3
-        if held < best or not hold(rest, trial, trial_torques, trial_clamps):
-            continue
-        fits = True
-        for i in range(count):
-            if trial[i] != 0:
-                rate = trial[i] * _rate(rest, trial_torques, i)
-                room = _ROUNDING * rest.scale
-                if rate < -room or (rate <= room and trial[i] != rest.preferred[i]):
-                    fits = False
-        if not fits:
-            continue
-        # Of patterns in which as many hold, that with the smallest share of a limit.
-        share = 0.0
-        for i in range(count):
-            width = max(abs(rest.lower[i]), abs(rest.upper[i]))
-            if trial[i] == 0 and 0.0 < width < math.inf:
-                share = max(share, abs(trial_torques[i]) / width)
-        if held > best or share < least:
-            best, least = held, share
-            pattern[:] = trial
-            torques[:] = trial_torques
-            clamps[:] = trial_clamps
+    trial = pattern_of(count)
+    for sliding in range(count + 1):
+        least = math.inf
+        for code in range(3**count):
+            left, slips = code, 0
             for i in range(count):
-                rate = abs(_rate(rest, trial_torques, i))
-                flat[i] = rate <= _ROUNDING * rest.scale
-    return best >= 0
+                digit = left % 3
+                trial.side[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
+                slips += digit != 0
+                left //= 3
+            if slips != sliding or not hold(rest, trial) or not _slips_apart(rest, trial):
+                continue
+            share = 0.0
+            for i in range(count):
+                if trial.side[i] == 0:
+                    share = max(share, abs(trial.torque[i]) / _width(rest, i))
+            if share < least:
+                least = share
+                best.side[:] = trial.side
+                best.torque[:] = trial.torque
+                best.clamp[:] = trial.clamp
+        if least < math.inf:
+            return True
+    return False

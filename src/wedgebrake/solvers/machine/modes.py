@@ -1,13 +1,14 @@
-"""The linear system of a mode: its matrix and its guards, assembled when it is entered."""
+"""The linear system of a mode: its matrix and its guards, assembled when it is first entered."""
 
 import math
 from enum import IntEnum
-from typing import Any, NamedTuple
 
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.jit import compiled, inlined
 
 # Relative size below which a pivot is zero: the contacts at rest depend on each other.
 _SINGULAR = 1e-10
+# Largest product of a cell and the norm of the system or the fastest frequency.
+_CELL = 2.0
 
 
 class GuardKind(IntEnum):
@@ -25,131 +26,127 @@ def bit(kind, sign):
     return 1 << (2 * kind + (sign > 0))
 
 
-class System(NamedTuple):
-    """The linear system of a mode, in workspace.
-
-    torque      : (n, z) torque on each inertia
-    rates       : (states, z) x' = rates z
-    sliding     : (m, z) sliding speeds
-    acceleration: (m, z) their rates
-    force       : (m, z) actuation force
-    contact     : (m, z) torque of each contact on its first inertia
-    upper, lower: (m, z) largest and smallest torque of each contact at rest
-    guards      : (most, z) with ``what``, of dtype ``GUARD``; ``counts[0]`` of them
-    spare       : (z,) workspace
-    """
-
-    torque: Any
-    rates: Any
-    sliding: Any
-    acceleration: Any
-    force: Any
-    contact: Any
-    upper: Any
-    lower: Any
-    guards: Any
-    what: Any
-    counts: Any
-    spare: Any
+@inlined
+def _key(mode):
+    """A number that differs between modes of a contact with different systems."""
+    return 27 * mode.line + 9 * mode.side + 3 * mode.clip + mode.clamp
 
 
 @compiled
-def command_row(problem, number, mode, system, row):
+def _has_key(modes, key):
+    """Return True if the key of a system is that of the modes."""
+    for number in range(modes.size):
+        if _key(modes[number]) != key[number]:
+            return False
+    return True
+
+
+@compiled
+def speed_rows(problem, work):
+    """Set the rows of the sliding speeds; they are the same in all modes."""
+    n, states, rows = problem.inverse.size, problem.states, work.sliding
+    rows[:] = 0.0
+    for number in range(problem.contacts.size):
+        contact, row = problem.contacts[number], rows[number]
+        row[n + contact.a] = 1.0
+        if contact.b >= 0:
+            row[n + contact.b] = -1.0
+        row[-1] = -contact.base_speed
+        if contact.base >= 0:
+            row[states + contact.base] = -1.0
+
+
+@compiled
+def command_row(problem, number, side, work, row):
     """Set a row to the command of the actuator, before its lag."""
     contact = problem.contacts[number]
     row[:] = 0.0
-    if contact.sample_time > 0.0:
-        row[-1] = mode.held
+    if contact.held >= 0:
+        row[problem.states + contact.held] = 1.0
         return
-    row[problem.states + contact.force] = 1.0
-    if mode.side != 0 and contact.slope != 0.0:
+    if contact.force >= 0:
+        row[problem.states + contact.force] = 1.0
+    row[-1] = contact.initial_force
+    if side != 0 and contact.slope != 0.0:
         for i in range(row.size):
-            row[i] += mode.side * contact.slope * system.sliding[number, i]
+            row[i] += side * contact.slope * work.sliding[number, i]
 
 
 @compiled
-def _force_row(problem, number, mode, system):
-    """Set the row of the actuation force of a contact."""
-    contact, row = problem.contacts[number], system.force[number]
-    if mode.clip != 0:
-        row[:] = 0.0
-        row[-1] = contact.lowest if mode.clip < 0 else contact.highest
-    elif contact.lag > 0:
+def unlimited_force_row(problem, number, side, work, row):
+    """Set a row to the actuation force of a contact before its limits."""
+    contact = problem.contacts[number]
+    if contact.lag > 0:
         row[:] = 0.0
         row[contact.state] = 1.0
     else:
-        command_row(problem, number, mode, system, row)
+        command_row(problem, number, side, work, row)
+
+
+@compiled
+def _force_row(problem, number, mode, work, row):
+    """Set the row of the actuation force of a contact."""
+    contact = problem.contacts[number]
+    if mode.clip != 0:
+        row[:] = 0.0
+        row[-1] = contact.lowest if mode.clip < 0 else contact.highest
+    else:
+        unlimited_force_row(problem, number, mode.side, work, row)
 
 
 @compiled
 def _scaled(target, factor, row):
-    """Set a row to another one times a factor; an infinite one only where it presses."""
+    """Set a row to another one times a factor; an infinite factor counts where it presses."""
     for i in range(row.size):
         target[i] = factor * row[i] if row[i] != 0.0 else 0.0
 
 
 @compiled
-def slip_row(problem, number, side, line, system, row):
+def slip_row(problem, number, mode, work, force, row):
     """Set a row to the torque of a sliding contact on its first inertia."""
-    contact = problem.contacts[number]
-    if contact.lines > 0:
-        one = problem.lines[contact.first_line + line]
+    contact, side = problem.contacts[number], mode.side
+    if contact.lines_forward > 0:
+        one = problem.lines[contact.first_line + mode.line]
         for i in range(row.size):
-            row[i] = -one.slope * side * system.sliding[number, i]
+            row[i] = -one.slope * side * work.sliding[number, i] if one.slope != 0.0 else 0.0
         row[-1] -= one.offset
         return
-    _scaled(row, -(contact.forward if side > 0 else contact.backward), system.force[number])
+    _scaled(row, -(contact.forward if side > 0 else contact.backward), force)
 
 
 @compiled
-def speed_rows(problem, system):
-    """Set the rows of the sliding speeds; they are the same in all modes."""
-    n, states = problem.inverse.size, problem.states
-    system.sliding[:] = 0.0
-    for number in range(problem.contacts.size):
-        contact = problem.contacts[number]
-        system.sliding[number, n + contact.a] = 1.0
-        if contact.b >= 0:
-            system.sliding[number, n + contact.b] = -1.0
-        if contact.base >= 0:
-            system.sliding[number, states + contact.base] = -1.0
-
-
-@compiled
-def add_torque(problem, number, row, system):
+def _add_torque(problem, number, row, work):
     """Add the torque of a contact to those on its inertias."""
-    contact = problem.contacts[number]
+    contact, torque = problem.contacts[number], work.torque
     for i in range(row.size):
-        system.torque[contact.a, i] += row[i]
+        torque[contact.a, i] += row[i]
     if contact.b >= 0:
         for i in range(row.size):
-            system.torque[contact.b, i] -= row[i]
+            torque[contact.b, i] -= row[i]
 
 
 @compiled
-def free_torques(problem, system):
+def _free_torques(problem, work):
     """Set the torques on the inertias without the contacts."""
-    n, states = problem.inverse.size, problem.states
+    n, states, torque = problem.inverse.size, problem.states, work.torque
+    torque[:] = 0.0
     for i in range(n):
         for k in range(n):
-            system.torque[i, k] = -problem.stiffness[i, k]
-            system.torque[i, n + k] = -problem.damping[i, k]
-        for k in range(2 * n, states):
-            system.torque[i, k] = 0.0
+            torque[i, k] = -problem.stiffness[i, k]
+            torque[i, n + k] = -problem.damping[i, k]
         for k in range(problem.drive.shape[1]):
-            system.torque[i, states + k] = problem.drive[i, k]
-        system.torque[i, -1] = 0.0
+            torque[i, states + k] = problem.drive[i, k]
 
 
 @compiled
-def acceleration_row(problem, number, system):
+def _acceleration_row(problem, number, work, row):
     """Set the row of the rate of a sliding speed, from the torques."""
-    contact, row = problem.contacts[number], system.acceleration[number]
+    contact, torque = problem.contacts[number], work.torque
     for i in range(row.size):
-        row[i] = problem.inverse[contact.a] * system.torque[contact.a, i]
+        row[i] = problem.inverse[contact.a] * torque[contact.a, i]
         if contact.b >= 0:
-            row[i] -= problem.inverse[contact.b] * system.torque[contact.b, i]
-    if contact.base >= 0:
+            row[i] -= problem.inverse[contact.b] * torque[contact.b, i]
+    if contact.base_rate >= 0:
         row[problem.states + contact.base_rate] -= 1.0
 
 
@@ -174,17 +171,12 @@ def eliminate(matrix, rows, count):
     """Solve matrix x = rows in place, symmetric and positive; a contact that depends gets nothing.
 
     matrix : (count, count + 1), its diagonal again in the last column;  rows : (count, z)
-
-    Returns the number of independent ones.
     """
-    rank = 0
     for i in range(count):
-        largest = abs(matrix[i, i])
         # Diagonal entries shrink to rounding where the row depends on the former ones.
-        if largest <= _SINGULAR * matrix[i, count]:
+        if abs(matrix[i, i]) <= _SINGULAR * matrix[i, count]:
             matrix[i, i] = 0.0
             continue
-        rank += 1
         for k in range(i + 1, count):
             factor = matrix[k, i] / matrix[i, i]
             if factor != 0.0:
@@ -202,76 +194,85 @@ def eliminate(matrix, rows, count):
                     rows[i, j] -= matrix[i, k] * rows[k, j]
         for j in range(rows.shape[1]):
             rows[i, j] /= matrix[i, i]
-    return rank
 
 
 @compiled
-def assemble(problem, modes, system, work):
-    """Set the linear system and the guards of a mode.
+def select_system(problem, run):
+    """Return the slot of the system of the present modes; assemble it if it is new."""
+    modes, keys, used = run.modes, run.systems.keys, run.systems.used
+    for slot in range(used[0]):
+        if _has_key(modes, keys[slot]):
+            return slot
+    slot = used[0] if used[0] < keys.shape[0] else 0  # all in use: begin anew
+    for number in range(modes.size):
+        keys[slot, number] = _key(modes[number])
+    assemble(problem, run, slot)
+    used[0] = slot + 1
+    return slot
 
-    work : (matrix (m, m + 1), rows (m, z), numbers (m,)) for the contacts at rest
-    """
-    matrix, rows, numbers = work
+
+@compiled
+def assemble(problem, run, slot):
+    """Set the linear system and the guards of the present modes in a slot."""
     n, states, m = problem.inverse.size, problem.states, problem.contacts.size
-    free_torques(problem, system)
+    work, systems, modes = run.work, run.systems, run.modes
+    matrix, rows, numbers = work.matrix, work.rows, work.numbers
+    force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
+    _free_torques(problem, work)
     held = 0
     for number in range(m):
-        mode, contact = modes[number], problem.contacts[number]
-        _force_row(problem, number, mode, system)
-        row = system.contact[number]
+        mode, contact, row = modes[number], problem.contacts[number], contact_rows[number]
+        _force_row(problem, number, mode, work, force[number])
         if mode.side != 0:
-            slip_row(problem, number, mode.side, mode.line, system, row)
-            add_torque(problem, number, row, system)
+            slip_row(problem, number, mode, work, force[number], row)
+            _add_torque(problem, number, row, work)
             continue
-        _scaled(system.upper[number], -contact.breakaway_backward, system.force[number])
-        _scaled(system.lower[number], -contact.breakaway_forward, system.force[number])
+        _scaled(work.upper[number], -contact.breakaway_backward, force[number])
+        _scaled(work.lower[number], -contact.breakaway_forward, force[number])
         if mode.clamp != 0:
-            limit = system.upper[number] if mode.clamp > 0 else system.lower[number]
-            row[:] = limit
-            add_torque(problem, number, row, system)
+            row[:] = work.upper[number] if mode.clamp > 0 else work.lower[number]
+            _add_torque(problem, number, row, work)
         else:
             numbers[held] = number
             held += 1
     for i in range(held):
-        acceleration_row(problem, numbers[i], system)
-        rows[i, :] = -system.acceleration[numbers[i]]
+        _acceleration_row(problem, numbers[i], work, rows[i])
+        for j in range(rows.shape[1]):
+            rows[i, j] = -rows[i, j]
         for k in range(held):
             matrix[i, k] = compliance(problem, numbers[i], numbers[k])
         matrix[i, held] = matrix[i, i]
-    if held == 1:
-        for k in range(rows.shape[1]):
-            rows[0, k] /= matrix[0, 0]
-    elif held > 1:
-        eliminate(matrix, rows, held)
+    eliminate(matrix, rows, held)
     for i in range(held):
-        system.contact[numbers[i], :] = rows[i]
-        add_torque(problem, numbers[i], rows[i], system)
+        contact_rows[numbers[i], :] = rows[i]
+        _add_torque(problem, numbers[i], rows[i], work)
     for i in range(n):
-        system.rates[i, :] = 0.0
-        system.rates[i, n + i] = 1.0
-        for k in range(system.torque.shape[1]):
-            system.rates[n + i, k] = problem.inverse[i] * system.torque[i, k]
+        rates[i, :] = 0.0
+        rates[i, n + i] = 1.0
+        for k in range(rates.shape[1]):
+            rates[n + i, k] = problem.inverse[i] * work.torque[i, k]
     for number in range(m):
         if problem.contacts[number].lag > 0:
-            _lag_rows(problem, number, modes[number], system)
-    _guards(problem, modes, system)
+            _lag_rows(problem, number, modes[number].side, work, rates)
+    systems.counts[slot] = _guards(problem, run, slot)
+    systems.longest[slot] = _longest_cell(rates, n, states, problem.frequency)
 
 
 @compiled
-def _lag_rows(problem, number, mode, system):
+def _lag_rows(problem, number, side, work, rates):
     """Set the rates of the states of an actuator with a lag."""
     contact = problem.contacts[number]
-    row = system.rates[contact.state]
+    row = rates[contact.state]
     if contact.lag == 1:
-        command_row(problem, number, mode, system, row)
+        command_row(problem, number, side, work, row)
         row[contact.state] -= 1.0
         for i in range(row.size):
             row[i] /= contact.lag_time
         return
     row[:] = 0.0
     row[contact.state + 1] = 1.0
-    second = system.rates[contact.state + 1]
-    command_row(problem, number, mode, system, second)
+    second = rates[contact.state + 1]
+    command_row(problem, number, side, work, second)
     second[contact.state] -= 1.0
     for i in range(second.size):
         second[i] *= contact.lag_frequency * contact.lag_frequency
@@ -279,77 +280,105 @@ def _lag_rows(problem, number, mode, system):
 
 
 @compiled
-def _guards(problem, modes, system):
-    """Set the guards of a mode."""
-    count = 0
+def _longest_cell(rates, n, states, frequency):
+    """Longest cell, from the norm of the system in scaled variables and its fastest signal."""
+    stiff, damp, coupled, lag = 0.0, 0.0, 0.0, 0.0
+    for i in range(n, states):
+        if i < 2 * n:
+            angles, speeds = 0.0, 0.0
+            for j in range(n):
+                angles += abs(rates[i, j])
+                speeds += abs(rates[i, n + j])
+            stiff, damp = max(stiff, angles), max(damp, speeds)
+            # A loop through an actuator: the force by the speed times the torque by the force.
+            for j in range(2 * n, states):
+                for k in range(n):
+                    coupled = max(coupled, abs(rates[i, j] * rates[j, n + k]))
+        else:
+            for j in range(2 * n, states):
+                size = abs(rates[i, j])
+                lag = max(lag, size if j == i or i > j else math.sqrt(size))
+                if j < i:
+                    lag = max(lag, math.sqrt(size))
+    norm = max(math.sqrt(stiff) + damp + math.sqrt(coupled), lag, frequency)
+    return _CELL / norm if norm > 0.0 else math.inf
+
+
+@compiled
+def _guards(problem, run, slot):
+    """Set the guards of the present modes; returns their number."""
+    count, work = 0, run.work
+    rows, what = run.systems.guards[slot], run.systems.what[slot]
     for number in range(problem.contacts.size):
-        contact, mode = problem.contacts[number], modes[number]
+        contact, mode = problem.contacts[number], run.modes[number]
         if mode.side != 0:
             low, high = 0.0, math.inf
-            if contact.lines > 0:
-                last = contact.lines_forward if mode.side > 0 else contact.lines
+            if contact.lines_forward > 0:
+                last = contact.lines_forward
+                if mode.side < 0:
+                    last += contact.lines_backward
                 low = problem.lines[contact.first_line + mode.line].start
                 if mode.line + 1 < last:
                     high = problem.lines[contact.first_line + mode.line + 1].start
+            speed = work.sliding[number]
             kind = GuardKind.NEXT_LINE if low > 0.0 else GuardKind.ZERO_SPEED
-            count = _guard(system, count, number, kind, -1, mode.side, system.sliding[number], low)
+            _guard(rows[count], what[count], number, kind, -1, mode.side, speed, low)
+            count += 1
             if high < math.inf:
-                count = _guard(
-                    system, count, number, GuardKind.NEXT_LINE, 1, -mode.side,
-                    system.sliding[number], -high,
-                )  # fmt: skip
+                kind = GuardKind.NEXT_LINE
+                _guard(rows[count], what[count], number, kind, 1, -mode.side, speed, -high)
+                count += 1
         elif mode.clamp == 0:
-            torque = system.contact[number]
-            if not math.isinf(system.upper[number, -1]) and contact.breakaway_backward > -math.inf:
-                count = _difference(system, count, number, 1, system.upper[number], torque)
-            if contact.breakaway_forward < math.inf:
-                count = _difference(system, count, number, -1, torque, system.lower[number])
-        if contact.lines > 0 or contact.sample_time > 0.0 and contact.lag == 0:
+            torque = run.systems.contact[slot, number]
+            for sign in (1, -1):
+                limit = work.upper[number] if sign > 0 else work.lower[number]
+                if _is_finite(limit):
+                    kind, row = GuardKind.HOLDING_LIMIT, rows[count]
+                    _guard(row, what[count], number, kind, sign, -sign, torque, 0.0)
+                    for i in range(row.size):
+                        row[i] += sign * limit[i]
+                    count += 1
+        if contact.lines_forward > 0 or (contact.held >= 0 and contact.lag == 0):
             continue
-        count = _limits(problem, number, mode, system, count)
-    system.counts[0] = count
+        row, kind = work.spare, GuardKind.FORCE_LIMIT
+        unlimited_force_row(problem, number, mode.side, work, row)
+        for sign in (-1, 1):
+            # Above the lowest force and below the highest one, or beyond the limit it is at.
+            limit = contact.lowest if sign < 0 else contact.highest
+            inside, crossing = -sign, sign
+            if mode.clip != 0:
+                limit = contact.lowest if mode.clip < 0 else contact.highest
+                inside, crossing = mode.clip, -mode.clip
+                if sign > 0:
+                    continue
+            if math.isfinite(limit) and _varies(row):
+                _guard(rows[count], what[count], number, kind, crossing, inside, row, inside * limit)
+                count += 1
+    return count
 
 
 @compiled
-def _guard(system, count, number, kind, sign, factor, row, offset):
-    """Add the guard factor row - offset >= 0."""
-    guard = system.guards[count]
+def _is_finite(row):
+    """Return True if all entries of a row are finite."""
+    for value in row:
+        if not math.isfinite(value):
+            return False
+    return True
+
+
+@compiled
+def _varies(row):
+    """Return True if a row is not a constant."""
+    for i in range(row.size - 1):
+        if row[i] != 0.0:
+            return True
+    return False
+
+
+@compiled
+def _guard(guard, what, number, kind, sign, factor, row, offset):
+    """Set the guard factor row - offset >= 0."""
     for i in range(row.size):
         guard[i] = factor * row[i]
     guard[-1] -= offset
-    what = system.what[count]
     what.contact, what.kind, what.sign = number, kind, sign
-    return count + 1
-
-
-@compiled
-def _difference(system, count, number, sign, above, below):
-    """Add the guard above - below >= 0 of a holding torque."""
-    guard = system.guards[count]
-    for i in range(above.size):
-        guard[i] = above[i] - below[i]
-    what = system.what[count]
-    what.contact, what.kind, what.sign = number, GuardKind.HOLDING_LIMIT, sign
-    return count + 1
-
-
-@compiled
-def _limits(problem, number, mode, system, count):
-    """Add the guards of the limits of the actuation force, on what it would be without them."""
-    contact, row = problem.contacts[number], system.spare
-    if contact.lag > 0:
-        row[:] = 0.0
-        row[contact.state] = 1.0
-    else:
-        command_row(problem, number, mode, system, row)
-    kind = GuardKind.FORCE_LIMIT
-    if mode.clip == 0:
-        if contact.lowest > -math.inf:
-            count = _guard(system, count, number, kind, -1, 1.0, row, contact.lowest)
-        if contact.highest < math.inf:
-            count = _guard(system, count, number, kind, 1, -1.0, row, -contact.highest)
-    elif mode.clip < 0:
-        count = _guard(system, count, number, kind, 1, -1.0, row, -contact.lowest)
-    else:
-        count = _guard(system, count, number, kind, -1, 1.0, row, contact.highest)
-    return count

@@ -1,42 +1,50 @@
 """A machine as numbers, for the exact solver of any number of inertias and contacts.
 
 Between events the machine is x' = A x + B u(t) + b, with the state x = (angles, speeds, actuator
-states), the signals u and a mode of each contact. A linear quantity of the machine is a row of
+states), the inputs u and a mode of each contact. A linear quantity of the machine is a row of
 factors of z = (x, u, 1).
 """
 
 from typing import Any, NamedTuple
 
+import numpy as np
 
 from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.signals import Signals
 
+TERMS = 28
+"""Most terms of a Taylor series."""
+
 # A contact between inertia ``a`` and inertia ``b`` (-1: ground or a moving base).
 #
-# base, base_rate : signals of the base's speed and acceleration; -1: none
-# force           : signal of the actuation force at rest
+# force           : input that is the actuation force at rest, -1: ``initial_force``
+# base, base_rate : inputs that are the speed of the base and its rate, -1: ``base_speed``
 # slope           : of the force against the sliding speed
 # lag             : order of the actuator's lag, 0 to 2; its first state is ``state``
 # lag_time, lag_frequency, lag_damping : its parameters
 # lowest, highest : limits of the force, the release among them
 # forward, backward, breakaway_forward, breakaway_backward : R g(m), at +-mu_k and +-mu_s
-# lines           : the torque is that of ``lines_forward`` and ``lines_backward`` lines from
-#                   ``first_line`` on instead, as friction depends on the speed
-# sample_time, resolution, delay : of a digital controller; sample_time 0: none
+# lines_forward, lines_backward : numbers of lines of the torque over the sliding speed, from
+#                   ``first_line`` on, where friction depends on the speed; otherwise 0
+# held            : input that is the force a digital controller has set, -1: there is none
+# sample_time, resolution, delay : of the controller
 CONTACT = record(
-    "slope lag_time lag_frequency lag_damping lowest highest forward backward breakaway_forward"
-    " breakaway_backward sample_time resolution",
-    whole="a b base base_rate force lag state lines first_line lines_forward lines_backward delay",
+    "initial_force base_speed slope lag_time lag_frequency lag_damping lowest highest forward"
+    " backward breakaway_forward breakaway_backward sample_time resolution",
+    whole="a b force base base_rate lag state first_line lines_forward lines_backward held delay",
 )
 
-STICK, SLIP = 0, 1
 # Mode of a contact. side: direction of sliding, 0 in a stick; line: of the torque over the speed;
 # clip: -1 or 1 where the force is at a limit; clamp: -1 or 1 where a stick has its largest torque,
-# since others hold the rest; fresh: bits of the guards that it has just been at, by ``bit``.
-MODE = record("held", whole="side line clip clamp fresh samples")
+# since others hold the rest; fresh: bits of the guards that it has just been at, by ``bit``;
+# samples: samplings of its controller so far.
+MODE = record(whole="side line clip clamp fresh samples")
 
-# A guard of a mode: a linear quantity that is positive inside. sign: what it watches is below or above.
+# A guard of a mode: a linear quantity that is positive inside. sign: of the limit that it is about.
 GUARD = record(whole="contact kind sign")
+
+# An event of a contact: sides of sliding before and after it.
+EVENT = record("time", whole="contact kind before after")
 
 
 class MachineProblem(NamedTuple):
@@ -44,10 +52,13 @@ class MachineProblem(NamedTuple):
 
     inverse     : (n,) one over the inertias
     stiffness, damping : (n, n) of the shafts
-    drive       : (n, signals) torque on each inertia by each signal
+    drive       : (n, inputs) torque on each inertia by each input
     contacts    : of dtype ``CONTACT``
     lines       : of dtype ``piecewise_linear.LINE``, of all contacts
+    signals     : the first inputs
     states      : number of states
+    frequency   : largest angular frequency of the signals [rad/s]
+    start_time  : [s]
     """
 
     inverse: Any
@@ -58,4 +69,98 @@ class MachineProblem(NamedTuple):
     lines: Any
     signals: Signals
     states: int
+    frequency: float
     start_time: float
+
+
+class Systems(NamedTuple):
+    """The linear systems of the modes that a run has been in, one in each slot.
+
+    used        : (1,) number of slots in use
+    keys        : (slots, m) which mode it is
+    longest, counts : of each slot, its longest cell [s] and number of guards
+    rates       : (slots, states, z) x' = rates z
+    contact, force : (slots, m, z) torque of each contact on its first inertia, actuation force
+    guards, what: (slots, most, z) and their descriptions, of dtype ``GUARD``
+    """
+
+    used: Any
+    keys: Any
+    longest: Any
+    counts: Any
+    rates: Any
+    contact: Any
+    force: Any
+    guards: Any
+    what: Any
+
+
+class Workspace(NamedTuple):
+    """Rows that are needed while a system is assembled.
+
+    sliding     : (m, z) sliding speeds; the same in all modes
+    torque      : (n, z) torque on each inertia
+    rows, matrix: (m, z) and (m, m + 1) for the contacts at rest
+    upper, lower: (m, z) largest and smallest torque of each contact at rest
+    spare       : (z,)
+    numbers     : (m,) contacts at rest
+    """
+
+    sliding: Any
+    torque: Any
+    rows: Any
+    matrix: Any
+    upper: Any
+    lower: Any
+    spare: Any
+    numbers: Any
+
+
+class Run(NamedTuple):
+    """What changes in a run.
+
+    z       : (TERMS, z) Taylor series of the states, inputs and 1
+    modes   : (m,) of dtype ``MODE``
+    queues  : (m, longest delay + 1) forces that controllers have sampled
+    guard   : (TERMS,) series of a guard
+    limited : (m,) side of the limit that a holding torque has just reached, or 0
+    before, resting : (m,) sides before an event, and contacts that are at rest
+    torque, sizes : (n,) torque on each inertia, and the sum of the sizes of its parts
+    """
+
+    z: Any
+    modes: Any
+    systems: Systems
+    work: Workspace
+    queues: Any
+    guard: Any
+    limited: Any
+    before: Any
+    resting: Any
+    torque: Any
+    sizes: Any
+
+
+_SLOTS = 64
+
+
+def run_of(problem: MachineProblem, inputs: int, longest_delay: int) -> Run:
+    """Room for a run of a machine."""
+    n, m, states = problem.inverse.size, problem.contacts.size, problem.states
+    width, most = states + inputs + 1, 6 * m + 1
+    systems = Systems(
+        np.zeros(1, np.int64), np.zeros((_SLOTS, m), np.int64), np.zeros(_SLOTS),
+        np.zeros(_SLOTS, np.int64),
+        np.zeros((_SLOTS, states, width)), np.zeros((_SLOTS, m, width)),
+        np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),
+        np.zeros((_SLOTS, most), GUARD),
+    )  # fmt: skip
+    work = Workspace(
+        np.zeros((m, width)), np.zeros((n, width)), np.zeros((m, width)), np.zeros((m, m + 1)),
+        np.zeros((m, width)), np.zeros((m, width)), np.zeros(width), np.zeros(m, np.int64),
+    )  # fmt: skip
+    return Run(
+        np.zeros((TERMS, width)), np.zeros(m, MODE), systems, work,
+        np.zeros((m, longest_delay + 1)), np.zeros(TERMS), np.zeros(m, np.int64),
+        np.zeros(m, np.int64), np.zeros(m, np.int64), np.zeros(n), np.zeros(n),
+    )  # fmt: skip

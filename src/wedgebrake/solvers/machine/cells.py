@@ -1,0 +1,161 @@
+"""Cells of Taylor series, linear quantities on them, and the first zero of such a quantity."""
+
+import math
+
+import numpy as np
+
+from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.solvers.machine.problem import TERMS
+
+# Terms that a series needs to reach rounding, by 16 times the product of cell and norm: the
+# largest term left out, product^n/n!, is below 1e-18.
+_NEEDED = np.array(
+    [4] + [
+        next(n for n in range(4, 200) if n * math.log(q / 16) - math.lgamma(n + 1) < math.log(1e-18))
+        for q in range(1, 33)
+    ]
+)  # fmt: skip
+
+
+@compiled
+def terms_for(product):
+    """Number of terms for a cell, from its length times the norm of the system, at most 2."""
+    place = int(math.ceil(16.0 * product - 1e-9))
+    return min(_NEEDED[min(max(place, 0), 32)] + 1, TERMS)
+
+
+@compiled
+def expand_states(rates, half, states, z, terms):
+    """Store the Taylor coefficients of the states in z[1:terms], from z[0] and the inputs."""
+    size = z.shape[1]
+    for k in range(terms - 1):
+        share = 1.0 / (k + 1.0)
+        for i in range(half):
+            z[k + 1, i] = z[k, half + i] * share
+        for i in range(half, states):
+            total = 0.0
+            for j in range(size):
+                total += rates[i, j] * z[k, j]
+            z[k + 1, i] = total * share
+
+
+@compiled
+def combine(row, z, terms, result):
+    """Store the series of a row; returns the sum of the sizes of what its value is made of."""
+    scale = 0.0
+    for k in range(terms):
+        result[k] = 0.0
+    for j in range(row.size):
+        factor = row[j]
+        if factor != 0.0:
+            scale += abs(factor * z[0, j])
+            for k in range(terms):
+                result[k] += factor * z[k, j]
+    return scale
+
+
+@compiled
+def value(row, z):
+    """Value of a row at the begin of a cell."""
+    total = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            total += row[j] * z[0, j]
+    return total
+
+
+@compiled
+def size(row, z):
+    """Sum of the sizes of what the value of a row is made of."""
+    total = 0.0
+    for j in range(row.size):
+        total += abs(row[j] * z[0, j])
+    return total
+
+
+@inlined
+def polynomial(coefficients, terms, tau):
+    """Value of a series at tau."""
+    total = 0.0
+    for k in range(terms - 1, -1, -1):
+        total = total * tau + coefficients[k]
+    return total
+
+
+@compiled
+def advance_states(z, states, terms, tau):
+    """Move the states z[0] on by tau."""
+    for i in range(states):
+        z[0, i] = polynomial(z[:, i], terms, tau)
+
+
+@compiled
+def first_zero(g, terms, h, zero, flat):
+    """First zero of the polynomial g in [0, h]; inf: there is none.
+
+    Each step is one within which a bound of the second derivative excludes a zero (Newton's step
+    from the safe side).
+
+    zero : g begins at zero;  flat : so does its derivative, up to rounding
+    """
+    reach = 0.0
+    for k in range(terms - 1, 0, -1):
+        reach = (reach + abs(g[k])) * h
+    start = 0.0 if zero else g[0]
+    if start > reach:
+        return math.inf
+    third = 0.0
+    for k in range(terms - 1, 2, -1):
+        third = third * h + k * (k - 1.0) * (k - 2.0) * abs(g[k])
+    tau = 0.0
+    if zero:
+        # g = tau (g1 + g2 tau + ...): a zero of the parenthesis is excluded.
+        slope, curve = 0.0 if flat else g[1], g[2]
+        c = third / 6.0
+        if slope < 0.0 or (slope == 0.0 and curve < 0.0):
+            return 0.0
+        root = math.sqrt(curve * curve + 4.0 * c * slope)
+        if c == 0.0:
+            d = h if curve >= 0.0 else min(h, -slope / curve)
+        else:
+            d = (curve + root) / (2.0 * c)
+        if d >= h:
+            return math.inf
+        tau = max(d, 1e-9 * h)
+    elif start <= 0.0:
+        return 0.0
+    tick = 1e-16 * h
+    for _ in range(400):
+        u, du, ddu = 0.0, 0.0, 0.0
+        for k in range(terms - 1, -1, -1):
+            ddu = ddu * tau + du
+            du = du * tau + u
+            u = u * tau + g[k]
+        if zero:
+            u -= g[0]
+        ddu *= 2.0
+        if u <= 0.0:
+            return tau
+        rest = h - tau
+        bound = max(-ddu, 0.0) + third * rest
+        d = _safe_step(u, du, bound, rest)
+        if d >= rest:
+            return math.inf
+        # A tighter bound within twice the step, as the third derivative acts there alone.
+        longer = _safe_step(u, du, max(-ddu, 0.0) + third * 2.0 * d, rest)
+        d = max(d, min(longer, 2.0 * d))
+        if d >= rest:
+            return math.inf
+        tau += d
+        if d <= tick:
+            return tau
+    return tau
+
+
+@inlined
+def _safe_step(u, du, bound, rest):
+    """Step within which u + du d - bound d^2/2 stays positive."""
+    if bound == 0.0:
+        return rest if du >= 0.0 else -u / du
+    root = math.sqrt(du * du + 2.0 * bound * u)
+    return (du + root) / bound if du >= 0.0 else 2.0 * u / (root - du)

@@ -1,0 +1,263 @@
+"""Events: sticks, slips, reversals, and forces at their limits change the modes of the contacts."""
+
+import math
+
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.solvers.machine.cells import size, value
+from wedgebrake.solvers.machine.complementarity import (
+    ROUNDING,
+    at_rest_of,
+    pattern_of,
+    rate,
+    solve,
+)
+from wedgebrake.solvers.machine.modes import GuardKind, bit, slip_row, unlimited_force_row
+
+FLAT = 1 << 10
+"""Bit of ``fresh``: slip has begun without a rate, as a holding torque has reached its limit."""
+# Relative size of a sliding speed that is rounding: at the start, and after a stick.
+_AT_START, _AFTER_STICK = 1e-14, 1e-9
+
+
+@compiled
+def _limited_force(problem, number, run, side):
+    """(actuation force, -1 or 1 if a limit gives it) at the present state."""
+    contact, row = problem.contacts[number], run.work.spare
+    unlimited_force_row(problem, number, side, run.work, row)
+    force = value(row, run.z)
+    if contact.lines_forward > 0 or (contact.held >= 0 and contact.lag == 0):
+        return force, 0
+    if force < contact.lowest:
+        return contact.lowest, -1
+    if force > contact.highest:
+        return contact.highest, 1
+    return force, 0
+
+
+@inlined
+def _times(gain, force):
+    """Torque by a force; none without a force, also where the brake locks itself."""
+    return gain * force if force != 0.0 else 0.0
+
+
+@compiled
+def _load(problem, run, contacts, torque, sizes):
+    """Set the torques on the inertias without those of the contacts at rest, and their sizes."""
+    n, states, z = problem.inverse.size, problem.states, run.z
+    for i in range(n):
+        torque[i] = sizes[i] = 0.0
+        for k in range(n):
+            part, other = problem.stiffness[i, k] * z[0, k], problem.damping[i, k] * z[0, n + k]
+            torque[i] -= part + other
+            sizes[i] += abs(part) + abs(other)
+        for k in range(problem.drive.shape[1]):
+            part = problem.drive[i, k] * z[0, states + k]
+            torque[i] += part
+            sizes[i] += abs(part)
+    row = run.work.rows[0]
+    for number in range(run.modes.size):
+        mode, contact = run.modes[number], problem.contacts[number]
+        resting = False
+        for one in contacts:
+            resting = resting or one == number
+        if resting:
+            continue
+        if contact.lines_forward > 0:
+            slip_row(problem, number, mode, run.work, run.work.spare, row)
+            push = value(row, z)
+        else:
+            force, _ = _limited_force(problem, number, run, mode.side)
+            push = -_times(contact.forward if mode.side > 0 else contact.backward, force)
+        torque[contact.a] += push
+        sizes[contact.a] += abs(push)
+        if contact.b >= 0:
+            torque[contact.b] -= push
+            sizes[contact.b] += abs(push)
+
+
+@compiled
+def settle(problem, run, contacts):
+    """Decide which of the contacts with zero sliding speed hold, and set their modes.
+
+    contacts : their numbers
+
+    Returns False if there is no answer.
+    """
+    count = contacts.size
+    rest, pattern = at_rest_of(problem, contacts), pattern_of(count)
+    scale = 0.0
+    torque, sizes = run.torque, run.sizes
+    _load(problem, run, contacts, torque, sizes)
+    for i in range(count):
+        contact = problem.contacts[contacts[i]]
+        force, _ = _limited_force(problem, contacts[i], run, 0)
+        rest.lower[i] = -_times(contact.breakaway_forward, force)
+        rest.upper[i] = -_times(contact.breakaway_backward, force)
+        rest.forward[i] = -_times(contact.forward, force)
+        rest.backward[i] = -_times(contact.backward, force)
+        rest.rates[i] = problem.inverse[contact.a] * torque[contact.a]
+        size_ = problem.inverse[contact.a] * sizes[contact.a]
+        if contact.b >= 0:
+            rest.rates[i] -= problem.inverse[contact.b] * torque[contact.b]
+            size_ += problem.inverse[contact.b] * sizes[contact.b]
+        if contact.base_rate >= 0:
+            base = run.z[0, problem.states + contact.base_rate]
+            rest.rates[i] -= base
+            size_ += abs(base)
+        if math.isfinite(rest.lower[i]) and math.isfinite(rest.upper[i]):
+            size_ += problem.inverse[contact.a] * max(abs(rest.lower[i]), abs(rest.upper[i]))
+        scale = max(scale, size_)
+        rest.limited[i] = run.limited[contacts[i]]
+    rest.scale[0] = scale
+    if count == 1:
+        _settle_one(rest, pattern)
+    elif not solve(rest, pattern):
+        return False
+    for i in range(count):
+        contact, mode = problem.contacts[contacts[i]], run.modes[contacts[i]]
+        mode.side, mode.clamp = pattern.side[i], pattern.clamp[i]
+        mode.line = contact.lines_forward if mode.side < 0 else 0
+        _, mode.clip = _limited_force(problem, contacts[i], run, mode.side)
+        if mode.side != 0:
+            if math.isinf(pattern.torque[i]):
+                return False
+            mode.fresh |= bit(GuardKind.ZERO_SPEED, -1)
+            if abs(rate(rest, pattern.torque, i)) <= ROUNDING * scale:
+                mode.fresh |= FLAT
+    return True
+
+
+@compiled
+def _settle_one(rest, pattern):
+    """``solve`` for one contact."""
+    needed = -rest.rates[0] / rest.matrix[0, 0]
+    room = rest.scale[0] * ROUNDING / rest.matrix[0, 0]
+    side = 0
+    if rest.limited[0] != 0:
+        side = -rest.limited[0]
+    elif needed > rest.upper[0] + room:
+        side = -1
+    elif needed < rest.lower[0] - room:
+        side = 1
+    pattern.side[0], pattern.torque[0] = side, needed
+    if side != 0:
+        pattern.torque[0] = rest.forward[0] if side > 0 else rest.backward[0]
+
+
+@compiled
+def _set_line(problem, number, speed, mode):
+    """Set the line of the torque of a sliding contact."""
+    contact = problem.contacts[number]
+    mode.line = 0
+    if contact.lines_forward == 0:
+        return
+    line = 0 if speed > 0.0 else contact.lines_forward
+    last = contact.lines_forward + (0 if speed > 0.0 else contact.lines_backward)
+    while line + 1 < last and problem.lines[contact.first_line + line + 1].start <= abs(speed):
+        line += 1
+    mode.line = line
+
+
+@compiled
+def classify(problem, run, at_start):
+    """Set the modes by the sliding speeds, at the start and where the speed of a base may jump.
+
+    Returns False if there is no answer.
+    """
+    count, resting = 0, run.resting
+    for number in range(run.modes.size):
+        mode, row = run.modes[number], run.work.sliding[number]
+        speed = value(row, run.z)
+        room = _AFTER_STICK if not at_start and mode.side == 0 else _AT_START
+        mode.clamp, mode.fresh = 0, 0
+        if abs(speed) <= room * size(row, run.z):
+            resting[count] = number
+            count += 1
+            mode.side, mode.line = 0, 0
+        else:
+            mode.side = 1 if speed > 0.0 else -1
+            _set_line(problem, number, speed, mode)
+        _, mode.clip = _limited_force(problem, number, run, mode.side)
+    run.limited[:] = 0
+    return count == 0 or settle(problem, run, resting[:count])
+
+
+@compiled
+def sample_controllers(problem, run, time):
+    """Let the controllers that are due at a time sample, and set their forces."""
+    for number in range(run.modes.size):
+        contact, mode = problem.contacts[number], run.modes[number]
+        if contact.held < 0 or sample_time(problem, number, mode.samples) > time:
+            continue
+        force = contact.initial_force
+        if contact.force >= 0:
+            force += run.z[0, problem.states + contact.force]
+        start = force
+        if mode.side != 0:
+            force += contact.slope * abs(value(run.work.sliding[number], run.z))
+        if contact.resolution > 0.0:
+            force = contact.resolution * round(force / contact.resolution)
+        queue, places = run.queues[number], contact.delay + 1
+        if mode.samples == 0:
+            queue[:] = start
+        queue[mode.samples % places] = force
+        mode.samples += 1
+        force = queue[mode.samples % places]
+        if contact.lag == 0:
+            force = min(max(force, contact.lowest), contact.highest)
+        run.z[:, problem.states + contact.held] = 0.0
+        run.z[0, problem.states + contact.held] = force
+
+
+@inlined
+def sample_time(problem, number, samples):
+    """Time at which a controller samples for the given time."""
+    return problem.start_time + samples * problem.contacts[number].sample_time
+
+
+@compiled
+def next_sampling(problem, modes):
+    """Time of the next sampling of all controllers [s]; inf: there is none."""
+    nearest = math.inf
+    for number in range(modes.size):
+        if problem.contacts[number].held >= 0:
+            nearest = min(nearest, sample_time(problem, number, modes[number].samples))
+    return nearest
+
+
+@compiled
+def apply_event(problem, run, what):
+    """Change the modes at an event that a guard announces; ``run.before`` receives former sides.
+
+    Returns (kind of event, whether there is an answer).
+    """
+    number, mode, before = what.contact, run.modes[what.contact], run.before
+    for other in range(before.size):
+        before[other] = run.modes[other].side
+    if what.kind == GuardKind.NEXT_LINE:
+        mode.line += what.sign
+    elif what.kind == GuardKind.FORCE_LIMIT:
+        mode.clip += what.sign
+    else:
+        run.limited[:] = 0
+        arrived = number
+        if what.kind == GuardKind.HOLDING_LIMIT:
+            run.limited[number] = what.sign
+            arrived = -1
+        count = 0
+        for other in range(before.size):
+            if run.modes[other].side == 0 or other == arrived:
+                run.resting[count] = other
+                count += 1
+        return EventKind.STICK, settle(problem, run, run.resting[:count])
+    mode.fresh |= bit(what.kind, -what.sign)
+    return EventKind.BREAKPOINT, True
+
+
+@inlined
+def kind_of(before, after):
+    """Kind of the event that changes the side of sliding."""
+    if after == 0:
+        return EventKind.STICK
+    return EventKind.SLIP if before == 0 else EventKind.REVERSAL
