@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import (
     check_choice,
@@ -20,10 +21,13 @@ from wedgebrake.model.validation import (
     shown,
 )
 from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.solvers.solution import Clock, FloatArray, Task, Trajectory
+from wedgebrake.solvers.solution import Clock, Task, Trajectory
+from wedgebrake.solvers.times import wanted_times
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.solvers.machine.final_state import FinalState
 
 METHODS: dict[str, str] = {
     "exact": "closed forms from event to event; Coulomb or tabulated friction",
@@ -39,12 +43,13 @@ _MAX_PHASE = 1e15  # periods before the start that leave the phase some digits
 
 
 def simulate(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     duration: float | None = None,
     *,
     periods: int | None = None,
-    initial: tuple[float, float] = (0.0, 0.0),
+    initial: tuple[float, float] | FinalState | None = None,
     start_time: float = 0.0,
+    until: str | None = None,
     method: str | None = None,
     times: ArrayLike | None = None,
     samples_per_period: int = 200,
@@ -97,7 +102,20 @@ def simulate(
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
-    check_instance("system", system, BrakedDriveline)
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    if isinstance(system, Machine):
+        _refuse_for_machines(periods, method)
+        from wedgebrake.solvers.machine.simulate import simulate_machine
+
+        return simulate_machine(
+            system, duration, times=times, initial=initial, start_time=start_time, until=until,
+            max_events=max_events,
+        )  # fmt: skip
+    if until is not None:
+        raise InputError(
+            f"until = {until!r}: must be None for a BrakedDriveline. Use its machine, system.machine."
+        )
+    initial = (0.0, 0.0) if initial is None else initial
     method = choose_method(system, method)
     task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)
@@ -118,6 +136,17 @@ def simulate(
     from wedgebrake.solvers.response import assemble
 
     return assemble(system, trajectory, method, {**options, **limits})
+
+
+def _refuse_for_machines(periods: int | None, method: str | None) -> None:
+    """Raise ``InputError`` for arguments that a machine does not have."""
+    if periods is not None:
+        raise InputError(
+            f"periods = {periods!r}: must be None for a machine, which may have no period. Give"
+            " duration, in seconds."
+        )
+    if method not in (None, "exact"):
+        raise InputError(f"method = {method!r}: must be 'exact' for a machine.")
 
 
 def choose_method(system: BrakedDriveline, method: str | None) -> str:
@@ -184,7 +213,7 @@ def _task(
             )
         wanted = np.linspace(start_time, stop, count + 1)
     else:
-        wanted = _wanted(times, start_time, stop)
+        wanted = wanted_times(times, start_time, stop)
     return Task(clock, start, end, angle, velocity, wanted)
 
 
@@ -205,20 +234,3 @@ def check_state(name: str, state: Any) -> tuple[float, float]:
         )
     angle = check_number(f"{name}[0]", state[0], -_FARTHEST, _FARTHEST)
     return angle, check_number(f"{name}[1]", state[1], -_FARTHEST, _FARTHEST)
-
-
-def _wanted(times: ArrayLike, start: float, stop: float) -> FloatArray:
-    try:
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-    except (TypeError, ValueError):
-        raise InputError("times: must be an array of numbers [s].") from None
-    slack = 1e-9 * max(abs(stop), 1e-9)
-    inside = wanted.size == 0 or (wanted.min() >= start - slack and wanted.max() <= stop + slack)
-    if wanted.ndim != 1 or not np.all(np.isfinite(wanted)) or not inside:
-        raise InputError(
-            f"times: must be finite, one-dimensional and between {start:g} s (start_time) and"
-            f" {stop:g} s (the end). Lengthen duration, or drop the times outside."
-        )
-    if np.any(np.diff(wanted) < 0.0):
-        raise InputError("times: must ascend. Sort them, for example with numpy.sort.")
-    return np.asarray(np.clip(wanted, start, stop))

@@ -46,7 +46,7 @@ def _load(problem, run, contacts, torque, sizes):
     """Set the torques on the inertias without those of the contacts at rest, and their sizes."""
     n, states, z = problem.inverse.size, problem.states, run.z
     for i in range(n):
-        torque[i] = sizes[i] = 0.0
+        torque[i], sizes[i] = problem.load[i], abs(problem.load[i])
         for k in range(n):
             part, other = problem.stiffness[i, k] * z[0, k], problem.damping[i, k] * z[0, n + k]
             torque[i] -= part + other
@@ -188,7 +188,7 @@ def sample_controllers(problem, run, time):
     """Let the controllers that are due at a time sample, and set their forces."""
     for number in range(run.modes.size):
         contact, mode = problem.contacts[number], run.modes[number]
-        if contact.held < 0 or sample_time(problem, number, mode.samples) > time:
+        if contact.held < 0 or sample_time(contact, mode) > time:
             continue
         force = contact.initial_force
         if contact.force >= 0:
@@ -211,9 +211,9 @@ def sample_controllers(problem, run, time):
 
 
 @inlined
-def sample_time(problem, number, samples):
-    """Time at which a controller samples for the given time."""
-    return problem.start_time + samples * problem.contacts[number].sample_time
+def sample_time(contact, mode):
+    """Time of the next sampling of a controller."""
+    return mode.first_sample + mode.samples * contact.sample_time
 
 
 @compiled
@@ -222,7 +222,7 @@ def next_sampling(problem, modes):
     nearest = math.inf
     for number in range(modes.size):
         if problem.contacts[number].held >= 0:
-            nearest = min(nearest, sample_time(problem, number, modes[number].samples))
+            nearest = min(nearest, sample_time(problem.contacts[number], modes[number]))
     return nearest
 
 

@@ -136,6 +136,7 @@ def _free_torques(problem, work):
             torque[i, n + k] = -problem.damping[i, k]
         for k in range(problem.drive.shape[1]):
             torque[i, states + k] = problem.drive[i, k]
+        torque[i, -1] = problem.load[i]
 
 
 @compiled

@@ -36,9 +36,23 @@ class Observer(NamedTuple):
     work: Any
 
 
-def observer_of(problem, times, left, right, contact):
-    """Room for what is recorded; see ``Observer``."""
+class PowerRows(NamedTuple):
+    """The rows of powers in an ``Observer``."""
+
+    left: Any
+    right: Any
+    contact: Any
+
+
+def observer_of(problem, times, powers=None):
+    """Room for what is recorded.
+
+    times  : of the samples [s]
+    powers : ``PowerRows`` of what is integrated; None: nothing
+    """
     samples, m = len(times), problem.contacts.size
+    none = np.zeros((0, 0))
+    left, right, contact = powers or (none, none, np.zeros(0, np.int64))
     return Observer(
         np.asarray(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
         np.zeros((samples, m)), np.zeros((samples, m)), np.zeros((samples, m), np.int64),

@@ -37,8 +37,8 @@ CONTACT = record(
 # Mode of a contact. side: direction of sliding, 0 in a stick; line: of the torque over the speed;
 # clip: -1 or 1 where the force is at a limit; clamp: -1 or 1 where a stick has its largest torque,
 # since others hold the rest; fresh: bits of the guards that it has just been at, by ``bit``;
-# samples: samplings of its controller so far.
-MODE = record(whole="side line clip clamp fresh samples")
+# first_sample, samples: time of the first sampling of its controller, and number of them so far.
+MODE = record("first_sample", whole="side line clip clamp fresh samples")
 
 # A guard of a mode: a linear quantity that is positive inside. sign: of the limit that it is about.
 GUARD = record(whole="contact kind sign")
@@ -53,6 +53,7 @@ class MachineProblem(NamedTuple):
     inverse     : (n,) one over the inertias
     stiffness, damping : (n, n) of the shafts
     drive       : (n, inputs) torque on each inertia by each input
+    load        : (n,) constant torque
     contacts    : of dtype ``CONTACT``
     lines       : of dtype ``piecewise_linear.LINE``, of all contacts
     signals     : the first inputs
@@ -65,6 +66,7 @@ class MachineProblem(NamedTuple):
     stiffness: Any
     damping: Any
     drive: Any
+    load: Any
     contacts: Any
     lines: Any
     signals: Signals
@@ -119,6 +121,7 @@ class Workspace(NamedTuple):
 class Run(NamedTuple):
     """What changes in a run.
 
+    clock   : (2,) time [s], as a sum of two numbers
     z       : (TERMS, z) Taylor series of the states, inputs and 1
     modes   : (m,) of dtype ``MODE``
     queues  : (m, longest delay + 1) forces that controllers have sampled
@@ -128,6 +131,7 @@ class Run(NamedTuple):
     torque, sizes : (n,) torque on each inertia, and the sum of the sizes of its parts
     """
 
+    clock: Any
     z: Any
     modes: Any
     systems: Systems
@@ -160,7 +164,7 @@ def run_of(problem: MachineProblem, inputs: int, longest_delay: int) -> Run:
         np.zeros((m, width)), np.zeros((m, width)), np.zeros(width), np.zeros(m, np.int64),
     )  # fmt: skip
     return Run(
-        np.zeros((TERMS, width)), np.zeros(m, MODE), systems, work,
+        np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems, work,
         np.zeros((m, longest_delay + 1)), np.zeros(TERMS), np.zeros(m, np.int64),
         np.zeros(m, np.int64), np.zeros(m, np.int64), np.zeros(n), np.zeros(n),
     )  # fmt: skip

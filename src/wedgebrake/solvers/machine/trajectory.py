@@ -37,7 +37,7 @@ class Span(NamedTuple):
     end    : time [s]
     events : most events
     pause  : whether to end where all contacts have come to rest
-    stop   : (1,) set by another thread to end the run
+    stop   : (1,) ends the run when another thread sets it to True
     """
 
     end: float
@@ -115,12 +115,20 @@ def _log_changes(run, time, log, count):
 
 @compiled
 def _log(log, count, time, contact, kind, before, after):
-    """Log an event if there is room; returns the number of events."""
-    if count < log.size:
-        event = log[count]
-        event.time, event.contact, event.kind = time, contact, kind
-        event.before, event.after = before, after
+    """Log an event; returns the number of events."""
+    event = log[count]
+    event.time, event.contact, event.kind = time, contact, kind
+    event.before, event.after = before, after
     return count + 1
+
+
+@compiled
+def _has_moving_base(problem):
+    """Return True if the base of a contact has a speed that varies."""
+    for contact in problem.contacts:
+        if contact.base >= 0:
+            return True
+    return False
 
 
 @compiled
@@ -130,10 +138,7 @@ def _after_jump(problem, run, time, log, count):
     Returns (number of events, whether there is an answer).
     """
     sample_controllers(problem, run, time)
-    moving = False
-    for contact in problem.contacts:
-        moving = moving or contact.base >= 0
-    if not moving:
+    if not _has_moving_base(problem):
         return count, True
     for number in range(run.modes.size):
         run.before[number] = run.modes[number].side
@@ -178,31 +183,41 @@ def start(problem, run, restart):
     restart : the modes, held forces and queues are those of a former run
     """
     clock, terms = Clock(problem.start_time, 0.0), 2
+    run.clock[0], run.clock[1] = clock.time, clock.rest
     start_tables(problem.signals, clock.time)
     _expand_inputs(problem, run, clock, terms)
     run.z[0, run.z.shape[1] - 1] = 1.0
     speed_rows(problem, run.work)
     if restart:
-        return True
+        return classify(problem, run, at_start=False) if _has_moving_base(problem) else True
     sample_controllers(problem, run, clock.time)
     return classify(problem, run, at_start=True)
 
 
 @compiled
 def move(problem, run, span, log, observer):
-    """Run a machine from its start time, after ``start``; returns ``Ended``.
+    """Move a run on, after ``start`` or a former part of it; returns ``Ended``.
 
-    log      : of dtype ``EVENT``
+    log      : of dtype ``EVENT``; the run ends before it may be too short
     observer : an ``Observer`` of the cells
     """
-    clock, count, cells, again = Clock(problem.start_time, 0.0), 0, 0, 0
+    clock, count, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0, 0
+    contacts, answer = run.modes.size, True
     slot = select_system(problem, run)
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
-    while True:
-        if _is_locked(problem, run, slot):
-            return Ended(Outcome.NO_FORWARD_SOLUTION, count, cells, clock.time)
-        longest = run.systems.longest[slot]
+    outcome = Outcome.STEP_LIMIT
+    while not span.stop[0]:
+        if not answer or again > _CASCADE * (contacts + 1) or _is_locked(problem, run, slot):
+            outcome = Outcome.NO_FORWARD_SOLUTION
+            break
+        if count >= span.events:
+            outcome = Outcome.EVENT_LIMIT
+            break
+        if count + contacts > log.size:
+            outcome = Outcome.LOG_FULL
+            break
         remaining = (min(span.end, knot) - clock.time) - clock.rest
+        longest = run.systems.longest[slot]
         h = min(longest, remaining)
         terms = terms_for(2.0 * h / longest)
         _expand_inputs(problem, run, clock, terms)
@@ -223,10 +238,14 @@ def move(problem, run, span, log, observer):
             else:
                 count = _log_changes(run, clock.time, log, count)
             slot = select_system(problem, run)
+            if span.pause and _all_at_rest(run.modes):
+                outcome = Outcome.PAUSED
+                break
         elif tau >= remaining:
             clock = Clock(min(span.end, knot), 0.0)
             if clock.time >= span.end:
-                return Ended(Outcome.COMPLETED, count, cells, clock.time)
+                outcome = Outcome.COMPLETED
+                break
             pass_knots(problem.signals, knot)
             _expand_inputs(problem, run, clock, 2)
             before = count
@@ -234,15 +253,5 @@ def move(problem, run, span, log, observer):
             knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
             if count > before:
                 slot = select_system(problem, run)
-        else:
-            continue
-        if not answer or again > _CASCADE * (run.modes.size + 1):
-            return Ended(Outcome.NO_FORWARD_SOLUTION, count, cells, clock.time)
-        if count > log.size:
-            return Ended(Outcome.LOG_FULL, count, cells, clock.time)
-        if count >= span.events:
-            return Ended(Outcome.EVENT_LIMIT, count, cells, clock.time)
-        if span.stop[0]:
-            return Ended(Outcome.STEP_LIMIT, count, cells, clock.time)
-        if span.pause and first >= 0 and _all_at_rest(run.modes):
-            return Ended(Outcome.PAUSED, count, cells, clock.time)
+    run.clock[0], run.clock[1] = clock.time, clock.rest
+    return Ended(outcome, count, cells, clock.time)
