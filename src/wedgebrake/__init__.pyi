@@ -34,7 +34,13 @@ from .model.friction import (
     TabulatedFriction,
 )
 from .model.groups import Groups
+from .model.machine import Machine
+from .model.machine_parts import Contact, Inertia, Shaft, Torque
 from .model.part import parameter
+from .model.signal_orders import Orders
+from .model.signal_tables import Ramp, Table
+from .model.signals import Constant, Harmonic, Signal
+from .model.stribeck import StribeckFriction
 from .model.study import Study, load_study, read_study
 from .model.study_text import save_study
 from .model.system import BrakedDriveline
@@ -57,24 +63,36 @@ __all__ = [
     "Branch",
     "BranchPoint",
     "Characteristic",
+    "Constant",
+    "Contact",
     "ConventionalBrake",
     "CoulombFriction",
     "CustomFriction",
     "Driveline",
     "Groups",
+    "Harmonic",
     "HarmonicTorque",
+    "Inertia",
     "InputError",
     "LeadingShoeBrake",
     "LeverBrake",
+    "Machine",
     "Motion",
     "Orbit",
+    "Orders",
     "OutputError",
+    "Ramp",
     "SetValuedFriction",
+    "Shaft",
+    "Signal",
     "SmoothFriction",
     "SmoothedFriction",
     "Status",
+    "StribeckFriction",
     "Study",
+    "Table",
     "TabulatedFriction",
+    "Torque",
     "WedgeBrake",
     "WedgebrakeError",
     "__version__",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Tabular
+from wedgebrake.model.signals import number_of
 from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
@@ -44,8 +45,10 @@ class Groups(Tabular):
         return asdict(self)
 
 
-def _ratio(numerator: float, denominator: float) -> float | None:
-    return numerator / denominator if denominator > 0.0 else None
+def _ratio(numerator: float | None, denominator: float | None) -> float | None:
+    if numerator is None or denominator is None or denominator <= 0.0:
+        return None
+    return numerator / denominator
 
 
 def compute(system: BrakedDriveline) -> Groups:
@@ -55,11 +58,12 @@ def compute(system: BrakedDriveline) -> Groups:
     static = getattr(system.friction, "static", mu)
     impedance = math.sqrt(line.stiffness * line.inertia)
     amplitude = system.excitation.amplitude
+    initial = number_of(force.initial_force)
     tangent = math.tan(brake.angle) if isinstance(brake, WedgeBrake) else None
     return Groups(
         eta=_ratio(force.slope * brake.radius * mu, line.damping),
         f=_ratio(system.excitation.angular_frequency, line.natural_frequency),
-        F0=_ratio(force.initial_force * mu * brake.radius, amplitude),
+        F0=_ratio(None if initial is None else initial * mu * brake.radius, amplitude),
         alpha=None if tangent is None else _ratio(tangent, mu),
         loss_factor=_ratio(line.damping, impedance),
         kinetic=mu,
@@ -95,7 +99,10 @@ def _amplitude(system: BrakedDriveline, initial: float) -> float:
             f"groups.F0 = {initial!r}: must be greater than 0. It is F_a0 mu_k R / T_e; for a"
             " driveline without torque set excitation.amplitude = 0."
         )
-    force = system.actuation.initial_force * system.friction.reference * system.brake.radius
+    at_rest = number_of(system.actuation.initial_force)
+    if at_rest is None:
+        raise _undefined("F0", "initial_force varies in time and F0 = F_a0 mu_k R / T_e")
+    force = at_rest * system.friction.reference * system.brake.radius
     if force == 0.0:
         raise _undefined("F0", "initial_force or kinetic is 0 and F0 = F_a0 mu_k R / T_e")
     return force / initial
@@ -121,12 +128,14 @@ class Setter(NamedTuple):
     """The meaning of a group, and how it is set.
 
     meaning : in words, with its definition
-    target  : the SI parameter that it changes
+    part    : the part of the machine that it changes
+    target  : the SI parameter of that part
     reads   : the SI parameters that the new value is computed from
     value   : the new value of the target, from a system and the group
     """
 
     meaning: str
+    part: str
     target: str
     reads: tuple[str, ...]
     value: Callable[[BrakedDriveline, float], float]
@@ -135,13 +144,18 @@ class Setter(NamedTuple):
 _SLOPE = ("damping", "radius", "kinetic")
 _FORCE = ("initial_force", "radius", "kinetic")
 SETTERS = {
-    "eta": Setter("slope of the actuation force, delta R mu_k / c", "slope", _SLOPE, _slope),
+    "eta": Setter(
+        "slope of the actuation force, delta R mu_k / c", "actuation", "slope", _SLOPE, _slope
+    ),
     "f": Setter(
         "forcing frequency over natural frequency, f_e / f_n",
+        "excitation",
         "frequency",
         ("stiffness", "inertia"),
         _frequency,
     ),
-    "F0": Setter("initial actuation force, F_a0 mu_k R / T_e", "amplitude", _FORCE, _amplitude),
-    "alpha": Setter("tan(wedge angle) / mu_k", "angle", ("kinetic",), _angle),
+    "F0": Setter(
+        "initial actuation force, F_a0 mu_k R / T_e", "excitation", "amplitude", _FORCE, _amplitude
+    ),
+    "alpha": Setter("tan(wedge angle) / mu_k", "brake", "angle", ("kinetic",), _angle),
 }

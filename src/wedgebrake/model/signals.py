@@ -1,72 +1,202 @@
 """Signals: torques, actuation forces and speeds as functions of time.
 
 A signal is a constant, a sine, a table, a ramp, a sum of orders of a speed, or a sum or product of
-these. The exact solver takes its Taylor series between the knots of its tables.
+these. ``Table`` and ``Ramp`` are in ``signal_tables``, ``Orders`` in ``signal_orders``.
 """
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from pydantic import BeforeValidator, Field, SerializeAsAny, field_validator, model_validator
+from numpy.typing import ArrayLike
+from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, SerializeAsAny
+from pydantic_core import CoreSchema, core_schema
 
-from wedgebrake.model.part import Chosen, parameter
-from wedgebrake.model.validation import is_number
+from wedgebrake.model import signal_calculus as calculus
+from wedgebrake.model.part import Chosen, Positional, parameter
+from wedgebrake.model.signal_calculus import FloatArray
+from wedgebrake.model.validation import is_number, plain, wrong
 
-FloatArray = NDArray[np.float64]
+LARGEST = 1e15
+"""Largest magnitude of the values of a signal."""
+_ALLOWED = "a number or a signal, for example wb.Harmonic(500.0, 10.03)"
 
 
-class Signal(Chosen):
+class Signal(Positional, Chosen):
     """A function of time, in the unit of what it drives.
 
-    Signals and numbers can be added and multiplied.
+    Signals and numbers can be added, subtracted and multiplied. To add a kind of signal, write a
+    class that states
+
+    - its parameters, and ``kind``, its name in study files;
+    - ``primitive()``: the same signal made of ``Constant``, ``Harmonic``, ``Table``, ``Orders``,
+      ``Sum`` and ``Product`` alone.
+
+    Its values, integral, derivative, period and series follow from that.
     """
 
     table: ClassVar[str] = "signal"
     kinds: ClassVar[dict[str, type[Signal]]] = {}
-
-    def __call__(self, time: ArrayLike) -> FloatArray:
-        """Values at an array of times [s]; after a jump at the time of a jump."""
-        return self._values(np.asarray(time, dtype=float))
+    # NumPy leaves the product of a scalar of its own and a signal to the signal.
+    __array_ufunc__: ClassVar[None] = None
 
     @abstractmethod
-    def _values(self, time: FloatArray) -> FloatArray:
-        """``__call__`` for an array."""
+    def primitive(self) -> Signal:
+        """The signal made of the kinds that the solver knows."""
 
-    def __add__(self, other: Signal | float) -> Signal:
-        return Sum(signals=(self, as_signal(other)))
+    def __call__(self, time: ArrayLike) -> FloatArray:
+        """Values at an array of times [s]; after the jump at the time of a jump.
 
-    def __mul__(self, other: Signal | float) -> Signal:
-        return Product(signals=(self, as_signal(other)))
+        Raises ``InputError`` for a time at which the signal is not known.
+        """
+        return self._values(self._known(time))
 
-    __radd__, __rmul__ = __add__, __mul__
+    def integral(self, time: ArrayLike) -> FloatArray:
+        """Integral from time 0 to an array of times [s].
 
-    def parts(self) -> Iterator[Signal]:
-        """Iterate over the signal and those that it is made of."""
-        yield self
+        Raises ``InputError`` if the signal is not known all the way from time 0.
+        """
+        self._known(0.0)
+        return self._integral(self._known(time))
+
+    def derivative(self) -> Signal:
+        """The rate of change per second, between the jumps."""
+        return self.primitive().derivative()
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time for which the signal is known [s]; -inf and inf if always."""
+        return self.primitive().span
 
     @property
     def varies(self) -> bool:
-        """Return True if the signal may change in time."""
-        return True
+        """Return True if the signal changes in time."""
+        return self.primitive().varies
 
     @property
-    def end(self) -> float:
-        """Time [s] up to which the signal is known; inf if it is for ever."""
-        return min((one.end for one in self.parts() if one is not self), default=math.inf)
+    def period(self) -> float | None:
+        """The period [s]; None if the signal has none, 0 if it does not vary.
+
+        Parts of a signal have a common period where the ratios of their frequencies are fractions
+        with denominators up to 64.
+        """
+        return calculus.common_period(self.frequencies())
+
+    @property
+    def bound(self) -> float:
+        """A bound on the magnitude of the values."""
+        return self.primitive().bound
+
+    @property
+    def rate(self) -> float:
+        """A bound on the angular frequencies between the knots [rad/s]."""
+        return self.primitive().rate
+
+    def frequencies(self) -> tuple[float, ...] | None:
+        """Frequencies that the signal is made of [Hz]; None where it does not repeat."""
+        return self.primitive().frequencies()
+
+    def knots(self, first: float, last: float) -> FloatArray:
+        """Times in (first, last) at which the signal is not analytic [s], ascending."""
+        return self.primitive().knots(first, last)
+
+    def __add__(self, other: Signal | float) -> Signal:
+        return _joined(Sum, self, other)
+
+    def __radd__(self, other: Signal | float) -> Signal:
+        return _joined(Sum, other, self)
+
+    def __mul__(self, other: Signal | float) -> Signal:
+        return _joined(Product, self, other)
+
+    def __rmul__(self, other: Signal | float) -> Signal:
+        return _joined(Product, other, self)
+
+    def __neg__(self) -> Signal:
+        return _joined(Product, -1.0, self)
+
+    def __sub__(self, other: Signal | float) -> Signal:
+        return _joined(Sum, self, _joined(Product, -1.0, other))
+
+    def __rsub__(self, other: Signal | float) -> Signal:
+        return _joined(Sum, other, -self)
+
+    def _values(self, time: FloatArray) -> FloatArray:
+        """``__call__`` for known times."""
+        return self.primitive()._values(time)
+
+    def _integral(self, time: FloatArray) -> FloatArray:
+        """``integral`` for known times."""
+        return self.primitive()._integral(time)
+
+    def _known(self, time: ArrayLike) -> FloatArray:
+        """Times as an array, in the span; beyond it by rounding alone they move to its end."""
+        times = np.asarray(time, dtype=float)
+        first, last = self.span
+        if math.isinf(first) and math.isinf(last):
+            return times
+        inside: FloatArray = np.clip(times, first, last)
+        beyond = np.abs(times - inside) > 1e-12 * np.maximum(np.abs(times), np.abs(inside))
+        if np.any(beyond):
+            raise wrong(
+                "time", float(times[beyond].flat[0]), f"in [{first:.17g}, {last:.17g}] s",
+                f"The {type(self).__name__} is known there alone; let a table go on with"
+                " after='hold' or after='zero', or repeat it with periodic=True.",
+            )  # fmt: skip
+        return inside
 
 
 def as_signal(value: Any) -> Any:
-    """Convert a number to a constant signal; leave anything else to validation."""
-    return Constant(value=value) if is_number(value) else value
+    """Convert a number to a constant signal; return a signal as it is.
+
+    Raises ``ValueError`` for anything else.
+    """
+    if is_number(value):
+        return Constant(value=plain(value))
+    if not isinstance(value, Signal):
+        raise ValueError(f"must be {_ALLOWED}.")
+    return value
+
+
+def number_of(value: float | Signal) -> float | None:
+    """The value of a number, or of a signal that does not vary; None for one that varies."""
+    if not isinstance(value, Signal):
+        return value
+    return None if value.varies else float(value(max(0.0, value.span[0])))
+
+
+def _joined(kind: type[Sum | Product], first: Any, second: Any) -> Signal:
+    """Sum or product; those of sums are one sum."""
+    parts: tuple[Signal, ...] = ()
+    for one in (first, second):
+        if not isinstance(one, Signal) and not is_number(plain(one)):
+            return NotImplemented  # type: ignore[no-any-return]
+        parts += one.signals if type(one) is kind else (as_signal(one),)
+    return kind(signals=parts)
 
 
 SignalField = Annotated[SerializeAsAny[Signal], BeforeValidator(as_signal)]
+"""Annotation of a field that holds a signal; numbers are converted."""
+
+
+class OrSignal:
+    """Annotation of a field that holds a number in a range, or a signal; numbers stay numbers."""
+
+    def __init__(self, ge: float = -LARGEST, le: float = LARGEST) -> None:
+        self.ge, self.le = ge, le
+
+    def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        number = handler.generate_schema(Annotated[float, Field(ge=self.ge, le=self.le)])
+        return core_schema.no_info_wrap_validator_function(
+            lambda value, check: value if isinstance(value, Signal) else check(value),
+            number,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                lambda value: value.model_dump() if isinstance(value, Signal) else value
+            ),
+        )
 
 
 class Constant(Signal):
@@ -74,15 +204,53 @@ class Constant(Signal):
 
     kind: ClassVar[str] = "constant"
 
-    value: float = parameter("value", symbol="u", unit="1", example=300.0, ge=-1e15, le=1e15)
+    value: float = parameter("value", symbol="u", example=300.0, ge=-LARGEST, le=LARGEST)
 
-    def _values(self, time: FloatArray) -> FloatArray:
-        return np.full_like(time, self.value)
+    if TYPE_CHECKING:
+
+        def __init__(self, value: float) -> None: ...
+
+    def primitive(self) -> Signal:
+        """The signal itself."""
+        return self
+
+    def derivative(self) -> Signal:
+        """Zero."""
+        return Constant(value=0.0)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Always."""
+        return (-math.inf, math.inf)
 
     @property
     def varies(self) -> bool:
         """False."""
         return False
+
+    @property
+    def bound(self) -> float:
+        """The magnitude of the value."""
+        return abs(self.value)
+
+    @property
+    def rate(self) -> float:
+        """Zero."""
+        return 0.0
+
+    def frequencies(self) -> tuple[float, ...] | None:
+        """None at all, an empty tuple."""
+        return ()
+
+    def knots(self, first: float, last: float) -> FloatArray:  # noqa: ARG002 - it has none
+        """No times."""
+        return np.empty(0)
+
+    def _values(self, time: FloatArray) -> FloatArray:
+        return np.full_like(time, self.value)
+
+    def _integral(self, time: FloatArray) -> FloatArray:
+        return self.value * time
 
 
 class Harmonic(Signal):
@@ -90,159 +258,170 @@ class Harmonic(Signal):
 
     kind: ClassVar[str] = "harmonic"
 
-    amplitude: float = parameter("amplitude", symbol="a", unit="1", example=500.0, ge=0, le=1e15)
+    amplitude: float = parameter("amplitude", symbol="a", example=500.0, ge=-LARGEST, le=LARGEST)
     frequency: float = parameter("frequency", symbol="f", unit="Hz", example=10.03, ge=1e-9, le=1e9)
-    phase: float = parameter("phase", symbol="phi", unit="rad", example=0.0, default=0.0)
+    phase: float = parameter(
+        "phase", symbol="phi", unit="rad", example=0.5, default=0.0, ge=-1e6, le=1e6
+    )
 
-    def _values(self, time: FloatArray) -> FloatArray:
-        values: FloatArray = self.amplitude * np.sin(
-            2.0 * math.pi * self.frequency * time + self.phase
-        )
-        return values
+    if TYPE_CHECKING:
+
+        def __init__(self, amplitude: float, frequency: float, phase: float = 0.0) -> None: ...
+
+    def primitive(self) -> Signal:
+        """The signal itself."""
+        return self
+
+    def derivative(self) -> Signal:
+        """2 pi frequency amplitude cos(2 pi frequency t + phase)."""
+        factor = 2.0 * math.pi * self.frequency
+        ahead = Harmonic(self.amplitude, self.frequency, self.phase + 0.5 * math.pi)
+        return Product(signals=(Constant(value=factor), ahead))
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Always."""
+        return (-math.inf, math.inf)
 
     @property
     def varies(self) -> bool:
-        """True, unless its amplitude is zero."""
-        return self.amplitude > 0.0
-
-
-class Table(Signal):
-    """Values over time, with straight lines between them; a time given twice is a jump.
-
-    ``periodic`` repeats the table; its last value must equal its first one, or is a jump.
-    ``after`` states how a table that is not periodic goes on: "error" refuses a run beyond its
-    end, "hold" keeps the last value, "zero" is zero. Before its begin the first value holds.
-    """
-
-    kind: ClassVar[str] = "table"
-
-    times: tuple[float, ...] = Field(
-        description="times [s], ascending; a time may stand twice", min_length=2,
-        json_schema_extra={"symbol": "t", "unit": "s", "example": [0.0, 1.0]},
-    )  # fmt: skip
-    values: tuple[float, ...] = Field(
-        description="values at the times", min_length=2,
-        json_schema_extra={"symbol": "u", "unit": "1", "example": [0.0, 300.0]},
-    )  # fmt: skip
-    periodic: bool = parameter(
-        "whether the table repeats", symbol="-", unit="1", example=False, default=False
-    )
-    after: Literal["error", "hold", "zero"] = Field(
-        default="error", description="what follows the last time",
-        json_schema_extra={"symbol": "-", "unit": "1", "example": "hold"},
-    )  # fmt: skip
-
-    @field_validator("times", "values", mode="before")
-    @classmethod
-    def _tuples(cls, value: Any) -> Any:
-        return tuple(value) if isinstance(value, list) else value
-
-    @model_validator(mode="after")
-    def _ascending(self) -> Table:
-        times = np.asarray(self.times)
-        if len(self.times) != len(self.values):
-            raise ValueError(
-                f"signal.values: {len(self.values)} values for {len(self.times)} times. Give one"
-                " value for each time."
-            )
-        falls = np.flatnonzero(np.diff(times) < 0.0)
-        if falls.size:
-            at = int(falls[0]) + 1
-            raise ValueError(
-                f"signal.times[{at}] = {self.times[at]!r}: must be at least"
-                f" {self.times[at - 1]!r}, the time before it. Sort the times."
-            )
-        thrice = np.flatnonzero(times[2:] == times[:-2])
-        if thrice.size:
-            at = int(thrice[0]) + 2
-            raise ValueError(
-                f"signal.times[{at}] = {self.times[at]!r}: stands three times. A time may stand"
-                " twice, with the values before and after a jump."
-            )
-        if times[0] == times[-1]:
-            raise ValueError("signal.times: all equal. Give a table two times or more.")
-        return self
-
-    def _values(self, time: FloatArray) -> FloatArray:
-        times, values = np.asarray(self.times), np.asarray(self.values)
-        if self.periodic:
-            time = times[0] + np.mod(time - times[0], times[-1] - times[0])
-        last = np.searchsorted(times, time, side="right") - 1
-        at = np.clip(last, 0, times.size - 2)
-        width = times[at + 1] - times[at]
-        share = np.clip(np.divide(time - times[at], width, where=width > 0.0, out=np.ones_like(time)), 0, 1)
-        found: FloatArray = values[at] + share * (values[at + 1] - values[at])
-        if self.after == "zero" and not self.periodic:
-            found = np.where(time >= times[-1], 0.0, found)
-        return found
+        """True, unless the amplitude is zero."""
+        return self.amplitude != 0.0
 
     @property
-    def end(self) -> float:
-        """Last time, unless the table goes on."""
-        return math.inf if self.periodic or self.after != "error" else self.times[-1]
+    def bound(self) -> float:
+        """The magnitude of the amplitude."""
+        return abs(self.amplitude)
 
+    @property
+    def rate(self) -> float:
+        """2 pi frequency [rad/s]."""
+        return 2.0 * math.pi * self.frequency
 
-class Ramp(Signal):
-    """From ``start`` to ``end`` in ``duration`` seconds from ``begin`` on, constant elsewhere."""
+    def frequencies(self) -> tuple[float, ...] | None:
+        """The frequency [Hz]."""
+        return (self.frequency,) if self.varies else ()
 
-    kind: ClassVar[str] = "ramp"
-
-    start: float = parameter("value before", symbol="u0", unit="1", example=80.0)
-    end_value: float = Field(alias="end", description="value after", json_schema_extra={"symbol": "u1", "unit": "1", "example": 0.0})
-    duration: float = parameter("duration", symbol="T", unit="s", example=4.0, gt=0)
-    begin: float = parameter("time at which it begins", symbol="t0", unit="s", example=0.0, default=0.0)
-
-    def _values(self, time: FloatArray) -> FloatArray:
-        share = np.clip((time - self.begin) / self.duration, 0.0, 1.0)
-        values: FloatArray = self.start + share * (self.end_value - self.start)
-        return values
-
-
-class Orders(Signal):
-    """Sum of relative amplitudes times sin(order theta + phase), theta the integral of a speed.
-
-    orders : (order, amplitude, phase [rad]) each; an order may be a fraction
-    """
-
-    kind: ClassVar[str] = "orders"
-
-    speed: SignalField = Field(description="speed that the orders follow [rad/s]")
-    orders: tuple[tuple[float, float, float], ...] = Field(
-        description="(order, amplitude, phase) of each order", min_length=1,
-        json_schema_extra={"symbol": "-", "unit": "1", "example": [[2.0, 1.0, 0.0]]},
-    )  # fmt: skip
+    def knots(self, first: float, last: float) -> FloatArray:  # noqa: ARG002 - it has none
+        """No times."""
+        return np.empty(0)
 
     def _values(self, time: FloatArray) -> FloatArray:
-        raise NotImplementedError  # needs the integral of the speed
+        angle = 2.0 * math.pi * calculus.turns(self.frequency, time) + self.phase
+        return np.asarray(self.amplitude * np.sin(angle))
+
+    def _integral(self, time: FloatArray) -> FloatArray:
+        # A difference of two cosines would lose digits at short times.
+        half = 2.0 * math.pi * calculus.turns(0.5 * self.frequency, time)
+        area = np.sin(half + self.phase) * np.sin(half) / (math.pi * self.frequency)
+        return np.asarray(self.amplitude * area)
 
 
-class Sum(Signal):
+class _Combined(Signal):
+    """A sum or product of signals."""
+
+    signals: tuple[SignalField, ...] = Field(
+        description="signals to combine", min_length=1, max_length=10_000, strict=False
+    )
+
+    def primitive(self) -> Signal:
+        """The same of the primitive signals."""
+        return type(self)(signals=tuple(one.primitive() for one in self.signals))
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time for which all signals are known [s]."""
+        spans = [one.span for one in self.signals]
+        return (max(first for first, _ in spans), min(last for _, last in spans))
+
+    def knots(self, first: float, last: float) -> FloatArray:
+        """Times in (first, last) at which one of the signals is not analytic [s]."""
+        return np.unique(np.concatenate([one.knots(first, last) for one in self.signals]))
+
+    def frequencies(self) -> tuple[float, ...] | None:
+        """Frequencies of all signals [Hz]; None if one does not repeat."""
+        if not self.varies:
+            return ()
+        parts = [one.frequencies() for one in self.signals]
+        known = [part for part in parts if part is not None]
+        return (
+            None if len(known) < len(parts) else tuple(sorted({f for part in known for f in part}))
+        )
+
+
+class Sum(_Combined):
     """Sum of signals."""
 
     kind: ClassVar[str] = "sum"
-    signals: tuple[SignalField, ...] = Field(description="signals to add", min_length=1)
+
+    def derivative(self) -> Signal:
+        """Sum of the derivatives."""
+        return Sum(signals=tuple(one.derivative() for one in self.signals))
+
+    @property
+    def varies(self) -> bool:
+        """Return True if one of the signals does."""
+        return any(one.varies for one in self.signals)
+
+    @property
+    def bound(self) -> float:
+        """Sum of the bounds."""
+        return sum(one.bound for one in self.signals)
+
+    @property
+    def rate(self) -> float:
+        """The largest of the rates [rad/s]."""
+        return max(one.rate for one in self.signals)
 
     def _values(self, time: FloatArray) -> FloatArray:
-        return np.sum([one(time) for one in self.signals], axis=0)
+        return np.asarray(np.sum([one._values(time) for one in self.signals], axis=0))
 
-    def parts(self) -> Iterator[Signal]:
-        """Iterate over the sum and its signals."""
-        yield self
-        for one in self.signals:
-            yield from one.parts()
+    def _integral(self, time: FloatArray) -> FloatArray:
+        return np.asarray(np.sum([one._integral(time) for one in self.signals], axis=0))
 
 
-class Product(Signal):
+class Product(_Combined):
     """Product of signals."""
 
     kind: ClassVar[str] = "product"
-    signals: tuple[SignalField, ...] = Field(description="signals to multiply", min_length=1)
+
+    def derivative(self) -> Signal:
+        """Sum over the signals, each with the derivative of that one."""
+        terms = []
+        for i, one in enumerate(self.signals):
+            others = self.signals[:i] + self.signals[i + 1 :]
+            terms.append(Product(signals=(one.derivative(), *others)))
+        return Sum(signals=tuple(terms))
+
+    @property
+    def varies(self) -> bool:
+        """Return True if one of the signals varies, and none is zero."""
+        return any(one.varies for one in self.signals) and self.bound != 0.0
+
+    @property
+    def bound(self) -> float:
+        """Product of the bounds."""
+        return math.prod(one.bound for one in self.signals)
+
+    @property
+    def rate(self) -> float:
+        """Sum of the rates [rad/s]."""
+        return sum(one.rate for one in self.signals)
 
     def _values(self, time: FloatArray) -> FloatArray:
-        return np.prod([one(time) for one in self.signals], axis=0)
+        return np.asarray(np.prod([one._values(time) for one in self.signals], axis=0))
 
-    def parts(self) -> Iterator[Signal]:
-        """Iterate over the product and its signals."""
-        yield self
+    def _integral(self, time: FloatArray) -> FloatArray:
+        factor = 1.0
+        varying = []
         for one in self.signals:
-            yield from one.parts()
+            value = number_of(one)
+            if value is None:
+                varying.append(one)
+            else:
+                factor *= value
+        if factor == 0.0 or not varying:
+            return factor * time
+        if len(varying) == 1:
+            return factor * varying[0]._integral(time)
+        return factor * calculus.quadrature(Product(signals=tuple(varying)), time)

@@ -261,10 +261,10 @@ def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, 
             raise InputError(f"groups.{named(name)}: no such group to set. {near}")
         check_group(name, value)
         target = SETTERS[name].target
-        doubled = [part for part in PARTS if target in tables[part]]
-        if doubled:
+        part = SETTERS[name].part
+        if target in tables[part]:
             raise InputError(
-                f"groups.{name} and {doubled[0]}.{target}: both given, but {name} sets {target}."
+                f"groups.{name} and {part}.{target}: both given, but {name} sets {target}."
                 " Remove one of them."
             )
     return dict(groups)
@@ -282,7 +282,7 @@ def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
         model = kinds[check_choice(f"{name}.kind", values.pop("kind"), kinds)]
     for group in chosen:
         target = SETTERS[group].target
-        if target in model.model_fields:
+        if name == SETTERS[group].part and target in model.model_fields:
             values.setdefault(target, _PLACEHOLDERS[target])
     return model(**values)
 

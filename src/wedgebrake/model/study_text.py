@@ -15,6 +15,7 @@ from wedgebrake.model.part import Chosen, Part, given
 from wedgebrake.model.study import Study, parse_study
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.tables import CHOSEN
 from wedgebrake.model.validation import check_instance, labels, shown
 
 _Tables = dict[str, dict[str, Any]]
@@ -57,7 +58,7 @@ def _tables(study: Study) -> _Tables:
     """Everything in SI values."""
     tables: _Tables = {}
     for name, part in study.system.parts().items():
-        kind = {"kind": _kind(name, part)} if isinstance(part, Chosen) else {}
+        kind = {"kind": _kind(name, part)} if name in CHOSEN and isinstance(part, Chosen) else {}
         tables[name] = {**kind, **_given(part)}
     tables["groups"] = {}
     tables["run"] = _given(study.run)
@@ -88,7 +89,7 @@ def _of_sweep(sweep: Sweep) -> dict[str, Any]:
 
 def _state_groups(tables: _Tables, system: BrakedDriveline) -> None:
     """Write the groups that were given instead of the values that they set, where that is exact."""
-    places = {name: system.owner(SETTERS[name].target) for name in system.stated}
+    places = {name: SETTERS[name].part for name in system.stated}
     trial: _Tables = {part: dict(tables[part]) for part in PARTS}
     for name, part in places.items():
         trial[part].pop(SETTERS[name].target, None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 from pydantic import ConfigDict, PrivateAttr, SerializeAsAny
@@ -18,7 +18,7 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.part import Chosen, Part, given
+from wedgebrake.model.part import Chosen, Part, given, plain_fields, plain_table
 from wedgebrake.model.validation import check_instance
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
@@ -103,7 +103,7 @@ class BrakedDriveline(Part, Tabular):
         """
         parts = {name: changes.get(name, getattr(self, name)) for name in PARTS}
         _check_parts(parts)
-        owners = {field: name for name in PARTS for field in type(parts[name]).model_fields}
+        owners = _owners(parts)
         stated = {name: value for name, value in changes.items() if name in _groups.SETTERS}
         others = (*PARTS, *stated)
         si = {name: value for name, value in changes.items() if name not in others}
@@ -136,7 +136,7 @@ class BrakedDriveline(Part, Tabular):
             return self
         target = _groups.SETTERS[name].target
         si = _groups.SETTERS[name].value(self, value)
-        owner = self.owner(target)
+        owner = _groups.SETTERS[name].part
         try:
             part = _changed(getattr(self, owner), {target: si})
         except InputError as error:
@@ -149,7 +149,7 @@ class BrakedDriveline(Part, Tabular):
 
     def owner(self, name: str) -> str:
         """The name of the part that has a parameter."""
-        return next(key for key, part in self.parts().items() if name in type(part).model_fields)
+        return _owners(self.parts())[name]
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """The system as plain tables, as a study file holds them.
@@ -159,12 +159,8 @@ class BrakedDriveline(Part, Tabular):
         """
         tables: dict[str, dict[str, Any]] = {}
         for name, part in self.parts().items():
-            kind = {"kind": part.kind_or_class} if isinstance(part, Chosen) else {}
-            tables[name] = kind | {
-                key: list(value) if isinstance(value, tuple) else value
-                for key, value in dict(part).items()
-                if not callable(value)
-            }
+            told = isinstance(part, Chosen) and not isinstance(part, HarmonicTorque)
+            tables[name] = plain_table(part) if told else plain_fields(part)
         return tables
 
     def _headline(self) -> str:
@@ -182,6 +178,11 @@ def _check_parts(parts: dict[str, Any]) -> None:
         if name in parts:
             allowed = f"a {base.__name__}, for example {_EXAMPLES[name]}"
             check_instance(name, parts[name], base, allowed)
+
+
+def _owners(parts: Mapping[str, Part]) -> dict[str, str]:
+    """The part of each field; of two parts the later one, such as the torque's frequency."""
+    return {field: name for name in PARTS for field in type(parts[name]).model_fields}
 
 
 def _changed(part: Part, values: dict[str, Any]) -> Part:

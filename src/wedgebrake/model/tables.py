@@ -10,7 +10,9 @@ from wedgebrake.model.part import Chosen, Part
 from wedgebrake.model.system import BASES, BrakedDriveline
 
 CHOSEN: dict[str, dict[str, type[Part]]] = {
-    name: base.kinds for name, base in BASES.items() if issubclass(base, Chosen)
+    name: base.kinds
+    for name, base in BASES.items()
+    if issubclass(base, Chosen) and "kinds" in vars(base)  # a base of several kinds
 }
 FIXED: dict[str, type[Part]] = {name: base for name, base in BASES.items() if name not in CHOSEN}
 

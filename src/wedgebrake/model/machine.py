@@ -1,0 +1,118 @@
+"""The machine: inertias, shafts, contacts and torques."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+from pydantic import model_validator
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.machine_parts import (
+    GROUND,
+    Contact,
+    Inertia,
+    Named,
+    Shaft,
+    Torque,
+)
+from wedgebrake.model.part import Part
+from wedgebrake.model.validation import unknown, wrong
+
+KINDS: dict[str, type[Named]] = {
+    "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
+}  # fmt: skip
+_EXAMPLES = {
+    "inertias": 'wb.Inertia("disc", 1.0)',
+    "shafts": 'wb.Shaft("motor", "disc", stiffness=2e4)',
+    "contacts": 'wb.Contact("disc", name="brake", brake=..., friction=..., actuation=...)',
+    "torques": 'wb.Torque("disc", wb.Harmonic(500.0, 10.03), name="engine")',
+}
+
+
+class Machine(Part):
+    """A machine of inertias, shafts, contacts (brakes and clutches) and torques.
+
+    Immutable, in SI units; equal to another one if all parts are. Parts are joined by the names of
+    inertias, "ground" is the ground, and no two parts have the same name.
+    """
+
+    table: ClassVar[str] = "machine"
+
+    inertias: tuple[Inertia, ...]
+    shafts: tuple[Shaft, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+    torques: tuple[Torque, ...] = ()
+
+    def __init__(self, /, **data: Any) -> None:
+        _check_lists(data)
+        super().__init__(**{name: tuple(parts) for name, parts in data.items()})
+
+    @model_validator(mode="after")
+    def _joined(self) -> Machine:
+        seen: dict[str, str] = {}
+        for part, place in self._places():
+            if part.name in seen:
+                raise wrong(
+                    f"{place}.name", part.name, "a name that no other part has",
+                    f"machine.{seen[part.name]} has it; give name=... to one of them.",
+                )  # fmt: skip
+            seen[part.name] = place
+        names = [one.name for one in self.inertias]
+        for shaft in self.shafts:
+            _check_joined(shaft, "a", names)
+            _check_joined(shaft, "b", [*names, GROUND])
+        for contact in self.contacts:
+            _check_joined(contact, "a", names)
+            _check_joined(contact, "b", [*names, GROUND])
+        for torque in self.torques:
+            _check_joined(torque, "on", names)
+        return self
+
+    def _places(self) -> Iterator[tuple[Named, str]]:
+        """Every part, with its place in the machine in words."""
+        for kind in KINDS:
+            for i, part in enumerate(getattr(self, kind)):
+                yield part, f"{kind}[{i}]"
+
+    def parts(self) -> dict[str, Named]:
+        """All parts by name, in order."""
+        return {part.name: part for part, _ in self._places()}
+
+    def index(self, name: str) -> int:
+        """The number of an inertia in ``inertias``; -1 for "ground"."""
+        if name == GROUND:
+            return -1
+        names = [one.name for one in self.inertias]
+        if name not in names:
+            raise unknown("name", name, [*names, GROUND], "no such inertia")
+        return names.index(name)
+
+
+def _check_joined(part: Named, field: str, names: list[str]) -> None:
+    value = getattr(part, field)
+    if value not in names:
+        raise unknown(f"{part.name}.{field}", value, names, "no such inertia")
+
+
+def _check_lists(data: Mapping[str, Any]) -> None:
+    for name in data:
+        if name not in KINDS:
+            raise InputError(
+                f"machine.{name}: no such list of parts. {nearest(name, KINDS)}",
+                name=f"machine.{name}", value=data[name], allowed=tuple(KINDS),
+            )  # fmt: skip
+    if not data.get("inertias"):
+        raise wrong(
+            "machine.inertias", data.get("inertias"), "a list of one inertia or more",
+            f"For example [{_EXAMPLES['inertias']}].",
+        )  # fmt: skip
+    for name, kind in KINDS.items():
+        parts = data.get(name, ())
+        if not isinstance(parts, list | tuple):
+            allowed = f"a list of parts of class {kind.__name__}"
+            raise wrong(f"machine.{name}", parts, allowed, f"For example [{_EXAMPLES[name]}].")
+        for i, one in enumerate(parts):
+            if not isinstance(one, kind):
+                allowed = f"of class {kind.__name__}, for example {_EXAMPLES[name]}"
+                raise wrong(f"machine.{name}[{i}]", one, allowed)
