@@ -77,6 +77,8 @@ def given_values(model: type[Part], **special: st.SearchStrategy[Any]) -> st.Sea
     """All that a part needs, and some of its other parameters."""
     required, optional = {}, {}
     for name, field in model.model_fields.items():
+        if name in model.later:
+            continue  # they exclude each other
         where = required if field.is_required() else optional
         where[name] = special[name] if name in special else values(field)
     return st.fixed_dictionaries(required, optional=optional)

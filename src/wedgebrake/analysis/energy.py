@@ -99,7 +99,7 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     given = system_from_response(response)
     begin, end = span(response)
     low = begin if start is None else inside(start, begin, end)
-    period = given.excitation.period
+    period = 1.0 / given.excitation.frequency
     first, last = _periods(response, low, period)
     times, angle, velocity, numbers = (
         response[name].to_numpy()[first : last + 1]

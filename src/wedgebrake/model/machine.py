@@ -8,6 +8,8 @@ from typing import Any, ClassVar
 from pydantic import model_validator
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.display import Tabular, unit_of
+from wedgebrake.model.machine_names import numbers, replaced
 from wedgebrake.model.machine_parts import (
     GROUND,
     Contact,
@@ -16,7 +18,7 @@ from wedgebrake.model.machine_parts import (
     Shaft,
     Torque,
 )
-from wedgebrake.model.part import Part
+from wedgebrake.model.part import Part, plain_table
 from wedgebrake.model.validation import unknown, wrong
 
 KINDS: dict[str, type[Named]] = {
@@ -30,7 +32,7 @@ _EXAMPLES = {
 }
 
 
-class Machine(Part):
+class Machine(Part, Tabular):
     """A machine of inertias, shafts, contacts (brakes and clutches) and torques.
 
     Immutable, in SI units; equal to another one if all parts are. Parts are joined by the names of
@@ -78,6 +80,59 @@ class Machine(Part):
     def parts(self) -> dict[str, Named]:
         """All parts by name, in order."""
         return {part.name: part for part, _ in self._places()}
+
+    def parameters(self) -> dict[str, float]:
+        """All numbers of the machine by dotted name, such as "brake.slope" [SI units]."""
+        return {name: one.value for name, one in numbers(self.parts()).items()}
+
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Machine:
+        """A copy with other values.
+
+        changes : the new values by dotted name: "disc.inertia", "brake.slope" (of the contact
+                  "brake", its brake, friction or actuation), "engine.amplitude" (of the signal of
+                  the torque "engine"); or whole parts, "brake.friction", "brake"
+        more    : the same as keywords; ``inertias``, ``shafts``, ``contacts`` or ``torques``
+                  replace all parts of a kind
+
+        Raises ``InputError`` for an unknown name or a value that is not allowed.
+        """
+        if changes is not None and not isinstance(changes, Mapping):
+            raise wrong(
+                "changes", changes, "values by name",
+                'For example machine.replace({"brake.slope": -40.0}).',
+            )  # fmt: skip
+        values = {**(changes or {}), **more}
+        lists = {kind: values.pop(kind, getattr(self, kind)) for kind in KINDS}
+        _check_lists(lists)
+        parts = {one.name: one for parts in lists.values() for one in parts}
+        new = replaced(parts, values)
+        return Machine(**{kind: [new[one.name] for one in parts] for kind, parts in lists.items()})
+
+    def as_dict(self) -> dict[str, list[dict[str, Any]]]:
+        """The machine as plain tables, as a study file holds them; empty lists are left out.
+
+        A brake or law without a name in study files is called by its class, without the functions
+        that it holds.
+        """
+        tables = {
+            kind.table: [plain_table(part) for part in getattr(self, name)]
+            for name, kind in KINDS.items()
+        }
+        return {name: parts for name, parts in tables.items() if parts}
+
+    def _headline(self) -> str:
+        counts = ((len(getattr(self, name)), kind.table) for name, kind in KINDS.items())
+        plural = {"inertia": "inertias", "shaft": "shafts", "contact": "contacts"}
+        said = (
+            f"{count} {word if count == 1 else plural.get(word, 'torques')}"
+            for count, word in counts
+            if count
+        )
+        return f"Machine of {', '.join(said)}"
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        for name, one in numbers(self.parts()).items():
+            yield name, one.value, unit_of(one.field)
 
     def index(self, name: str) -> int:
         """The number of an inertia in ``inertias``; -1 for "ground"."""

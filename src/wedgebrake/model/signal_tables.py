@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -16,6 +17,16 @@ from wedgebrake.model.signals import LARGEST, Constant, Signal
 from wedgebrake.model.validation import wrong
 
 _MOST = 10_000_000
+_FEW = 12  # points of a table that is shown with all of them
+
+
+class Short(str):
+    """A text whose representation has no quotation marks."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
 
 
 def _column(description: str, **extra: Any) -> Any:
@@ -55,6 +66,12 @@ class Table(Signal):
             periodic: bool = False,
             after: Literal["error", "hold", "zero"] = "error",
         ) -> None: ...
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
+        """Long tables by their number of points."""
+        for name, value in super().__repr_args__():
+            long = isinstance(value, tuple) and len(value) > _FEW
+            yield name, Short(f"({len(value)} numbers)") if long else value
 
     @field_validator("times", "values", mode="before")
     @classmethod

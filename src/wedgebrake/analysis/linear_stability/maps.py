@@ -93,7 +93,7 @@ def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict
     forward, backward = _widths(system, values)
     damping = loss * math.sqrt(line.stiffness * line.inertia)
     slope = eta * damping / (system.brake.radius * kinetic)
-    force = system.actuation.initial_force + slope * abs(line.drive_speed)
+    force = system.actuation.law.initial_force + slope * abs(line.drive_speed)
     limit = (force == 0.0) & (slope >= 0.0) & (line.drive_speed == 0.0)  # pressed next to rest
     pressed = (force > 0.0) | limit | (not system.actuation.release)
     locked = ~(forward > 0.0) & pressed
