@@ -1,6 +1,7 @@
 """Events: sticks, slips, reversals, and forces at their limits change the modes of the contacts."""
 
 import math
+from typing import NamedTuple
 
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.jit import compiled, inlined
@@ -18,6 +19,8 @@ FLAT = 1 << 10
 """Bit of ``fresh``: slip has begun without a rate, as a holding torque has reached its limit."""
 # Relative size of a sliding speed that is rounding: at the start, and after a stick.
 _AT_START, _AFTER_STICK = 1e-14, 1e-9
+# Share of the change of a speed in a cell within which two contacts come to rest together.
+_TOGETHER = 1e-13
 
 
 @compiled
@@ -86,7 +89,7 @@ def settle(problem, run, contacts):
     """
     count = contacts.size
     rest, pattern = at_rest_of(problem, contacts), pattern_of(count)
-    scale = 0.0
+    scale, limited = 0.0, run.limited.any()
     torque, sizes = run.torque, run.sizes
     _load(problem, run, contacts, torque, sizes)
     for i in range(count):
@@ -109,6 +112,7 @@ def settle(problem, run, contacts):
             size_ += problem.inverse[contact.a] * max(abs(rest.lower[i]), abs(rest.upper[i]))
         scale = max(scale, size_)
         rest.limited[i] = run.limited[contacts[i]]
+        rest.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
     rest.scale[0] = scale
     if count == 1:
         _settle_one(rest, pattern)
@@ -227,8 +231,10 @@ def next_sampling(problem, modes):
 
 
 @compiled
-def apply_event(problem, run, what):
+def apply_event(problem, run, what, cell):
     """Change the modes at an event that a guard announces; ``run.before`` receives former sides.
+
+    cell : whose series is in ``run.z``, but for its first terms
 
     Returns (kind of event, whether there is an answer).
     """
@@ -247,12 +253,33 @@ def apply_event(problem, run, what):
             arrived = -1
         count = 0
         for other in range(before.size):
-            if run.modes[other].side == 0 or other == arrived:
+            if run.modes[other].side == 0 or other == arrived or _has_arrived(run, other, cell):
                 run.resting[count] = other
                 count += 1
         return EventKind.STICK, settle(problem, run, run.resting[:count])
     mode.fresh |= bit(what.kind, -what.sign)
     return EventKind.BREAKPOINT, True
+
+
+class Cell(NamedTuple):
+    """Length [s] and number of terms of a cell."""
+
+    length: float
+    terms: int
+
+
+@compiled
+def _has_arrived(run, number, cell):
+    """Return True if the speed of a sliding contact has become zero, up to rounding."""
+    z, row = run.z, run.work.sliding[number]
+    scale = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            reach = 0.0
+            for k in range(cell.terms - 1, -1, -1):
+                reach = reach * cell.length + abs(z[k, j])
+            scale += abs(row[j]) * reach
+    return abs(value(row, z)) <= _TOGETHER * scale
 
 
 @inlined

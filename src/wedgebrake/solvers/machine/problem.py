@@ -102,10 +102,11 @@ class Workspace(NamedTuple):
 
     sliding     : (m, z) sliding speeds; the same in all modes
     torque      : (n, z) torque on each inertia
-    rows, matrix: (m, z) and (m, m + 1) for the contacts at rest
+    rows, matrix, weights : (m, z), (m, m) and (m,) for the contacts at rest
     upper, lower: (m, z) largest and smallest torque of each contact at rest
     spare       : (z,)
     numbers     : (m,) contacts at rest
+    powers      : (2, states, states)
     """
 
     sliding: Any
@@ -116,6 +117,8 @@ class Workspace(NamedTuple):
     lower: Any
     spare: Any
     numbers: Any
+    weights: Any
+    powers: Any
 
 
 class Run(NamedTuple):
@@ -160,8 +163,9 @@ def run_of(problem: MachineProblem, inputs: int, longest_delay: int) -> Run:
         np.zeros((_SLOTS, most), GUARD),
     )  # fmt: skip
     work = Workspace(
-        np.zeros((m, width)), np.zeros((n, width)), np.zeros((m, width)), np.zeros((m, m + 1)),
+        np.zeros((m, width)), np.zeros((n, width)), np.zeros((m, width)), np.zeros((m, m)),
         np.zeros((m, width)), np.zeros((m, width)), np.zeros(width), np.zeros(m, np.int64),
+        np.zeros(m), np.zeros((2, states, states)),
     )  # fmt: skip
     return Run(
         np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems, work,

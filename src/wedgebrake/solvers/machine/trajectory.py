@@ -11,11 +11,11 @@ from wedgebrake.solvers.machine.cells import (
     combine,
     expand_states,
     first_zero,
-    polynomial,
     terms_for,
 )
 from wedgebrake.solvers.machine.events import (
     FLAT,
+    Cell,
     apply_event,
     classify,
     kind_of,
@@ -24,6 +24,7 @@ from wedgebrake.solvers.machine.events import (
 )
 from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system, speed_rows
 from wedgebrake.solvers.machine.observers import observe
+from wedgebrake.solvers.machine.problem import TERMS
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
@@ -219,7 +220,7 @@ def move(problem, run, span, log, observer):
         remaining = (min(span.end, knot) - clock.time) - clock.rest
         longest = run.systems.longest[slot]
         h = min(longest, remaining)
-        terms = terms_for(2.0 * h / longest)
+        terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
         _expand_inputs(problem, run, clock, terms)
         expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
         tau, first = _first_event(run, slot, terms, h)
@@ -231,7 +232,7 @@ def move(problem, run, span, log, observer):
         if first >= 0:
             _expand_inputs(problem, run, clock, 2)
             what = run.systems.what[slot, first]
-            kind, answer = apply_event(problem, run, what)
+            kind, answer = apply_event(problem, run, what, Cell(h, terms))
             if kind == EventKind.BREAKPOINT:
                 side = run.modes[what.contact].side
                 count = _log(log, count, clock.time, what.contact, kind, side, side)
