@@ -133,12 +133,12 @@ class Mode(NamedTuple):
 
 # Chebyshev points of the first kind: values to coefficients, and the integral from -1.
 N = 22
-_X = -np.cos((np.arange(N) + 0.5) * math.pi / N)
-_VALUES = chebyshev.chebvander(_X, N - 1)
-_COEFFICIENTS = _VALUES.T * 2.0 / N
+_ANGLES = (N - 0.5 - np.arange(N)) * math.pi / N
+_X = np.cos(_ANGLES)
+_VALUES = np.cos(np.outer(_ANGLES, np.arange(N + 1)))  # T_k at the points
+_COEFFICIENTS = _VALUES[:, :N].T * 2.0 / N
 _COEFFICIENTS[0] /= 2.0
-_INTEGRAL = np.array([chebyshev.chebval(_X, chebyshev.chebint(c, lbnd=-1)) for c in np.eye(N)]).T
-_INTEGRAL = _INTEGRAL @ _COEFFICIENTS
+_INTEGRAL = _VALUES @ chebyshev.chebint(np.eye(N), lbnd=-1) @ _COEFFICIENTS
 _ORDERS = 4
 _AT_START = np.array(
     [
@@ -187,9 +187,10 @@ class Flow:
 
 @dataclass
 class Cell:
-    """The motion from ``start`` over ``step``: coefficients (N + 1, state)."""
+    """The motion from ``start`` to ``end``; coefficients (N + 1, state) over ``step``."""
 
     start: float
+    end: float
     step: float
     coefficients: Array
     nodes: Array
@@ -247,10 +248,12 @@ class Run:
         x, w = np.polynomial.legendre.leggauss(14)
         total = 0.0
         for cell in self.cells:
-            times = cell.start + 0.5 * cell.step * (x + 1.0)
-            states = chebyshev.chebval(x, cell.coefficients).T
+            span = cell.end - cell.start
+            times = cell.start + 0.5 * span * (x + 1.0)
+            at = 2.0 * (times - cell.start) / cell.step - 1.0
+            states = chebyshev.chebval(at, cell.coefficients).T
             seen = self.machine.observe(cell.mode, cell.held, times, states)
-            total += 0.5 * cell.step * float(np.sum(w * power(times, seen)))
+            total += 0.5 * span * float(np.sum(w * power(times, seen)))
         return total
 
 
@@ -347,9 +350,7 @@ class Machine:
             self._stick(flow, u)
         return flow
 
-    def _actuator(
-        self, j: int, mode: Mode, held: Sequence[float], u: Inputs, flow: Flow
-    ) -> None:
+    def _actuator(self, j: int, mode: Mode, held: Sequence[float], u: Inputs, flow: Flow) -> None:
         contact, at = self.plain.contacts[j], self.first[j]
         if not contact.order:
             return
@@ -520,7 +521,7 @@ class Machine:
                 raise RuntimeError(f"reference: no short enough cell at {start} s in {mode}.")
         nodes, coefficients, tail = solved
         guards = self.guards(flow, mode, held, u, nodes)
-        return Cell(start, step, coefficients, nodes, mode, held, guards, tail)
+        return Cell(start, start + step, step, coefficients, nodes, mode, held, guards, tail)
 
     def _picard(
         self, flow: Flow, mode: Mode, held: tuple, u: Inputs, state: Array, step: float
@@ -708,7 +709,15 @@ def first_exit(values: Array, scale: float) -> float:
         if chebyshev.chebval(x, q) < 0.0:
             if chebyshev.chebval(left, q) < 0.0:
                 return -1.0
-            return float(brentq(lambda s: chebyshev.chebval(s, q if order else c), left, x, xtol=1e-16, rtol=1e-15))
+            return float(
+                brentq(
+                    lambda s: chebyshev.chebval(s, q if order else c),
+                    left,
+                    x,
+                    xtol=1e-16,
+                    rtol=1e-15,
+                )
+            )
         left = float(x)
     return math.inf
 
@@ -780,8 +789,7 @@ class _Driver:
                 near = 2.0 * _SIMULTANEOUS * max(time, cell.step) / cell.step
                 hit = [g for g, e in zip(cell.guards, exits, strict=True) if e <= x + near]
                 if x > -1.0:
-                    cell.step = 0.5 * cell.step * (x + 1.0)
-                    cell.coefficients = _shortened(cell.coefficients, x)
+                    cell.end = time
                     self.cells.append(cell)
                 mode, cell = self._event(time, state, mode, hit)
                 if len(self.events) > _MOST_EVENTS:
@@ -866,9 +874,7 @@ class _Driver:
             return 0
         return max(i for i, line in enumerate(lines[(side + 1) // 2]) if line[0] <= speed)
 
-    def _event(
-        self, time: float, state: Array, mode: Mode, hit: list[Guard]
-    ) -> tuple[Mode, Cell]:
+    def _event(self, time: float, state: Array, mode: Mode, hit: list[Guard]) -> tuple[Mode, Cell]:
         rest = {j for j, side in enumerate(mode.side) if side == 0}
         for guard in hit:
             j = guard.contact
@@ -996,16 +1002,6 @@ class _Driver:
                 return mode, cell
             mode = changed
         raise RuntimeError(f"reference: forces do not settle at {time} s in {mode}.")
-
-
-def _shortened(c: Array, x: float) -> Array:
-    """Coefficients over [-1, x], mapped to [-1, 1]."""
-    size = c.shape[0]
-    at = -np.cos((np.arange(size) + 0.5) * math.pi / size)
-    values = chebyshev.chebval(0.5 * (x + 1.0) * (at + 1.0) - 1.0, c).T
-    table = chebyshev.chebvander(at, size - 1).T * 2.0 / size
-    table[0] /= 2.0
-    return table @ values
 
 
 def simulate(plain: Plain, duration: float) -> Run:
