@@ -180,6 +180,8 @@ class Flow:
     curves: list[tuple[int, Array]] = field(default_factory=list)
     projection: Array | None = None
     stuck: tuple[int, ...] = ()
+    free: Array | None = None  # accelerations without contacts at rest: how large their terms are
+    push: float = 0.0
     hold_row: Array | None = None
     hold_column: Array | None = None
     hold_weight: Array | None = None
@@ -346,6 +348,8 @@ class Machine:
                 a[n : 2 * n] += gain * np.outer(push, row)
                 c[:, n : 2 * n] += gain * np.outer(column, push)
         flow.stuck = tuple(j for j in range(self.m) if mode.side[j] == 0)
+        flow.free = np.abs(a[n : 2 * n])
+        flow.push = float(np.max(np.abs(c[:, n : 2 * n]), initial=0.0))
         if flow.stuck:
             self._stick(flow, u)
         return flow
@@ -456,7 +460,7 @@ class Machine:
             if side:
                 v = side * (x[:, n : 2 * n] @ self.w[j] - u.base[:, j])
                 scale = float(np.max(speeds @ np.abs(self.w[j]) + np.abs(u.base[:, j])))
-                scale = max(scale, 1e-300)
+                scale = max(scale, 1e-3 * self.sizes[n], 1e-300)
                 line = mode.line[j]
                 lines = self.lines[j][(side + 1) // 2] if contact.table else ()
                 if line == 0:
@@ -540,7 +544,7 @@ class Machine:
                 rate[:, n : 2 * n] += more
             new = state + operator @ rate
             if count >= 8:
-                size = self._sizes(new, rate, step)
+                size = self._sizes(flow, new, rate, step)
                 change = float(np.max(np.max(np.abs(new - x), axis=0) / size))
                 if not math.isfinite(change):
                     return None
@@ -552,7 +556,7 @@ class Machine:
         else:
             return None
         c = _COEFFICIENTS @ rate
-        size = self.sizes = self._sizes(x, rate, step)
+        size = self.sizes = self._sizes(flow, x, rate, step)
         rest = step * np.abs(c) / size
         if np.max(rest[-2:]) > 2e-15:
             return None
@@ -560,11 +564,13 @@ class Machine:
         coefficients[0] += state
         return x, coefficients, bool(np.max(rest[-6:]) < 2e-15)
 
-    def _sizes(self, x: Array, rate: Array, step: float) -> Array:
+    def _sizes(self, flow: Flow, x: Array, rate: Array, step: float) -> Array:
         """What errors are relative to: the largest angle, speed and state of each actuator yet."""
         size = np.max(np.abs(x) + step * np.abs(rate), axis=0)
         n = self.n
-        size[:n], size[n : 2 * n] = np.max(size[:n]), np.max(size[n : 2 * n])
+        assert flow.free is not None
+        terms = flow.push + float(np.max(flow.free @ np.max(np.abs(x), axis=0)))
+        size[:n], size[n : 2 * n] = np.max(size[:n]), max(step * terms, np.max(size[n : 2 * n]))
         return np.maximum(np.maximum(size, self.sizes), 1e-300)
 
     def observe(self, mode: Mode, held: tuple, times: Array, x: Array) -> dict[str, Array]:
@@ -856,7 +862,7 @@ class _Driver:
         for j in range(machine.m):
             v = float(speeds @ machine.w[j] - u.base[0, j])
             size = float(np.abs(speeds) @ np.abs(machine.w[j]) + abs(u.base[0, j]))
-            if abs(v) <= 1e-12 * size:
+            if abs(v) <= 1e-12 * max(size, machine.sizes[machine.n]):
                 rest.append(j)
                 continue
             side, before = 1 if v > 0.0 else -1, mode.side[j]
