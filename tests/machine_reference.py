@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
-from scipy.optimize import brentq, lsq_linear
+from scipy.optimize import brentq
 
 Array = NDArray[np.float64]
 Function = Callable[[Array], Array]
@@ -200,6 +200,7 @@ class Cell:
     held: tuple[float, ...]
     guards: list[Guard]
     tail: bool
+    compatible: bool  # contacts at rest stay so, as those on two bases that differ do not
 
     def state(self, x: float) -> Array:
         return chebyshev.chebval(x, self.coefficients)
@@ -525,7 +526,11 @@ class Machine:
                 raise RuntimeError(f"reference: no short enough cell at {start} s in {mode}.")
         nodes, coefficients, tail = solved
         guards = self.guards(flow, mode, held, u, nodes)
-        return Cell(start, start + step, step, coefficients, nodes, mode, held, guards, tail)
+        stuck = list(flow.stuck)
+        drift = nodes[:, self.n : 2 * self.n] @ self.w[stuck].T - u.base[:, stuck]
+        fits = bool(np.all(np.abs(drift) <= 1e-11 * self.sizes[self.n]))
+        end = start + step
+        return Cell(start, end, step, coefficients, nodes, mode, held, guards, tail, fits)
 
     def _picard(
         self, flow: Flow, mode: Mode, held: tuple, u: Inputs, state: Array, step: float
@@ -631,26 +636,47 @@ class Machine:
 
 
 def _least_squares(torque: Array, basis: Array, down: Array, up: Array) -> Array:
-    """Minimise sum (torque/limit)^2 in torque + span(basis), each relative to its own limit.
+    """Minimise sum (torque/limit)^2 over torque + span(basis), within the limits.
 
-    The limit of a torque is the one on its side; where the sides differ both are tried.
+    The limit of a torque is the one on its side. Every set of torques at a limit, or at zero, where
+    the limit changes, is tried; the others then follow from linear equations.
     """
+    room = 1e-9 * (np.abs(torque).sum() + 1e-300)
     best, least = torque, math.inf
-    for sides in product((0, 1), repeat=torque.size):
-        limit = np.where(sides, up, down)
-        weight = np.where(np.isfinite(limit), 1.0 / np.maximum(limit, 1e-300), 0.0)
-        low = np.where(sides, 0.0, -down)
-        high = np.where(sides, up, 0.0)
-        # |limit| tiny: fix the torque at zero by a large weight instead of an empty interval.
-        weight = np.minimum(weight, 1e9 * max(1e-300, np.min(weight[weight > 0], initial=1e300)))
-        y = lsq_linear(weight[:, None] * basis, -weight * torque, tol=1e-15).x
-        value = torque + basis @ y
-        room = 1e-9 * (np.abs(torque).sum() + 1e-300)
-        if np.all(value >= low - room) and np.all(value <= high + room):
-            cost = float(np.sum((weight * value) ** 2))
+    states = [("low", "down", "zero", "up", "high")] * torque.size
+    for state in product(*states):
+        fixed = [k for k, one in enumerate(state) if one in ("low", "zero", "high")]
+        if len(fixed) > basis.shape[1]:
+            continue
+        ends = {"low": -down, "zero": 0.0 * down, "high": up}
+        goal = np.array([ends[state[k]][k] for k in fixed])
+        if not np.all(np.isfinite(goal)):
+            continue
+        limit = np.where([one in ("up", "high") for one in state], up, down)
+        with np.errstate(divide="ignore"):
+            weight = np.minimum(np.where(np.isfinite(limit), 1.0 / limit, 0.0), 1e12)
+        value = _on_limits(torque, basis, weight, fixed, goal)
+        if np.all(value >= -down - room) and np.all(value <= up + room):
+            limit = np.maximum(np.where(value >= 0.0, up, down), 1e-12)
+            cost = float(np.sum((value / limit) ** 2))
             if cost < least:
                 best, least = value, cost
     return best
+
+
+def _on_limits(
+    torque: Array, basis: Array, weight: Array, fixed: Sequence[int], goal: Array
+) -> Array:
+    """The least weighted sum of squares in torque + span(basis) with some values fixed."""
+    if fixed:
+        rows = basis[list(fixed)]
+        torque = torque + basis @ np.linalg.lstsq(rows, goal - torque[list(fixed)], rcond=None)[0]
+        _, sizes, rest = np.linalg.svd(rows)
+        basis = basis @ rest[int(np.sum(sizes > 1e-10)) :].T
+    if basis.shape[1]:
+        rows = weight[:, None] * basis
+        torque = torque + basis @ np.linalg.lstsq(rows, -weight * torque, rcond=None)[0]
+    return torque
 
 
 def _lines(contact: Contact) -> tuple:
@@ -731,8 +757,9 @@ def first_exit(values: Array, scale: float) -> float:
 class _Driver:
     """From event to event."""
 
-    def __init__(self, plain: Plain, duration: float) -> None:
+    def __init__(self, plain: Plain, duration: float, longest: float = math.inf) -> None:
         self.machine = Machine(plain)
+        self.longest = longest
         self.duration = duration
         self.events: list[Event] = []
         self.cells: list[Cell] = []
@@ -816,9 +843,9 @@ class _Driver:
                 state[self.machine.first[j]] = float(contact.force(np.zeros(1))[0])
         return state
 
-    def _cell(self, time: float, state: Array, mode: Mode, step: float = math.inf) -> Cell:
+    def _cell(self, time: float, state: Array, mode: Mode) -> Cell:
         knot = next(t for t, _ in self.knots if t > time * (1.0 + 1e-15))
-        step = min(self.step, step, knot - time)
+        step = min(self.step, self.longest, knot - time)
         # No sliver before a knot.
         step = 0.5 * (knot - time) if step < knot - time < 1.5 * step else step
         return self.machine.cell(time, step, state, mode, tuple(self.held))
@@ -996,6 +1023,8 @@ class _Driver:
             seen.add(mode)
             cell = self._cell(time, state, mode)
             changed = mode
+            if not cell.compatible:
+                return None
             for guard in cell.guards:
                 _, sign = _first_order(_COEFFICIENTS @ guard.values, guard.scale)
                 if guard.kind in ("hold", "zero"):
@@ -1010,6 +1039,6 @@ class _Driver:
         raise RuntimeError(f"reference: forces do not settle at {time} s in {mode}.")
 
 
-def simulate(plain: Plain, duration: float) -> Run:
-    """The motion of a machine from its initial angles and speeds."""
-    return _Driver(plain, duration).run()
+def simulate(plain: Plain, duration: float, longest: float = math.inf) -> Run:
+    """The motion of a machine from its initial angles and speeds; ``longest``: of a cell [s]."""
+    return _Driver(plain, duration, longest).run()
