@@ -208,15 +208,44 @@ def _slips_apart(rest, pattern):
 
 
 @compiled
+def _shares(rest):
+    """Share of its limit that each contact would have if all held."""
+    count = rest.a.size
+    torque = np.empty((count, 1))
+    weights = np.empty(count)
+    for i in range(count):
+        torque[i, 0], weights[i] = -rest.rates[i], _width(rest, i)
+    least_torques(rest.matrix, torque, weights, count)
+    for i in range(count):
+        limit = abs(rest.upper[i] if torque[i, 0] > 0.0 else rest.lower[i])
+        weights[i] = abs(torque[i, 0]) / limit if limit > 0.0 else math.inf
+    return weights
+
+
+@compiled
+def _releases_larger(shares, side, best):
+    """Return True if the contacts that slide have larger shares than those that do in ``best``.
+
+    The largest ones decide that differ.
+    """
+    one, other = np.sort(shares[side != 0]), np.sort(shares[best != 0])
+    for i in range(one.size - 1, -1, -1):
+        if one[i] != other[i]:
+            return one[i] > other[i]
+    return False
+
+
+@compiled
 def solve(rest, best):
     """Find the pattern of sticks and slips; False: there is none.
 
-    Of patterns in which as many hold, the one with the smallest share of a limit is taken.
+    Of patterns in which as many hold, the one is taken that releases those with the largest shares
+    of their limits, if all held.
     """
     count = rest.a.size
-    trial = pattern_of(count)
+    trial, shares = pattern_of(count), np.empty(0)
     for sliding in range(count + 1):
-        least = math.inf
+        found = 0
         for code in range(3**count):
             left, slips = code, 0
             for i in range(count):
@@ -226,15 +255,13 @@ def solve(rest, best):
                 left //= 3
             if slips != sliding or not hold(rest, trial) or not _slips_apart(rest, trial):
                 continue
-            share = 0.0
-            for i in range(count):
-                if trial.side[i] == 0:
-                    share = max(share, abs(trial.torque[i]) / _width(rest, i))
-            if share < least:
-                least = share
+            found += 1
+            if found == 2:
+                shares = _shares(rest)
+            if found == 1 or _releases_larger(shares, trial.side, best.side):
                 best.side[:] = trial.side
                 best.torque[:] = trial.torque
                 best.clamp[:] = trial.clamp
-        if least < math.inf:
+        if found > 0:
             return True
     return False

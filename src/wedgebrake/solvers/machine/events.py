@@ -17,8 +17,10 @@ from wedgebrake.solvers.machine.modes import GuardKind, bit, slip_row, unlimited
 
 FLAT = 1 << 10
 """Bit of ``fresh``: slip has begun without a rate, as a holding torque has reached its limit."""
-# Relative size of a sliding speed that is rounding: at the start, and after a stick.
-_AT_START, _AFTER_STICK = 1e-14, 1e-9
+# Relative size of a sliding speed at the start that is rounding.
+_AT_START = 1e-14
+# Share of the speed of a base beyond which a change is a jump.
+_JUMP = 1e-9
 # Share of the change of a speed in a cell within which two contacts come to rest together.
 _TOGETHER = 1e-13
 
@@ -154,7 +156,7 @@ def _set_line(problem, number, speed, mode):
     """Set the line of the torque of a sliding contact."""
     contact = problem.contacts[number]
     mode.line = 0
-    if contact.lines_forward == 0:
+    if contact.lines_forward == 0 or mode.side == 0:
         return
     line = 0 if speed > 0.0 else contact.lines_forward
     last = contact.lines_forward + (0 if speed > 0.0 else contact.lines_backward)
@@ -164,27 +166,48 @@ def _set_line(problem, number, speed, mode):
 
 
 @compiled
-def classify(problem, run, at_start):
-    """Set the modes by the sliding speeds, at the start and where the speed of a base may jump.
+def set_sides(run):
+    """Set the sides of the contacts by their sliding speeds, at the start."""
+    for number in range(run.modes.size):
+        row = run.work.sliding[number]
+        speed = value(row, run.z)
+        at_rest = abs(speed) <= _AT_START * size(row, run.z)
+        run.modes[number].side = 0 if at_rest else (1 if speed > 0.0 else -1)
 
-    Returns False if there is no answer.
-    """
+
+@compiled
+def classify(problem, run):
+    """Set the modes by the sides of sliding; returns False if there is no answer."""
     count, resting = 0, run.resting
     for number in range(run.modes.size):
-        mode, row = run.modes[number], run.work.sliding[number]
-        speed = value(row, run.z)
-        room = _AFTER_STICK if not at_start and mode.side == 0 else _AT_START
+        mode = run.modes[number]
         mode.clamp, mode.fresh = 0, 0
-        if abs(speed) <= room * size(row, run.z):
+        _set_line(problem, number, value(run.work.sliding[number], run.z), mode)
+        if mode.side == 0:
             resting[count] = number
             count += 1
-            mode.side, mode.line = 0, 0
-        else:
-            mode.side = 1 if speed > 0.0 else -1
-            _set_line(problem, number, speed, mode)
         _, mode.clip = _limited_force(problem, number, run, mode.side)
     run.limited[:] = 0
     return count == 0 or settle(problem, run, resting[:count])
+
+
+@compiled
+def follow_bases(problem, run):
+    """Set the sides of contacts whose base has changed its speed suddenly.
+
+    Returns whether there are such contacts.
+    """
+    jumped = False
+    for number in range(run.modes.size):
+        contact, mode = problem.contacts[number], run.modes[number]
+        if contact.base < 0:
+            continue
+        speed = value(run.work.sliding[number], run.z)
+        room = _JUMP * contact.base_bound
+        if (mode.side == 0 and abs(speed) > room) or mode.side * speed < -room:
+            mode.side = 1 if speed > 0.0 else -1
+            jumped = True
+    return jumped
 
 
 @compiled

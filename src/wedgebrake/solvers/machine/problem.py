@@ -19,6 +19,7 @@ TERMS = 28
 #
 # force           : input that is the actuation force at rest, -1: ``initial_force``
 # base, base_rate : inputs that are the speed of the base and its rate, -1: ``base_speed``
+# base_bound      : bound of that speed
 # slope           : of the force against the sliding speed
 # lag             : order of the actuator's lag, 0 to 2; its first state is ``state``
 # lag_time, lag_frequency, lag_damping : its parameters
@@ -29,7 +30,7 @@ TERMS = 28
 # held            : input that is the force a digital controller has set, -1: there is none
 # sample_time, resolution, delay : of the controller
 CONTACT = record(
-    "initial_force base_speed slope lag_time lag_frequency lag_damping lowest highest forward"
+    "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest forward"
     " backward breakaway_forward breakaway_backward sample_time resolution",
     whole="a b force base base_rate lag state first_line lines_forward lines_backward held delay",
 )
