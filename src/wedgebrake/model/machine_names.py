@@ -1,6 +1,6 @@
 """Dotted names of what a machine is made of: "brake.slope", "disc.inertia", "engine.amplitude".
 
-The first word is the name of an inertia, shaft, contact or torque, and the next one a field of it. A
+The first word is the name of an inertia, shaft, contact or torque, the next one a field of it. A
 contact's brake, friction and actuation, and a torque's signal, need no word of their own. Further
 words lead into signals: "brake.initial_force.amplitude", "engine.signals.0.frequency".
 """
