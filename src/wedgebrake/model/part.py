@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 from pydantic import (
@@ -15,6 +15,7 @@ from pydantic import (
     field_validator,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.validation import explain
@@ -85,6 +86,12 @@ def given(part: Part) -> dict[str, Any]:
     """Values that a part was given, in the order of its fields; defaults are left out."""
     names = type(part).model_fields
     return {name: getattr(part, name) for name in names if name in part.model_fields_set}
+
+
+def is_numeric(field: FieldInfo) -> bool:
+    """Return True for a field that always holds a float, or a signal instead."""
+    kinds = get_args(field.annotation)
+    return field.annotation is float or (float in kinds and type(None) not in kinds)
 
 
 def plain_fields(part: Part) -> dict[str, Any]:

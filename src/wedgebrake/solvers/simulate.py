@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.model.validation import (
     check_choice,
-    check_instance,
     check_number,
     check_whole,
     shown,
@@ -97,7 +96,7 @@ def simulate(
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     method = choose_method(system, method)
     task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)
