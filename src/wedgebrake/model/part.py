@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar, get_args
+from types import UnionType
+from typing import Any, ClassVar, Union, get_args, get_origin
 
 import numpy as np
 from pydantic import (
@@ -90,8 +91,9 @@ def given(part: Part) -> dict[str, Any]:
 
 def is_numeric(field: FieldInfo) -> bool:
     """Return True for a field that always holds a float, or a signal instead."""
-    kinds = get_args(field.annotation)
-    return field.annotation is float or (float in kinds and type(None) not in kinds)
+    union = get_origin(field.annotation) in (Union, UnionType)
+    kinds = get_args(field.annotation) if union else (field.annotation,)
+    return float in kinds and type(None) not in kinds
 
 
 def plain_fields(part: Part) -> dict[str, Any]:

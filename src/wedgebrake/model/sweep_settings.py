@@ -46,7 +46,7 @@ def _quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
     found: dict[str, Quantity] = {}
     for model in models:
         for name, field in model.model_fields.items():
-            if is_numeric(field):
+            if is_numeric(field) and name not in model.later:
                 extra = labels(field)
                 symbol, unit = extra.get("symbol", "-"), extra.get("unit", "1")
                 # The symbol is shown separately.
