@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind
@@ -52,15 +53,18 @@ def _refuse_table(option: str, text: str, name: str, tables: Collection[str]) ->
         )
 
 
-def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
+def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> dict[str, Any]:
     """The changes of several ``--set`` options, values written as in a study file.
+
+    system : of the study; names of a machine have dots, as in brake.slope=-40
 
     Raises ``InputError`` for a text that is not NAME=VALUE, or a name given twice.
     """
     changes: dict[str, Any] = {}
     for text in texts:
         name, value = _parted("--set", text, "NAME=VALUE, for example --set eta=-30")
-        _check_changed(text, name)
+        if isinstance(system, BrakedDriveline):
+            _check_changed(text, name)
         if name in changes:
             raise InputError(f"--set {as_typed(name)}: given twice. Give it once.")
         changes[name] = _value(text, value)
@@ -164,11 +168,14 @@ def _check_varied(
     refused: str,
 ) -> None:
     """Refuse a name that is not allowed, and suggest the nearest allowed name."""
-    _refuse_table(option, text, name, (*PARTS, "groups"))
+    where = f"{option} {as_typed(text)}: "
+    if isinstance(system, BrakedDriveline):
+        _refuse_table(option, text, name, (*PARTS, "groups"))
+        if name not in allowed:
+            refuse_of_another_kind(name, system, where)
     if name not in allowed:
-        where = f"{option} {as_typed(text)}: "
-        refuse_of_another_kind(name, system, where)
-        raise InputError(f"{where}{refused} on this brake and driveline. {nearest(name, allowed)}")
+        what = "brake and driveline" if isinstance(system, BrakedDriveline) else "machine"
+        raise InputError(f"{where}{refused} on this {what}. {nearest(name, allowed)}")
 
 
 def _read(where: str, name: str, values: str) -> dict[str, Any] | list[float]:

@@ -46,7 +46,8 @@ def load(
 
     Raises ``InputError``.
     """
-    wanted = parse_changes(changes or ())
+    study = load_study(path)
+    wanted = parse_changes(changes or (), study.system)
     if method is not None:
         if method not in METHODS:
             raise InputError(f"--method {method}: not known. {nearest(method, METHODS)}")
@@ -57,7 +58,6 @@ def load(
             raise InputError(f"--set {name}: {unused[name]}")
         if options.get(name) is not None:
             raise InputError(f"--{name} and --set {name}: both given. Give one of them.")
-    study = load_study(path)
     try:
         study = study.changed(**wanted)
     except InputError as error:

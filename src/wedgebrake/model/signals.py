@@ -10,11 +10,18 @@ import math
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
+<<<<<<< HEAD
 from pydantic import Field
+=======
+>>>>>>> w_model
 
 from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import parameter
 from wedgebrake.model.signal_base import (
+<<<<<<< HEAD
+=======
+    A_SIGNAL,
+>>>>>>> w_model
     LARGEST,
     OrSignal,
     Signal,
@@ -25,8 +32,13 @@ from wedgebrake.model.signal_base import (
 from wedgebrake.model.signal_calculus import FloatArray
 
 __all__ = [
+<<<<<<< HEAD
     "LARGEST", "Constant", "Harmonic", "OrSignal", "Product", "Signal", "SignalField", "Sum",
     "as_signal", "number_of",
+=======
+    "A_SIGNAL", "LARGEST", "Constant", "Harmonic", "OrSignal", "Product", "Signal", "SignalField",
+    "Sum", "as_signal", "number_of",
+>>>>>>> w_model
 ]  # fmt: skip
 
 
@@ -151,9 +163,10 @@ class Harmonic(Signal):
 class _Combined(Signal):
     """A sum or product of signals."""
 
-    signals: tuple[SignalField, ...] = Field(
-        description="signals to combine", min_length=1, max_length=10_000, strict=False
-    )
+    signals: tuple[SignalField, ...] = parameter(
+        "signals to combine", unit="-", example=[300.0, 20.0], min_length=1, max_length=10_000,
+        strict=False,
+    )  # fmt: skip
 
     def primitive(self) -> Signal:
         """The same of the primitive signals."""

@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.model.validation import (
     check_choice,
-    check_instance,
     check_number,
     check_whole,
     shown,
@@ -102,7 +101,6 @@ def simulate(
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
-    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     if isinstance(system, Machine):
         _refuse_for_machines(periods, method)
         from wedgebrake.solvers.machine.simulate import simulate_machine
@@ -115,6 +113,7 @@ def simulate(
         raise InputError(
             f"until = {until!r}: must be None for a BrakedDriveline. Use its machine, system.machine."
         )
+    check_driveline(system)
     initial = (0.0, 0.0) if initial is None else initial
     method = choose_method(system, method)
     task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
