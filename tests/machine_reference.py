@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import combinations, product
+from itertools import combinations, pairwise, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,8 +34,8 @@ class Contact(NamedTuple):
     """A dry-friction contact. Pairs are (backwards, forwards): values at -mu and at +mu.
 
     base, base_rate : speed of a moving base and its derivative, None for a base at rest
-    table           : (sliding speed [rad/s], g(-mu), g(+mu)), ascending from 0: the torque is linear
-                      between these speeds; the force then varies with the sliding speed alone
+    table           : (sliding speed [rad/s], g(-mu), g(+mu)), ascending from 0: the torque is
+                      linear between these speeds; the force then varies with the speed alone
     curve           : g as a smooth function of (side, sliding speed), in place of ``kinetic``
     """
 
@@ -691,7 +691,7 @@ def _lines(contact: Contact) -> tuple:
     for side in (0, 1):
         points = [(row[0], value(row[0], row[1 + side])) for row in contact.table]
         lines = []
-        for (v0, t0), (v1, t1) in zip(points, points[1:], strict=False):
+        for (v0, t0), (v1, t1) in pairwise(points):
             slope = (t1 - t0) / (v1 - v0)
             lines.append((v0, t0 - slope * v0, slope))
         last, torque = points[-1]
@@ -950,7 +950,7 @@ class _Driver:
             if len(good) > 1:
                 if shares is None:
                     shares = self._shares(time, state, holding)
-                good.sort(key=lambda one: sorted((-shares[j] for j in one[0])))
+                good.sort(key=lambda one: sorted(-shares[j] for j in one[0]))
             _, mode, cell = good[0]
             self._report(time, before, mode, rest, first)
             return mode, cell
