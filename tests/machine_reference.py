@@ -575,7 +575,7 @@ class Machine:
         n = self.n
         assert flow.free is not None
         terms = flow.push + float(np.max(flow.free @ np.max(np.abs(x), axis=0)))
-        size[:n], size[n : 2 * n] = np.max(size[:n]), max(step * terms, np.max(size[n : 2 * n]))
+        size[:n], size[n : 2 * n] = np.max(size[:n]), max(0.05 * step * terms, np.max(size[n : 2 * n]))
         return np.maximum(np.maximum(size, self.sizes), 1e-300)
 
     def observe(self, mode: Mode, held: tuple, times: Array, x: Array) -> dict[str, Array]:
