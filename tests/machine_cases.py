@@ -209,9 +209,10 @@ class _Draw:
         if tabulated:
             count = int(self.rng.integers(2, 5))
             steps = np.cumsum(self.rng.uniform(0.3, 2.0, size=count - 1))
+            later = kinetic * self.rng.uniform(0.5, 1.0, count - 1)
             friction = {
                 "kind": "tabulated", "speeds": [0.0, *steps.tolist()],
-                "coefficients": [kinetic, *(kinetic * self.rng.uniform(0.5, 1.0, count - 1)).tolist()],
+                "coefficients": [kinetic, *later.tolist()],
                 "static": static,
             }  # fmt: skip
         mean = 0.5 * (machine_plain.gain(brake, kinetic) - machine_plain.gain(brake, -kinetic))
@@ -277,7 +278,10 @@ class _Draw:
         if lag == 1:
             found["lag"] = self.log(0.005, 0.1)
         if lag == 2:
-            found["frequency"], found["damping_ratio"] = self.log(20.0, 120.0), self.uniform(0.1, 1.3)
+            found["frequency"], found["damping_ratio"] = (
+                self.log(20.0, 120.0),
+                self.uniform(0.1, 1.3),
+            )
         if self.chance(0.25):
             low = self.pick([0.0, self.uniform(0.1, 0.7)])
             found["limits"] = (low * force, self.uniform(1.1, 1.8) * force)
@@ -308,5 +312,109 @@ class _Draw:
         }  # fmt: skip
 
 
-# Durations [s] of the cases that are cut short.
-END: dict[int, float] = {}
+def compare_events(
+    run: Run,
+    times: Any,
+    contacts: Any,
+    kinds: Any,
+    tolerance: float = 1e-9,
+    breakpoints: bool = False,
+) -> float:
+    """Largest difference [s] between the event times of the reference and those of a solver.
+
+    contacts    : numbers or names
+    kinds       : "stick", "slip", "reversal", "breakpoint", or their codes 2 to 5
+    breakpoints : whether to compare breakpoints too (a torque's bends, a force at a limit)
+
+    Events are matched contact by contact and kind by kind; a stick that begins with the run, or
+    one that ends at the time at which it begins, counts on neither side, nor does an event within
+    ``tolerance`` of the end. Raises ``AssertionError`` naming the first event that has no match.
+    """
+    names = [contact.name for contact in run.machine.plain.contacts]
+    wanted = ["stick", "slip", "reversal", *(["breakpoint"] if breakpoints else [])]
+    theirs = [
+        (
+            float(t),
+            names.index(str(c)) if not isinstance(c, int | np.integer) else int(c),
+            _KINDS[int(k)] if isinstance(k, int | np.integer) else str(k),
+        )
+        for t, c, k in zip(np.asarray(times), np.asarray(contacts), np.asarray(kinds), strict=True)
+    ]
+    ours = [(e.time, e.contact, e.kind) for e in run.events]
+    worst = 0.0
+    for j, name in enumerate(names):
+        for kind in wanted:
+            one, other = (
+                [t for t, c, k in _lasting(events, run.duration, tolerance) if (c, k) == (j, kind)]
+                for events in (ours, theirs)
+            )
+            for a, b in zip(one, other, strict=False):
+                assert abs(a - b) <= tolerance, f"{name}: {kind} at {a!r} s, found at {b!r} s"
+                worst = max(worst, abs(a - b))
+            more = one[len(other) :] or other[len(one) :]
+            text = f"{name}: {len(one)} events {kind}, found {len(other)}; first without a match"
+            assert not more, f"{text}: {more[0]!r} s"
+    return worst
+
+
+def _lasting(
+    events: Sequence[tuple[float, int, str]], duration: float, tolerance: float
+) -> list[tuple[float, int, str]]:
+    """Events without sticks of no duration, those at time 0 and those at the end."""
+    gone = set()
+    last: dict[int, int] = {}
+    for number, (t, contact, kind) in enumerate(events):
+        if kind == "slip" and contact in last and t - events[last[contact]][0] <= tolerance:
+            gone |= {number, last[contact]}
+        if kind != "breakpoint":
+            last[contact] = number
+    return sorted(
+        event
+        for number, event in enumerate(events)
+        if number not in gone and 1e-12 < event[0] < duration - tolerance
+    )
+
+
+_STATES = ("angle", "velocity", "sliding_velocity", "actuation_force", "brake_torque")
+
+
+def compare_states(run: Run, response: Any, names: Sequence[str] = _STATES) -> dict[str, float]:
+    """Largest differences of a response, relative to the largest value of the reference.
+
+    response : (time, inertia) and (time, contact) arrays by name, with "time" [s]; times within
+               1e-9 s of an event are left out. The torques of dependent contacts at rest are
+               those that ``Run.at`` defines.
+    """
+    times = np.asarray(response["time"], dtype=float)
+    jumps = np.array([e.time for e in run.events] + list(run.machine.plain.knots))
+    near = np.zeros(times.shape, dtype=bool)
+    if jumps.size:
+        near = np.min(np.abs(times[:, None] - jumps), axis=1) < 1e-9
+    seen = run.at(times[~near])
+    found = {}
+    for name in names:
+        theirs = np.asarray(response[name], dtype=float)[~near]
+        scale = float(np.max(np.abs(seen[name]), initial=0.0)) or 1.0
+        found[name] = float(np.max(np.abs(theirs - seen[name]), initial=0.0)) / scale
+    if "sticking" in response:
+        theirs = np.asarray(response["sticking"], dtype=bool)[~near]
+        found["sticking"] = float(np.mean(theirs != seen["sticking"])) if theirs.size else 0.0
+    return found
+
+
+# Durations [s] of the cases that are cut short, and cases of up to one event, or too sensitive.
+END = {
+    40: 0.759,
+    46: 0.716,
+    48: 1.117,
+    75: 1.043,
+    77: 0.98,
+    99: 0.832,
+    120: 0.881,
+    133: 0.846,
+    149: 0.628,
+    182: 1.186,
+}
+_DULL = [15, 20, 26, 34, 39, 43, 53, 89, 91, 97, 100, 117, 121, 134, 142, 159, 175, 198]
+SEEDS = tuple(seed for seed in range(200) if seed not in _DULL)
+"""Cases with 2 to 50 events whose small changes grow by less than 200 over the duration."""

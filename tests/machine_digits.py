@@ -95,20 +95,7 @@ class Exact:
 
     def mode(self, side: Sequence[int]) -> tuple[Any, dict[int, Any]]:
         """A, and the rows of the torques on a of the contacts at rest."""
-        n, a = self.n, mp.matrix(self.size, self.size)
-        for i in range(n):
-            a[i, n + i] = mp.mpf(1)
-        for first, second, k, c in self.line.shafts:
-            for i, si in ((first, 1), (second, -1)):
-                for m, sm in ((first, 1), (second, -1)):
-                    if i >= 0 and m >= 0:
-                        a[n + i, m] -= si * sm * mp.mpf(k) / self.mass[i]
-                        a[n + i, n + m] -= si * sm * mp.mpf(c) / self.mass[i]
-        for k, frequency in enumerate(self.line.frequencies):
-            at = 2 * n + 2 * k
-            a[at, at + 1], a[at + 1, at] = mp.mpf(frequency), -mp.mpf(frequency)
-        for i, pieces in self.line.torques:
-            self._push(a, i, self.terms(pieces))
+        a, n = self._free(), self.n
         for j, contact in enumerate(self.line.contacts):
             if side[j]:
                 torque = -side[j] * self.terms(contact.pieces)
@@ -131,6 +118,24 @@ class Exact:
             self._push(a, self.line.contacts[j].a, rows[j])
             self._push(a, self.line.contacts[j].b, -rows[j])
         return a, rows
+
+    def _free(self) -> Any:
+        """A without contacts."""
+        n, a = self.n, mp.matrix(self.size, self.size)
+        for i in range(n):
+            a[i, n + i] = mp.mpf(1)
+        for first, second, k, c in self.line.shafts:
+            for i, si in ((first, 1), (second, -1)):
+                for m, sm in ((first, 1), (second, -1)):
+                    if i >= 0 and m >= 0:
+                        a[n + i, m] -= si * sm * mp.mpf(k) / self.mass[i]
+                        a[n + i, n + m] -= si * sm * mp.mpf(c) / self.mass[i]
+        for k, frequency in enumerate(self.line.frequencies):
+            at = 2 * n + 2 * k
+            a[at, at + 1], a[at + 1, at] = mp.mpf(frequency), -mp.mpf(frequency)
+        for i, pieces in self.line.torques:
+            self._push(a, i, self.terms(pieces))
+        return a
 
     def _push(self, a: Any, i: int, torque: Any) -> None:
         if i >= 0:
@@ -234,16 +239,14 @@ class Exact:
         step = expm(rough * (span / count))
         z = np.array([float(value) for value in self.z])
         skip = [self.order(row, a, self.z) == 0 for _, row in guards]
-        for i in range(1, count + 1):
-            z = step @ z
-            values = rows @ z
-            bad = [k for k in range(len(guards)) if values[k] < 0.0 and not skip[k]]
-            if bad:
-                break
-        else:
+        done, bad = 0, []
+        while done < count and not bad:
+            z, done = step @ z, done + 1
+            bad = [k for k, value in enumerate(rows @ z) if value < 0.0 and not skip[k]]
+        if not bad:
             self.z, self.t = self.flow(a, self.z, knot - self.t), knot
             return False
-        low = mp.mpf(i - 1) * (knot - self.t) / count
+        low = mp.mpf(done - 1) * (knot - self.t) / count
         start = self.flow(a, self.z, low)
         times = [self._root(a, start, guards[k][1], mp.mpf(span) / count) for k in bad]
         at = min(times)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -72,7 +73,7 @@ def as_signal(data: Any) -> Any:
     }  # fmt: skip
     kind: Any = getattr(wb, classes[data["kind"]], None)
     if kind is None:
-        from wedgebrake.model import signals  # noqa: PLC0415
+        from wedgebrake.model import signals
 
         kind = getattr(signals, classes[data["kind"]])
     return kind(**values)
@@ -209,7 +210,7 @@ def integral(data: Any) -> Function:
             ends = [0.0, *bends[(bends > 0.0) & (bends < end)], end]
             return sum(
                 quad(lambda s: float(function(np.array(s))), a, b, epsabs=0, epsrel=1e-14)[0]
-                for a, b in zip(ends[:-1], ends[1:], strict=True)
+                for a, b in pairwise(ends)
             )
 
         return np.vectorize(one, otypes=[float])(t)
@@ -429,7 +430,6 @@ def machine(data: Tables) -> Any:
         shafts=[package.Shaft(**one) for one in data["shafts"]],
         contacts=contacts,
         torques=[
-            package.Torque(t["on"], as_signal(t["signal"]), name=t["name"])
-            for t in data["torques"]
+            package.Torque(t["on"], as_signal(t["signal"]), name=t["name"]) for t in data["torques"]
         ],
     )

@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import combinations, product
+from itertools import combinations, pairwise, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,8 +34,8 @@ class Contact(NamedTuple):
     """A dry-friction contact. Pairs are (backwards, forwards): values at -mu and at +mu.
 
     base, base_rate : speed of a moving base and its derivative, None for a base at rest
-    table           : (sliding speed [rad/s], g(-mu), g(+mu)), ascending from 0: the torque is linear
-                      between these speeds; the force then varies with the sliding speed alone
+    table           : (sliding speed [rad/s], g(-mu), g(+mu)), ascending from 0: the torque is
+                      linear between these speeds; the force then varies with the speed alone
     curve           : g as a smooth function of (side, sliding speed), in place of ``kinetic``
     """
 
@@ -195,7 +195,7 @@ class Cell:
     end: float
     step: float
     coefficients: Array
-    nodes: Array
+    sizes: Array
     mode: Mode
     held: tuple[float, ...]
     guards: list[Guard]
@@ -286,6 +286,8 @@ class Machine:
         self.free[n : 2 * n, n : 2 * n] = -plain.damping / self.mass[:, None]
         self.lines = [_lines(contact) if contact.table else () for contact in plain.contacts]
         self.sizes = np.zeros(size)
+        self.input_sizes: tuple[Array, ...] = ()
+        self.time = 1.0  # of the fastest vibration [s]
         self.dependent = lru_cache(maxsize=None)(self._elementary)
 
     def inputs(self, times: Array) -> Inputs:
@@ -452,7 +454,9 @@ class Machine:
                 found.append(y)
         return found
 
-    def guards(self, flow: Flow, mode: Mode, held: Sequence[float], u: Inputs, x: Array) -> list:
+    def guards(
+        self, flow: Flow, mode: Mode, held: Sequence[float], u: Inputs, x: Array, size: float
+    ) -> list[Guard]:
         found: list[Guard] = []
         n = self.n
         speeds = np.abs(x[:, n : 2 * n])
@@ -461,7 +465,7 @@ class Machine:
             if side:
                 v = side * (x[:, n : 2 * n] @ self.w[j] - u.base[:, j])
                 scale = float(np.max(speeds @ np.abs(self.w[j]) + np.abs(u.base[:, j])))
-                scale = max(scale, 1e-3 * self.sizes[n], 1e-300)
+                scale = max(scale, 1e-3 * size, 1e-300)
                 line = mode.line[j]
                 lines = self.lines[j][(side + 1) // 2] if contact.table else ()
                 if line == 0:
@@ -512,29 +516,45 @@ class Machine:
                 found.append(Guard("hold", first, 0, values, max(scale, 1e-300)))
         return found
 
-    def cell(self, start: float, step: float, state: Array, mode: Mode, held: tuple) -> Cell:
-        """The motion in one mode, over a step that is short enough."""
+    def cell(
+        self, start: float, step: float, state: Array, mode: Mode, held: tuple, trial: bool = False
+    ) -> Cell:
+        """The motion in one mode, over a step that is short enough.
+
+        trial : the mode may be a wrong one, in which the motion may grow: keep the step short
+        """
+        if trial:
+            matrix = self.flow(mode, held, self.inputs(np.array([start + 1e-3 * step]))).matrix
+            step = min(step, 1.0 / (float(np.max(np.abs(np.linalg.eigvals(matrix)))) + 1e-300))
         while True:
             times = start + 0.5 * step * (_X + 1.0)
             u = self.inputs(times)
-            flow = self.flow(mode, held, u)
-            solved = self._picard(flow, mode, held, u, state, step)
-            if solved is not None:
-                break
+            if self._resolved(u):
+                flow = self.flow(mode, held, u)
+                solved = self._picard(flow, mode, held, u, state, step)
+                if solved is not None:
+                    break
             step *= 0.5
             if step < 1e-14 * max(1.0, start):
                 raise RuntimeError(f"reference: no short enough cell at {start} s in {mode}.")
-        nodes, coefficients, tail = solved
-        guards = self.guards(flow, mode, held, u, nodes)
+        nodes, coefficients, sizes, tail = solved
+        guards = self.guards(flow, mode, held, u, nodes, sizes[self.n])
         stuck = list(flow.stuck)
         drift = nodes[:, self.n : 2 * self.n] @ self.w[stuck].T - u.base[:, stuck]
-        fits = bool(np.all(np.abs(drift) <= 1e-11 * self.sizes[self.n]))
+        fits = bool(np.all(np.abs(drift) <= 1e-11 * sizes[self.n]))
         end = start + step
-        return Cell(start, end, step, coefficients, nodes, mode, held, guards, tail, fits)
+        return Cell(start, end, step, coefficients, sizes, mode, held, guards, tail, fits)
+
+    def _resolved(self, u: Inputs) -> bool:
+        """Return True if polynomials follow the functions of time to rounding."""
+        for values, size in zip(u, self.input_sizes, strict=True):
+            if np.any(np.abs(_COEFFICIENTS[-2:] @ values) > 2e-14 * size):
+                return False
+        return True
 
     def _picard(
         self, flow: Flow, mode: Mode, held: tuple, u: Inputs, state: Array, step: float
-    ) -> tuple[Array, Array, bool] | None:
+    ) -> tuple[Array, Array, Array, bool] | None:
         n = self.n
         operator = 0.5 * step * _INTEGRAL
         matrix, column = flow.matrix.T, flow.column
@@ -561,13 +581,13 @@ class Machine:
         else:
             return None
         c = _COEFFICIENTS @ rate
-        size = self.sizes = self._sizes(flow, x, rate, step)
+        size = self._sizes(flow, x, rate, step)
         rest = step * np.abs(c) / size
         if np.max(rest[-2:]) > 2e-15:
             return None
         coefficients = 0.5 * step * chebyshev.chebint(c, lbnd=-1)
         coefficients[0] += state
-        return x, coefficients, bool(np.max(rest[-6:]) < 2e-15)
+        return x, coefficients, size, bool(np.max(rest[-6:]) < 2e-15)
 
     def _sizes(self, flow: Flow, x: Array, rate: Array, step: float) -> Array:
         """What errors are relative to: the largest angle, speed and state of each actuator yet."""
@@ -575,7 +595,11 @@ class Machine:
         n = self.n
         assert flow.free is not None
         terms = flow.push + float(np.max(flow.free @ np.max(np.abs(x), axis=0)))
-        size[:n], size[n : 2 * n] = np.max(size[:n]), max(step * terms, np.max(size[n : 2 * n]))
+        speed = max(0.05 * self.time * terms, np.max(size[n : 2 * n]))
+        size[:n], size[n : 2 * n] = max(self.time * speed, np.max(size[:n])), speed
+        for contact, at in zip(self.plain.contacts, self.first, strict=True):
+            if contact.frequency:
+                size[at + 1] = max(size[at + 1], contact.frequency * size[at])
         return np.maximum(np.maximum(size, self.sizes), 1e-300)
 
     def observe(self, mode: Mode, held: tuple, times: Array, x: Array) -> dict[str, Array]:
@@ -691,7 +715,7 @@ def _lines(contact: Contact) -> tuple:
     for side in (0, 1):
         points = [(row[0], value(row[0], row[1 + side])) for row in contact.table]
         lines = []
-        for (v0, t0), (v1, t1) in zip(points, points[1:], strict=False):
+        for (v0, t0), (v1, t1) in pairwise(points):
             slope = (t1 - t0) / (v1 - v0)
             lines.append((v0, t0 - slope * v0, slope))
         last, torque = points[-1]
@@ -767,8 +791,10 @@ class _Driver:
         self.sampled = [j for j, c in enumerate(plain.contacts) if c.sample_time]
         self.queues: dict[int, list[float]] = {}
         self.held = [0.0] * self.machine.m
-        rate = math.sqrt(float(np.max(np.abs(self.machine.free), initial=0.0)) + 1e-300)
-        self.step = min(1.0 / rate, duration)
+        rate = math.sqrt(float(np.max(np.abs(plain.stiffness / self.machine.mass[:, None]))))
+        sample = self.machine.inputs(np.linspace(0.0, duration, 257)[:-1])
+        self.machine.input_sizes = tuple(np.max(np.abs(one), axis=0) for one in sample)
+        self.step = self.machine.time = min(1.0 / (rate + 1e-300), duration)
 
     @staticmethod
     def _knots(plain: Plain, duration: float) -> list[tuple[float, list[int]]]:
@@ -801,6 +827,7 @@ class _Driver:
         knots = iter(self.knots)
         knot, samples = next(knots)
         while True:
+            machine.sizes = cell.sizes
             exits = [first_exit(guard.values, guard.scale) for guard in cell.guards]
             x = min(exits, default=math.inf)
             if math.isinf(x):
@@ -808,7 +835,8 @@ class _Driver:
                 end, state = cell.start + cell.step, cell.state(1.0)
                 reached = end >= knot * (1.0 - 1e-15)
                 time = knot if reached else end
-                self.step = cell.step * (1.4 if cell.tail else 1.0)
+                if cell.tail:
+                    self.step = max(self.step, 1.4 * cell.step)
                 if reached:
                     if knot >= self.duration:
                         break
@@ -843,12 +871,15 @@ class _Driver:
                 state[self.machine.first[j]] = float(contact.force(np.zeros(1))[0])
         return state
 
-    def _cell(self, time: float, state: Array, mode: Mode) -> Cell:
+    def _cell(self, time: float, state: Array, mode: Mode, trial: bool = False) -> Cell:
         knot = next(t for t, _ in self.knots if t > time * (1.0 + 1e-15))
         step = min(self.step, self.longest, knot - time)
         # No sliver before a knot.
         step = 0.5 * (knot - time) if step < knot - time < 1.5 * step else step
-        return self.machine.cell(time, step, state, mode, tuple(self.held))
+        cell = self.machine.cell(time, step, state, mode, tuple(self.held), trial)
+        if not trial and cell.step < step:
+            self.step = cell.step
+        return cell
 
     def _sample(self, time: float, state: Array, contacts: Sequence[int]) -> None:
         """Sample, round and queue the commands of digital actuators; hold what is due."""
@@ -950,7 +981,7 @@ class _Driver:
             if len(good) > 1:
                 if shares is None:
                     shares = self._shares(time, state, holding)
-                good.sort(key=lambda one: sorted((-shares[j] for j in one[0])))
+                good.sort(key=lambda one: sorted(-shares[j] for j in one[0]))
             _, mode, cell = good[0]
             self._report(time, before, mode, rest, first)
             return mode, cell
@@ -1021,7 +1052,7 @@ class _Driver:
         seen = set()
         while mode not in seen:
             seen.add(mode)
-            cell = self._cell(time, state, mode)
+            cell = self._cell(time, state, mode, trial=True)
             changed = mode
             if not cell.compatible:
                 return None
