@@ -11,7 +11,7 @@ from pydantic import PlainValidator, WithJsonSchema, create_model
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.part import Part, is_numeric, parameter
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
 from wedgebrake.model.validation import check_number, labels, named, shown
@@ -46,7 +46,7 @@ def _quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
     found: dict[str, Quantity] = {}
     for model in models:
         for name, field in model.model_fields.items():
-            if field.annotation is float:
+            if is_numeric(field) and name not in model.later:
                 extra = labels(field)
                 symbol, unit = extra.get("symbol", "-"), extra.get("unit", "1")
                 # The symbol is shown separately.

@@ -173,6 +173,8 @@ def _error(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) ->
         why = detail["ctx"]["error"]
         if not location:
             return why if isinstance(why, InputError) else InputError(str(why))
+        if isinstance(why, InputError) and why.name:
+            return moved(why, name)
         allowed = str(why).removeprefix("must be ").split(". ")[0].rstrip(".")
         text = f"{name} = {shown(value)}: {why}{way_out}"
         return InputError(text, name=name, value=value, allowed=allowed)
@@ -185,6 +187,18 @@ def _error(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) ->
     slip = _slip(kind, location, value)
     text = f"{name} = {shown(value)}: must be {allowed}.{slip}{way_out}"
     return InputError(text, name=name, value=value, allowed=allowed)
+
+
+def moved(error: InputError, path: str) -> InputError:
+    """The error of a part, with a path in place of the part's name."""
+    part, _, rest = (error.name or "").partition(".")
+    if not rest or part == path:
+        return error
+    text = "\n".join(
+        f"{path}.{line.removeprefix(f'{part}.')}" if line.startswith(f"{part}.") else line
+        for line in str(error).split("\n")
+    )
+    return InputError(text, name=f"{path}.{rest}", value=error.value, allowed=error.allowed)
 
 
 def _path(table: str, location: tuple[int | str, ...]) -> str:

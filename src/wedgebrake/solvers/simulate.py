@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.model.validation import (
     check_choice,
     check_instance,
@@ -116,6 +116,7 @@ def simulate(
             f"until = {until!r}: must be None for a BrakedDriveline. Use its machine, system.machine."
         )
     initial = (0.0, 0.0) if initial is None else initial
+    check_driveline(system)
     method = choose_method(system, method)
     task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)

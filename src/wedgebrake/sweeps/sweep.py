@@ -14,7 +14,7 @@ import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.model.validation import check_instance, check_whole, shown
 from wedgebrake.solvers.simulate import check_state, choose_method
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
@@ -202,7 +202,7 @@ def make_plan(
     """Return the definition of a sweep after validation of its arguments."""
     from wedgebrake.sweeps.plan import Plan
 
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     chosen = choose_method(system, method)
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]

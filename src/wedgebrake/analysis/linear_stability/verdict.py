@@ -25,8 +25,7 @@ from wedgebrake.analysis.linear_stability.damping import (
 )
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Result
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 
 
 @dataclass(frozen=True, repr=False)
@@ -155,7 +154,7 @@ def stability(system: BrakedDriveline) -> Stability:
 
     Raises ``InputError`` if the system is not a ``BrakedDriveline``.
     """
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     forward, backward = (_direction(system, side) for side in (1, -1))
     existing = [d for d in (forward, backward) if d.damping is not None]
     coefficients = _locking_coefficients(system)
