@@ -31,7 +31,8 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
     result of                               picture
     ======================================  =============================================
     ``simulate``                            overview: history, phase portrait, Poincare
-                                            section, spectrum
+                                            section, spectrum; of a machine speeds, sticks,
+                                            torques and forces
     ``poincare``                            Poincare section
     ``spectrum``                            amplitude spectrum
     ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram
@@ -75,7 +76,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
     from wedgebrake.figures.data.axes import swept_parameters
     from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
-    from wedgebrake.figures.matplotlib import bifurcation, maps, motion, orbit_branches
+    from wedgebrake.figures.matplotlib import bifurcation, machine, maps, motion, orbit_branches
 
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind")
@@ -86,6 +87,8 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
             f" two parameters. Choose values of the others, for example"
             f" dataset.isel({swept[-1]}=0)."
         )
+    if "stick_contact" in names:
+        return machine.history, (dataset,)
     if "stick_start" in names and "time" in dataset.coords:
         return motion.overview, (_system(dataset), dataset)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
