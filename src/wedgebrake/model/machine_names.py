@@ -63,8 +63,12 @@ def replaced(parts: Mapping[str, Named], changes: Mapping[str, Any]) -> dict[str
     for name, value in changes.items():
         first, *rest = name.split(".")
         if first not in parts:
+            hint = nearest(first, parts)
+            meant = [one for one in numbers(parts) if one.endswith(f".{first}")]
+            if meant and not rest:
+                hint = nearest(meant[0], meant[:3])
             raise InputError(
-                f"{named(first)}: no such part of the machine. {nearest(first, parts)}",
+                f"{named(first)}: no such part of the machine. {hint}",
                 name=name, value=value, allowed=tuple(parts),
             )  # fmt: skip
         if rest:

@@ -8,7 +8,14 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, SerializeAsAny
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    SerializeAsAny,
+    WithJsonSchema,
+)
 from pydantic_core import CoreSchema, core_schema
 
 from wedgebrake.errors import InputError
@@ -195,7 +202,13 @@ def number_of(value: float | Signal) -> float | None:
     return None if value.varies else float(value(max(0.0, value.span[0])))
 
 
-SignalField = Annotated[SerializeAsAny[Signal], BeforeValidator(as_signal)]
+A_SIGNAL = "signal"
+"""Title of the place of a signal in a schema."""
+SignalField = Annotated[
+    SerializeAsAny[Signal],
+    BeforeValidator(as_signal),
+    WithJsonSchema({"title": A_SIGNAL, "type": "object"}),
+]
 """Annotation of a field that holds a signal; numbers are converted."""
 
 
@@ -216,3 +229,9 @@ class OrSignal:
                 lambda value: value.model_dump() if isinstance(value, Signal) else value
             ),
         )
+
+    def __get_pydantic_json_schema__(
+        self, _: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        number = {"type": "number", "minimum": self.ge, "maximum": self.le}
+        return {"anyOf": [number, {"title": A_SIGNAL, "type": "object"}]}

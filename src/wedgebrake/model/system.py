@@ -10,6 +10,7 @@ from pydantic import ConfigDict, PrivateAttr, SerializeAsAny
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import groups as _groups
+from wedgebrake.model import signal_tables, stribeck  # noqa: F401 - files name their kinds
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.characteristic import Characteristic, characteristic

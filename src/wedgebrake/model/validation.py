@@ -9,6 +9,7 @@ what pydantic finds wrong in a ``Part``.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Mapping
 from functools import lru_cache
 from typing import Annotated, Any, TypeVar, get_args
@@ -126,7 +127,7 @@ def shown(value: object) -> str:
 
 def named(name: str) -> str:
     """Return a name as it was given, in quotation marks if it is not a plain word."""
-    word = name.replace("-", "").replace("_", "").isalnum() and len(name) <= 60
+    word = re.sub(r"[-_.]", "", name).isalnum() and len(name) <= 60
     return name if word and name.isascii() else shown(name)
 
 
@@ -194,11 +195,12 @@ def moved(error: InputError, path: str) -> InputError:
     part, _, rest = (error.name or "").partition(".")
     if not rest or part == path:
         return error
+    joint = "" if rest.startswith("[") else "."
     text = "\n".join(
-        f"{path}.{line.removeprefix(f'{part}.')}" if line.startswith(f"{part}.") else line
+        f"{path}{joint}{line.removeprefix(f'{part}.')}" if line.startswith(f"{part}.") else line
         for line in str(error).split("\n")
     )
-    return InputError(text, name=f"{path}.{rest}", value=error.value, allowed=error.allowed)
+    return InputError(text, name=f"{path}{joint}{rest}", value=error.value, allowed=error.allowed)
 
 
 def _path(table: str, location: tuple[int | str, ...]) -> str:
