@@ -3,7 +3,7 @@
 from . import paper as paper
 from ._version import __version__
 from .analysis.energy import energy
-from .analysis.linear_stability import stability, stability_map
+from .analysis.linear_stability import hopf, stability, stability_map
 from .analysis.motion import Motion, motion
 from .analysis.poincare import poincare
 from .analysis.spectral_peaks import spectral_lines
@@ -108,6 +108,7 @@ __all__ = [
     "energy",
     "explore",
     "final_state",
+    "hopf",
     "load_study",
     "motion",
     "orbit",

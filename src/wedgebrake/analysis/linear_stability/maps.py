@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.linear_stability.damping import is_constant
-from wedgebrake.analysis.linear_stability.verdict import stability
+from wedgebrake.analysis.linear_stability.verdict import driveline_stability
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.system import BrakedDriveline, check_driveline
@@ -124,7 +124,7 @@ def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, Fl
             changes["kinetic"] = point["kinetic"]
             if ratio is not None and "static" in type(system.friction).model_fields:
                 changes["static"] = ratio * point["kinetic"]
-        one = stability(system.replace(**changes))
+        one = driveline_stability(system.replace(**changes))
         roots = [root.real for way in (one.forward, one.backward) for root in way.eigenvalues or ()]
         margin = math.nan if one.margin_eta is None else one.margin_eta
         growth = max(roots, default=math.nan) / line.natural_frequency
