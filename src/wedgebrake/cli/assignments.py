@@ -14,6 +14,7 @@ from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind
 from wedgebrake.model.validation import as_typed, shown
 
 if TYPE_CHECKING:
+    from wedgebrake.model.study import Study
     from wedgebrake.orbits.problem import Range
 
 # The tables of a study, and a parameter of each that can be set.
@@ -65,6 +66,35 @@ def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
             raise InputError(f"--set {as_typed(name)}: given twice. Give it once.")
         changes[name] = _value(text, value)
     return changes
+
+
+def parse_dotted(texts: Iterable[str], study: Study) -> dict[str, Any]:
+    """The changes of several ``--set`` options of a machine, by dotted name.
+
+    Raises ``InputError`` for a text that is not NAME=VALUE, or a name that is unknown or given
+    twice.
+    """
+    changes: dict[str, Any] = {}
+    settings = list(type(study.run).model_fields)
+    allowed = [*study.system.parameters(), *settings]
+    for text in texts:
+        name, value = _parted("--set", text, "NAME=VALUE, for example --set brake.slope=-30")
+        parts = name.split(".")
+        if name not in settings and (len(parts) < 2 or parts[0] not in study.system.parts()):
+            hint = nearest(name, allowed) if len(parts) > 1 else _owners(name, allowed)
+            raise InputError(f"--set {as_typed(text)}: no such parameter or run setting. {hint}")
+        if name in changes:
+            raise InputError(f"--set {as_typed(name)}: given twice. Give it once.")
+        changes[name] = _value(text, value)
+    return changes
+
+
+def _owners(name: str, allowed: Collection[str]) -> str:
+    """A sentence with the dotted names that end with a name, else with the nearest ones."""
+    found = [one for one in allowed if one.rpartition(".")[2] == name]
+    if not found:
+        return nearest(name, allowed)
+    return f"Name its part too: {', '.join(found)}."
 
 
 def _check_changed(text: str, name: str) -> None:

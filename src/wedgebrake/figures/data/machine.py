@@ -114,9 +114,7 @@ class MachineHistory:
         )
 
 
-def _window(
-    response: xr.Dataset, start: float | None, stop: float | None
-) -> tuple[float, float]:
+def _window(response: xr.Dataset, start: float | None, stop: float | None) -> tuple[float, float]:
     first, last = (float(response.attrs[name]) for name in ("start_time", "final_time"))
     begin = first if start is None else check_number("start", start, first, last)
     end = last if stop is None else check_number("stop", stop, begin, last)

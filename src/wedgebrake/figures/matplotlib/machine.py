@@ -60,9 +60,9 @@ def history(
         legends = [len(one.curves) / _columns(width) for one in data.panels if one.legend]
         gaps = len(data.panels) * _BETWEEN + _LEGEND * sum(map(math.ceil, legends))
         figure = style.new_figure(width, sum(heights) + gaps + _BELOW + caption)
-        rows = figure.subplots(
-            len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
-        )[:, 0]
+        rows = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[
+            :, 0
+        ]
         if data.rests:
             draw_rests(rows[0], data)
         panels = rows[1:] if data.rests else rows
