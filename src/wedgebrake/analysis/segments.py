@@ -13,13 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.datasets import check_machine_response, refuse_machine_response
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import parse_study
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.validation import check_instance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,8 +134,9 @@ class ResponseSystem:
 def system_from_response(response: xr.Dataset) -> ResponseSystem:
     """Read the system of a response from its attributes.
 
-    Raises ``InputError`` if the response does not describe one.
+    Raises ``InputError`` if the response does not describe one, or a machine.
     """
+    refuse_machine_response(response)
     try:
         tables: dict[str, Any] = json.loads(response.attrs["system"])
         parts = (
@@ -153,3 +157,20 @@ def system_from_response(response: xr.Dataset) -> ResponseSystem:
         set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)
         return ResponseSystem(*parts, radius, set_valued, None)
     return ResponseSystem(*parts, radius, isinstance(system.friction, SetValuedFriction), system)
+
+
+def machine_from_response(response: xr.Dataset) -> Machine:
+    """Read the machine of a response from its attributes.
+
+    Raises ``InputError`` for other datasets, and for machines with parts that have no name in study
+    files.
+    """
+    check_machine_response(response)
+    try:
+        machine = parse_study(dict(json.loads(response.attrs["system"]))).system
+    except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
+        raise InputError(
+            "response: does not say, in attrs['system'], what was simulated, or with a part that"
+            " has no name in study files."
+        ) from None
+    return check_instance("response", machine, Machine, "the response of a machine")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.study import Run
 from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind
@@ -65,10 +66,30 @@ def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> di
         name, value = _parted("--set", text, "NAME=VALUE, for example --set eta=-30")
         if isinstance(system, BrakedDriveline):
             _check_changed(text, name)
+        else:
+            _check_dotted(text, name, system)
         if name in changes:
             raise InputError(f"--set {as_typed(name)}: given twice. Give it once.")
         changes[name] = _value(text, value)
     return changes
+
+
+def _check_dotted(text: str, name: str, machine: Machine) -> None:
+    """Raise ``InputError`` for a name that is no parameter of a machine and no run setting."""
+    parts = name.split(".")
+    if name in Run.model_fields or (len(parts) > 1 and parts[0] in machine.parts()):
+        return
+    allowed = [*machine.parameters(), *Run.model_fields]
+    hint = nearest(name, allowed) if len(parts) > 1 else _owners(name, allowed)
+    raise InputError(f"--set {as_typed(text)}: no such parameter or run setting. {hint}")
+
+
+def _owners(name: str, allowed: Collection[str]) -> str:
+    """A sentence with the dotted names that end with a name, else with the nearest ones."""
+    found = [one for one in allowed if one.rpartition(".")[2] == name]
+    if not found:
+        return nearest(name, allowed)
+    return f"Name its part too: {', '.join(found)}."
 
 
 def _check_changed(text: str, name: str) -> None:

@@ -8,15 +8,6 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-<<<<<<< HEAD
-from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, SerializeAsAny
-from pydantic_core import CoreSchema, core_schema
-
-from wedgebrake.model import signal_calculus as calculus
-from wedgebrake.model.part import Chosen, Positional
-from wedgebrake.model.signal_calculus import FloatArray
-from wedgebrake.model.validation import is_number, plain, wrong
-=======
 from pydantic import (
     BeforeValidator,
     Field,
@@ -32,7 +23,6 @@ from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import Chosen, Positional
 from wedgebrake.model.signal_calculus import FloatArray
 from wedgebrake.model.validation import check_choice, is_number, plain, wrong
->>>>>>> w_model
 
 LARGEST = 1e15
 """Largest magnitude of the values of a signal."""
@@ -179,19 +169,12 @@ def _is(value: object, kind: str) -> bool:
 
 
 def as_signal(value: Any) -> Any:
-<<<<<<< HEAD
-    """Convert a number to a constant signal; return a signal as it is.
-
-    Raises ``ValueError`` for anything else.
-    """
-=======
     """Convert a number to a constant signal and a table with its kind to that signal.
 
     Raises ``ValueError`` for anything else but a signal, which is returned as it is.
     """
     if isinstance(value, dict):
         return signal_from(value)
->>>>>>> w_model
     if is_number(value):
         return Signal.kinds["constant"](value=plain(value))
     if not isinstance(value, Signal):
@@ -199,8 +182,6 @@ def as_signal(value: Any) -> Any:
     return value
 
 
-<<<<<<< HEAD
-=======
 def signal_from(table: dict[str, Any]) -> Signal:
     """A signal from a table of its kind and its values, as a study file holds it."""
     values = dict(table)
@@ -214,7 +195,6 @@ def signal_from(table: dict[str, Any]) -> Signal:
     return found
 
 
->>>>>>> w_model
 def number_of(value: float | Signal) -> float | None:
     """The value of a number, or of a signal that does not vary; None for one that varies."""
     if not isinstance(value, Signal):
@@ -222,9 +202,6 @@ def number_of(value: float | Signal) -> float | None:
     return None if value.varies else float(value(max(0.0, value.span[0])))
 
 
-<<<<<<< HEAD
-SignalField = Annotated[SerializeAsAny[Signal], BeforeValidator(as_signal)]
-=======
 A_SIGNAL = "signal"
 """Title of the place of a signal in a schema."""
 SignalField = Annotated[
@@ -232,7 +209,6 @@ SignalField = Annotated[
     BeforeValidator(as_signal),
     WithJsonSchema({"title": A_SIGNAL, "type": "object"}),
 ]
->>>>>>> w_model
 """Annotation of a field that holds a signal; numbers are converted."""
 
 
@@ -245,24 +221,17 @@ class OrSignal:
     def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         number = handler.generate_schema(Annotated[float, Field(ge=self.ge, le=self.le)])
         return core_schema.no_info_wrap_validator_function(
-<<<<<<< HEAD
-            lambda value, check: value if isinstance(value, Signal) else check(value),
-=======
             lambda value, check: (
                 as_signal(value) if isinstance(value, Signal | dict) else check(value)
             ),
->>>>>>> w_model
             number,
             serialization=core_schema.plain_serializer_function_ser_schema(
                 lambda value: value.model_dump() if isinstance(value, Signal) else value
             ),
         )
-<<<<<<< HEAD
-=======
 
     def __get_pydantic_json_schema__(
         self, _: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         number = {"type": "number", "minimum": self.ge, "maximum": self.le}
         return {"anyOf": [number, {"title": A_SIGNAL, "type": "object"}]}
->>>>>>> w_model

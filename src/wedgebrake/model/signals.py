@@ -10,18 +10,11 @@ import math
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-<<<<<<< HEAD
-from pydantic import Field
-=======
->>>>>>> w_model
 
 from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import parameter
 from wedgebrake.model.signal_base import (
-<<<<<<< HEAD
-=======
     A_SIGNAL,
->>>>>>> w_model
     LARGEST,
     OrSignal,
     Signal,
@@ -32,13 +25,8 @@ from wedgebrake.model.signal_base import (
 from wedgebrake.model.signal_calculus import FloatArray
 
 __all__ = [
-<<<<<<< HEAD
-    "LARGEST", "Constant", "Harmonic", "OrSignal", "Product", "Signal", "SignalField", "Sum",
-    "as_signal", "number_of",
-=======
     "A_SIGNAL", "LARGEST", "Constant", "Harmonic", "OrSignal", "Product", "Signal", "SignalField",
     "Sum", "as_signal", "number_of",
->>>>>>> w_model
 ]  # fmt: skip
 
 

@@ -217,6 +217,11 @@ def check_driveline(system: Any) -> BrakedDriveline:
 
     Raises ``InputError`` for anything else, as for signals.
     """
+    if isinstance(system, Machine):
+        raise wrong(
+            "system", system, "a BrakedDriveline here",
+            "Machines are taken by wb.simulate, wb.stability, wb.energy and wb.plot so far.",
+        )  # fmt: skip
     check_instance("system", system, BrakedDriveline)
     for error in _not_plain(system):
         raise error

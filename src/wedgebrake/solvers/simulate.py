@@ -15,6 +15,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.model.validation import (
     check_choice,
+    check_instance,
     check_number,
     check_whole,
     shown,
