@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.jit import compiled, inlined
 from wedgebrake.solvers.machine.cells import size, value
@@ -91,12 +93,12 @@ def settle(problem, run, contacts):
     """
     count = contacts.size
     rest, pattern = at_rest_of(problem, contacts), pattern_of(count)
-    scale, limited = 0.0, run.limited.any()
+    scale, limited, at_rest = 0.0, run.limited.any(), np.int64(0)
     torque, sizes = run.torque, run.sizes
     _load(problem, run, contacts, torque, sizes)
     for i in range(count):
         contact = problem.contacts[contacts[i]]
-        force, _ = _limited_force(problem, contacts[i], run, 0)
+        force, _ = _limited_force(problem, contacts[i], run, at_rest)
         rest.lower[i] = -_times(contact.breakaway_forward, force)
         rest.upper[i] = -_times(contact.breakaway_backward, force)
         rest.forward[i] = -_times(contact.forward, force)
