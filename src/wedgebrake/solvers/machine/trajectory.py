@@ -25,6 +25,7 @@ from wedgebrake.solvers.machine.events import (
     next_sampling,
     sample_controllers,
     set_sides,
+    settle_arrived,
 )
 from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system, speed_rows
 from wedgebrake.solvers.machine.observers import observe
@@ -128,17 +129,23 @@ def _log(log, count, time, contact, kind, before, after):
 
 
 @compiled
-def _after_jump(problem, run, time, log, count):
-    """Sample controllers, and follow bases whose speed may have jumped.
+def _after_knot(problem, run, cell, log, count):
+    """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
+
+    cell : that ended at the knot
 
     Returns (number of events, whether there is an answer).
     """
+    time = run.clock[0]
     sample_controllers(problem, run, time)
     for number in range(run.modes.size):
         run.before[number] = run.modes[number].side
-    if not follow_bases(problem, run):
-        return count, True
-    answer = classify(problem, run)
+    if follow_bases(problem, run):
+        answer = classify(problem, run)
+    else:
+        arrived, answer = settle_arrived(problem, run, cell)
+        if not arrived:
+            return count, answer
     return _log_changes(run, time, log, count), answer
 
 
@@ -248,7 +255,8 @@ def move(problem, run, span, log, observer):
             pass_knots(problem.signals, knot)
             _expand_inputs(problem, run, clock, few)
             before = count
-            count, answer = _after_jump(problem, run, clock.time, log, count)
+            run.clock[0], run.clock[1] = clock.time, clock.rest
+            count, answer = _after_knot(problem, run, Cell(h, terms), log, count)
             knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
             if count > before:
                 slot = select_system(problem, run)
