@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.display import Tabular, unit_of
@@ -41,10 +41,10 @@ class Machine(Part, Tabular):
 
     table: ClassVar[str] = "machine"
 
-    inertias: tuple[Inertia, ...]
-    shafts: tuple[Shaft, ...] = ()
-    contacts: tuple[Contact, ...] = ()
-    torques: tuple[Torque, ...] = ()
+    inertias: tuple[Inertia, ...] = Field(description="bodies that turn, one or more")
+    shafts: tuple[Shaft, ...] = Field(description="springs and dampers between them", default=())
+    contacts: tuple[Contact, ...] = Field(description="brakes and clutches", default=())
+    torques: tuple[Torque, ...] = Field(description="torques on them", default=())
 
     def __init__(self, /, **data: Any) -> None:
         _check_lists(data)

@@ -231,7 +231,8 @@ def _not_plain(system: BrakedDriveline) -> Iterator[InputError]:
         yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
     if isinstance(system.driveline.drive_speed, Signal):
         yield wrong("driveline.drive_speed", system.driveline.drive_speed, "a number here", way_out)
-    if not system.actuation.immediate:
+    force = system.actuation.initial_force
+    if isinstance(force, Signal) or not system.actuation.immediate:
         allowed = "a number as initial_force here, without lag, limits or sampling"
         yield wrong("actuation", system.actuation, allowed, way_out)
 
