@@ -76,11 +76,12 @@ def parse_dotted(texts: Iterable[str], study: Study) -> dict[str, Any]:
     """
     changes: dict[str, Any] = {}
     settings = list(type(study.run).model_fields)
-    allowed = [*study.system.parameters(), *settings]
+    machine: Any = study.system
+    allowed = [*machine.parameters(), *settings]
     for text in texts:
         name, value = _parted("--set", text, "NAME=VALUE, for example --set brake.slope=-30")
         parts = name.split(".")
-        if name not in settings and (len(parts) < 2 or parts[0] not in study.system.parts()):
+        if name not in settings and (len(parts) < 2 or parts[0] not in machine.parts()):
             hint = nearest(name, allowed) if len(parts) > 1 else _owners(name, allowed)
             raise InputError(f"--set {as_typed(text)}: no such parameter or run setting. {hint}")
         if name in changes:
