@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from wedgebrake.cli.assignments import parse_axes, parse_changes, parse_dotted
+from wedgebrake.cli.assignments import parse_axes, parse_changes
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import METHODS, Study, load_study
@@ -61,7 +61,7 @@ def load_any(path: Path, changes: Iterable[str] | None, method: str | None = Non
     study = load_study(path)
     if not is_of_machine(study):
         return _changed(study, changes, method, {}, {})
-    wanted = parse_dotted(changes or (), study)
+    wanted = parse_changes(changes or (), study.system)
     if method is not None:
         wanted["method"] = method
     try:
@@ -82,7 +82,7 @@ def _changed(
     unused: Mapping[str, str],
     options: Mapping[str, Any],
 ) -> Study:
-    wanted = parse_changes(changes or ())
+    wanted = parse_changes(changes or (), study.system)
     if method is not None:
         if method not in METHODS:
             raise InputError(f"--method {method}: not known. {nearest(method, METHODS)}")

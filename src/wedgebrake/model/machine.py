@@ -135,7 +135,7 @@ class Machine(Part, Tabular):
             yield name, one.value, unit_of(one.field)
 
     def index(self, name: str) -> int:
-        """The number of an inertia in ``inertias``; -1 for "ground"."""
+        """Return the number of an inertia in ``inertias``, by its ``name``; -1 for "ground"."""
         if name == GROUND:
             return -1
         names = [one.name for one in self.inertias]

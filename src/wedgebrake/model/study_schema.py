@@ -41,6 +41,8 @@ def schema() -> dict[str, Any]:
         names.append(kind.table)
     properties["run"] = {"anyOf": [table_schema(Run), table_schema(MachineRun)]}
     properties["sweep"], definitions = sweep_schema()
+    # Parameters of a machine, "brake.slope".
+    properties["sweep"]["patternProperties"] = {r"\.": {"$ref": "#/$defs/swept_values"}}
     definitions["signal"] = {
         "oneOf": [{"type": "number"}, *_of_kinds(Signal.kinds), _of_kind("table", Record)]
     }

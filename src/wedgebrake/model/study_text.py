@@ -75,11 +75,11 @@ def _machine_study_text(study: Study, records: Records | None) -> str:
     texts = [machine_text(cast("Any", study.system), records)]
     axes = sweepable(study.system)
     meanings = {name: _with_unit(*one) for name, one in axes.items()}
-    for name, part, table, told in (
-        ("run", study.run, _given(study.run), comments(study.run)),
-        ("sweep", study.sweep, _of_sweep(study.sweep), meanings | comments(study.sweep)),
+    for name, table, told in (
+        ("run", _given(study.run), comments(study.run)),
+        ("sweep", _of_sweep(study.sweep), meanings | comments(study.sweep)),
     ):
-        if table or given(part):
+        if table:
             texts.append(toml.table(name, table, told))
     return "\n".join(texts)
 

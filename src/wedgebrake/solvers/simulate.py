@@ -102,7 +102,6 @@ def simulate(
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
-    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     if isinstance(system, Machine):
         _refuse_for_machines(periods, method)
         from wedgebrake.solvers.machine.simulate import simulate_machine
@@ -115,8 +114,8 @@ def simulate(
         raise InputError(
             f"until = {until!r}: must be None for a BrakedDriveline. Use its machine, system.machine."
         )
-    initial = (0.0, 0.0) if initial is None else initial
     check_driveline(system)
+    initial = (0.0, 0.0) if initial is None else initial
     method = choose_method(system, method)
     task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)

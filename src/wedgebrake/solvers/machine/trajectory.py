@@ -11,19 +11,22 @@ from wedgebrake.solvers.machine.cells import (
     combine,
     expand_states,
     first_zero,
-    polynomial,
     terms_for,
 )
 from wedgebrake.solvers.machine.events import (
     FLAT,
+    Cell,
     apply_event,
     classify,
+    follow_bases,
     kind_of,
     next_sampling,
     sample_controllers,
+    set_sides,
 )
 from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system, speed_rows
 from wedgebrake.solvers.machine.observers import observe
+from wedgebrake.solvers.machine.problem import TERMS
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
@@ -123,26 +126,17 @@ def _log(log, count, time, contact, kind, before, after):
 
 
 @compiled
-def _has_moving_base(problem):
-    """Return True if the base of a contact has a speed that varies."""
-    for contact in problem.contacts:
-        if contact.base >= 0:
-            return True
-    return False
-
-
-@compiled
 def _after_jump(problem, run, time, log, count):
     """Sample controllers, and follow bases whose speed may have jumped.
 
     Returns (number of events, whether there is an answer).
     """
     sample_controllers(problem, run, time)
-    if not _has_moving_base(problem):
-        return count, True
     for number in range(run.modes.size):
         run.before[number] = run.modes[number].side
-    answer = classify(problem, run, at_start=False)
+    if not follow_bases(problem, run):
+        return count, True
+    answer = classify(problem, run)
     return _log_changes(run, time, log, count), answer
 
 
@@ -189,9 +183,10 @@ def start(problem, run, restart):
     run.z[0, run.z.shape[1] - 1] = 1.0
     speed_rows(problem, run.work)
     if restart:
-        return classify(problem, run, at_start=False) if _has_moving_base(problem) else True
+        return not follow_bases(problem, run) or classify(problem, run)
+    set_sides(run)  # controllers sample the sliding speeds
     sample_controllers(problem, run, clock.time)
-    return classify(problem, run, at_start=True)
+    return classify(problem, run)
 
 
 @compiled
@@ -219,7 +214,7 @@ def move(problem, run, span, log, observer):
         remaining = (min(span.end, knot) - clock.time) - clock.rest
         longest = run.systems.longest[slot]
         h = min(longest, remaining)
-        terms = terms_for(2.0 * h / longest)
+        terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
         _expand_inputs(problem, run, clock, terms)
         expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
         tau, first = _first_event(run, slot, terms, h)
@@ -231,7 +226,7 @@ def move(problem, run, span, log, observer):
         if first >= 0:
             _expand_inputs(problem, run, clock, 2)
             what = run.systems.what[slot, first]
-            kind, answer = apply_event(problem, run, what)
+            kind, answer = apply_event(problem, run, what, Cell(h, terms))
             if kind == EventKind.BREAKPOINT:
                 side = run.modes[what.contact].side
                 count = _log(log, count, clock.time, what.contact, kind, side, side)
