@@ -361,6 +361,39 @@ def test_names_that_two_parts_have_are_told_apart() -> None:
     assert both.replace({"brake.actuation.slope": 1.0}).contacts[0].actuation.slope == 1.0
 
 
+def test_periods_of_machines() -> None:
+    def driven(*signals: wb.Signal, **more: Any) -> wb.Machine:
+        torques = [wb.Torque("disc", one, name=f"t{i}") for i, one in enumerate(signals)]
+        return machine(torques=torques, **more)
+
+    sine = wb.Harmonic(5.0, 4.0)
+    assert driven().autonomous
+    assert driven(wb.Constant(3.0), wb.HarmonicTorque(0.0, 4.0), 0.0 * RAMP).autonomous
+    sampled = [contact(actuation=actuation(sample_time=0.01))]
+    assert driven(contacts=sampled).autonomous
+    assert driven(sine, wb.Harmonic(5.0, 6.0)).period == pytest.approx(0.5)
+    assert driven(sine, wb.Harmonic(5.0, 4.0 * 2.0**0.5)).period is None
+    assert driven(sine, wb.Harmonic(0.0, 2.0**0.5)).period == 0.25
+    pressed = [contact(actuation=actuation(initial_force=300.0 + wb.Harmonic(5.0, 3.0)))]
+    assert driven(sine, contacts=pressed).period == pytest.approx(1.0)
+    assert driven(sine, contacts=[contact(base_speed=RAMP)]).period is None
+
+
+def test_a_run_beyond_a_record_is_refused() -> None:
+    recorded = machine(torques=[wb.Torque("disc", 2.0 * table(1.0, 3.0), name="engine")])
+    recorded.check_times(1.0, 3.0)
+    for first, last, wrong in ((0.0, 2.0, 0.0), (1.0, 3.5, 3.5)):
+        with pytest.raises(wb.InputError) as raised:
+            recorded.check_times(first, last)
+        assert (raised.value.name, raised.value.value) == ("engine.signal", wrong)
+    pressed = wb.Table([0.0, 1.0], [0.0, 300.0])
+    held = machine(contacts=[contact(actuation=actuation(initial_force=pressed))])
+    with pytest.raises(wb.InputError) as raised:
+        held.check_times(0.0, 2.0)
+    assert raised.value.name == "brake.initial_force"
+    machine(torques=[wb.Torque("disc", table(1.0, 3.0, after="hold"))]).check_times(0.0, 9.0)
+
+
 def test_plain_tables_hold_the_machine() -> None:
     tables = MACHINE.as_dict()
     assert tables["inertia"][0] == {"name": "motor", "inertia": 0.2, "angle": 0.0, "speed": 0.0}

@@ -185,6 +185,15 @@ def test_a_signal_of_ones_own_states_its_primitive_alone() -> None:
     assert pulse.derivative()(1.5) == 0.0
 
 
+def test_a_parameter_of_a_signal_has_a_name_of_its_own() -> None:
+    with pytest.warns(UserWarning, match="shadows"), pytest.raises(wb.InputError) as raised:
+
+        class Pulses(wb.Signal):
+            period: float
+
+    assert raised.value.name == "Pulses.period"
+
+
 def test_large_tables_integrate_to_rounding() -> None:
     times = np.linspace(0.0, 100.0, 100_001)
     table = wb.Table(times, np.full(times.size, 0.1))

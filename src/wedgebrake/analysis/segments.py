@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,8 @@ from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import parse_study
-from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.system import PARTS, BrakedDriveline, check_plain
+from wedgebrake.model.tables import make_part
 from wedgebrake.model.validation import check_instance
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def system_from_response(response: xr.Dataset) -> ResponseSystem:
         parts = (
             Driveline(**tables["driveline"]),
             Actuation(**tables["actuation"]),
-            HarmonicTorque(**tables["excitation"]),
+            cast("HarmonicTorque", make_part("excitation", tables["excitation"])),
         )
         radius, kind = float(tables["brake"]["radius"]), tables["friction"]["kind"]
     except (AttributeError, KeyError, TypeError, ValueError):
@@ -150,6 +151,7 @@ def system_from_response(response: xr.Dataset) -> ResponseSystem:
             f"response = {type(response).__name__}: must be a dataset that describes its system in"
             " attrs['system']. Use the result of wb.simulate(...)."
         ) from None
+    check_plain(*parts)
     try:
         system = parse_study({name: tables[name] for name in PARTS}).system
     except InputError:  # custom laws, which tables do not contain

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.study import MachineRun
+from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind

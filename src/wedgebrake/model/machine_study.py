@@ -23,7 +23,7 @@ _JOINTS = ("name", "a", "b", "on")  # they need no comment
 
 def is_machine(tables: Mapping[str, Any]) -> bool:
     """Return True for the tables of a machine, not of a braked driveline."""
-    return any(name in TABLES for name in tables)
+    return any(name in TABLES and isinstance(one, list | dict) for name, one in tables.items())
 
 
 def parse_machine(tables: Mapping[str, Any]) -> Machine:

@@ -47,6 +47,17 @@ class Signal(Positional, Chosen):
     # NumPy leaves the product of a scalar of its own and a signal to the signal.
     __array_ufunc__: ClassVar[None] = None
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        for name in cls.model_fields:
+            if hasattr(Signal, name):
+                raise InputError(
+                    f"{cls.__name__}.{name}: must have another name, as every signal has {name}."
+                    " Rename the parameter.",
+                    name=f"{cls.__name__}.{name}", allowed="another name",
+                )  # fmt: skip
+
     @abstractmethod
     def primitive(self) -> Signal:
         """The signal made of the kinds that the solver knows."""

@@ -127,7 +127,8 @@ class BrakedDriveline(Part, Tabular):
     @property
     def plain(self) -> bool:
         """True for one sine as torque, numbers elsewhere, and a force that acts at once."""
-        return next(_not_plain(self), None) is None
+        parts = self.driveline, self.actuation, self.excitation
+        return next(_not_plain(*parts), None) is None
 
     def replace(self, **changes: Any) -> BrakedDriveline:
         """A copy with other values.
@@ -223,22 +224,27 @@ def check_driveline(system: Any) -> BrakedDriveline:
             "Machines are taken by wb.simulate, wb.stability, wb.energy and wb.plot so far.",
         )  # fmt: skip
     check_instance("system", system, BrakedDriveline)
-    for error in _not_plain(system):
-        raise error
+    check_plain(system.driveline, system.actuation, system.excitation)
     return cast("BrakedDriveline", system)
 
 
-def _not_plain(system: BrakedDriveline) -> Iterator[InputError]:
+def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
+    """Raise ``InputError`` for signals, and for a force that does not act at once."""
+    for error in _not_plain(line, actuation, torque):
+        raise error
+
+
+def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterator[InputError]:
     """The errors of what has no closed form for one inertia."""
     way_out = "This takes no other signals; wb.simulate does."
-    torque: Signal = system.excitation
     if not isinstance(torque, HarmonicTorque) or any(share for _, share, _ in torque.orders):
         yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
-    if isinstance(system.driveline.drive_speed, Signal):
-        yield wrong("driveline.drive_speed", system.driveline.drive_speed, "a number here", way_out)
-    if not system.actuation.immediate:
+    speed: float | Signal = line.drive_speed
+    if isinstance(speed, Signal):
+        yield wrong("driveline.drive_speed", speed, "a number here", way_out)
+    if isinstance(actuation.initial_force, Signal) or not actuation.immediate:
         allowed = "a number as initial_force here, without lag, limits or sampling"
-        yield wrong("actuation", system.actuation, allowed, way_out)
+        yield wrong("actuation", actuation, allowed, way_out)
 
 
 def _check_parts(parts: dict[str, Any]) -> None:
