@@ -26,6 +26,7 @@ _SPEC = {
     "final_side": ("1", "sign of the sliding speed at the end; 0: at rest"),
     "peak_torque": ("N m", "largest magnitude of the torque among the samples"),
 }
+_FINALLY = {1: "slides forwards", -1: "slides backwards", 0: "sticks"}
 
 
 def contact_summary(response: xr.Dataset) -> xr.Dataset:
@@ -85,3 +86,32 @@ def _row(response: xr.Dataset, number: int, duration: float) -> dict[str, float]
         "rest_from": float(start[-1]) if start.size and left[-1] == 0 else np.nan,
         "peak_torque": float(np.max(np.abs(torque), initial=0.0)),
     }
+
+
+def contact_sentences(response: xr.Dataset) -> list[str]:
+    """How each contact of a machine sticks and slides, one sentence for each."""
+    summary = contact_summary(response)
+    return [
+        _sentence(str(name), {str(key): summary[key].to_numpy()[i] for key in summary.data_vars})
+        for i, name in enumerate(summary["contact"].to_numpy())
+    ]
+
+
+def _sentence(name: str, one: dict[str, Any]) -> str:
+    rest = "never sticks"
+    if one["sticks"]:
+        longest = f"{' ' if one['sticks'] == 1 else ', the longest '}of {one['longest_rest']:.4g} s"
+        share = f"{100.0 * one['rest_share']:.3g} % of the time"
+        rest = f"at rest {share}, in {counted(one['sticks'], 'stick')}{longest}"
+    final = _FINALLY[int(one["final_side"])]
+    if np.isfinite(one["rest_from"]):
+        final += f", since {one['rest_from']:.6g} s"
+    return (
+        f"{name}: {rest}; {counted(one['reversals'], 'reversal')}; torque up to"
+        f" {one['peak_torque']:.4g} N m; at the end it {final}."
+    )
+
+
+def counted(count: int, word: str) -> str:
+    """A number of things: "1 stick", "3 sticks", "no sticks"."""
+    return f"{count or 'no'} {word}{'' if count == 1 else 's'}"

@@ -98,9 +98,9 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     Raises
     ------
     InputError
-        For a dataset that is not a response, a start for that of a machine, a start outside it, less than one whole period,
-        or samples too far apart: more than a tenth of the torque's period or a quarter of
-        the natural one.
+        For a dataset that is not a response, a start for that of a machine, a start outside it,
+        less than one whole period, or samples too far apart: more than a tenth of the torque's
+        period or a quarter of the natural one.
     """
     if is_of_machine(response):
         return _of_machine(response, start)

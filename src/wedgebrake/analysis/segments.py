@@ -169,10 +169,11 @@ def machine_from_response(response: xr.Dataset) -> Machine:
     """
     check_machine_response(response)
     try:
-        machine = parse_study(dict(json.loads(response.attrs["system"]))).system
+        machine: Any = parse_study(dict(json.loads(response.attrs["system"]))).system
     except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
         raise InputError(
             "response: does not say, in attrs['system'], what was simulated, or with a part that"
             " has no name in study files."
         ) from None
-    return check_instance("response", machine, Machine, "the response of a machine")
+    found: Machine = check_instance("response", machine, Machine, "that of a machine")
+    return found

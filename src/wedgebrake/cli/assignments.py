@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.study import Run
+from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind
@@ -77,9 +77,9 @@ def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> di
 def _check_dotted(text: str, name: str, machine: Machine) -> None:
     """Raise ``InputError`` for a name that is no parameter of a machine and no run setting."""
     parts = name.split(".")
-    if name in Run.model_fields or (len(parts) > 1 and parts[0] in machine.parts()):
+    if name in MachineRun.model_fields or (len(parts) > 1 and parts[0] in machine.parts()):
         return
-    allowed = [*machine.parameters(), *Run.model_fields]
+    allowed = [*machine.parameters(), *MachineRun.model_fields]
     hint = nearest(name, allowed) if len(parts) > 1 else _owners(name, allowed)
     raise InputError(f"--set {as_typed(text)}: no such parameter or run setting. {hint}")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
-from wedgebrake.analysis.contacts import contact_summary
+from wedgebrake.analysis.contacts import contact_sentences, contact_summary
 from wedgebrake.analysis.linear_stability import MachineStability
 from wedgebrake.analysis.machine_energy import machine_energy
 from wedgebrake.cli.output import finish, versions
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
     from wedgebrake.model.study import Study
 
-_DIRECTIONS = {1: "slides forwards", -1: "slides backwards", 0: "sticks"}
-# Modes and inertias that are listed one by one.
+# Modes that are listed one by one.
 _MOST_MODES = 12
 _ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
 
@@ -116,7 +115,7 @@ def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
         "at_rest": bool(attrs["at_rest"]),
         "final": {"time": state.time, "angles": state.angles, "speeds": state.speeds},
         "contacts": {
-            str(name): {key: contacts[key].to_numpy()[i] for key in contacts.data_vars}
+            str(name): {str(key): contacts[key].to_numpy()[i] for key in contacts.data_vars}
             for i, name in enumerate(names)
         },
         "events": {
@@ -131,6 +130,7 @@ def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
             },
         },
         "energy": balance,
+        "summary": contact_sentences(response),
     }
 
 
@@ -160,13 +160,10 @@ def describe_machine(machine: Machine) -> str:
 def machine_text(machine: Machine, report: dict[str, Any]) -> str:
     """The text of ``simulate`` of a machine."""
     final = report["final"]
-    lines = [
-        describe_machine(machine),
-        "",
-        f"Response ({report['method']}), {report['start_time']:.6g} to {final['time']:.6g} s:"
-        f" {report['message']}",
-    ]
-    lines += [_contact_text(name, one) for name, one in report["contacts"].items()]
+    span = f"{report['start_time']:.6g} to {final['time']:.6g} s"
+    response = f"Response ({report['method']}), {span}: {report['message']}"
+    lines = [describe_machine(machine), "", response]
+    lines += [f"  {sentence}" for sentence in report["summary"]]
     events = ", ".join(f"{count} {name}" for name, count in report["events"].items())
     lines.append(f"  events: {events or 'none'}")
     if report["energy"]:
@@ -177,41 +174,6 @@ def machine_text(machine: Machine, report: dict[str, Any]) -> str:
     ]
     lines.append(f"  state at t = {final['time']:.6g} s: {'; '.join(states)}")
     return "\n".join(lines)
-
-
-def contacts_text(response: xr.Dataset) -> list[str]:
-    """One line for each contact of a response: how it sticks and slides."""
-    summary = contact_summary(response)
-    return [
-        _contact_text(
-            str(name), {key: summary[key].to_numpy()[i].item() for key in summary.data_vars}
-        ).strip()
-        for i, name in enumerate(summary["contact"].to_numpy())
-    ]
-
-
-def _contact_text(name: str, one: dict[str, Any]) -> str:
-    """How a contact sticks and slides, in one line."""
-    if one["sticks"] == 0:
-        rest = "never sticks"
-    else:
-        longest = f"{' ' if one['sticks'] == 1 else ', the longest '}of {one['longest_rest']:.4g} s"
-        rest = (
-            f"at rest {100.0 * one['rest_share']:.3g} % of the time, in"
-            f" {counted(one['sticks'], 'stick')}{longest}"
-        )
-    since = ""
-    if one["final_side"] == 0 and np.isfinite(one["rest_from"]):
-        since = f" from {one['rest_from']:.6g} s on"
-    return (
-        f"  {name}: {rest}; {counted(one['reversals'], 'reversal')}; torque up to"
-        f" {one['peak_torque']:.4g} N m; {_DIRECTIONS[int(one['final_side'])]} at the end{since}"
-    )
-
-
-def counted(count: int, word: str) -> str:
-    """A number of things: "1 stick", "3 sticks", "no sticks"."""
-    return f"{count or 'no'} {word}{'' if count == 1 else 's'}"
 
 
 def _energy_text(energy: dict[str, Any]) -> list[str]:

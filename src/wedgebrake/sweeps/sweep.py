@@ -114,8 +114,9 @@ def sweep(
     WedgebrakeError
         If the Dask cluster is lost. The store remains valid.
     """
+    parameters = joined(over, parameters)
     plan = make_plan(
-        "sweep", system, joined(over, parameters), periods=periods, transient=transient, limit=limit,
+        "sweep", system, parameters, periods=periods, transient=transient, limit=limit,
         initial=initial, follow=follow, method=method, keep_points=keep_points, rtol=rtol,
         step=step, max_events=max_events, max_steps=max_steps,
     )  # fmt: skip

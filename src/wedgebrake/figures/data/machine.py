@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -185,11 +184,3 @@ def ended(response: xr.Dataset) -> str:
     if status == "completed" and not response.attrs.get("at_rest"):
         return ""
     return str(response.attrs.get("message", status))
-
-
-def system_tables(response: xr.Dataset) -> dict[str, list[dict[str, object]]]:
-    """Tables of the machine of a response; {} if it does not contain them."""
-    try:
-        return dict(json.loads(response.attrs.get("system", "{}")))
-    except (TypeError, ValueError):
-        return {}

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 # Smallest and largest width of a figure [inch] for its type size.
 _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
-    "wb.simulate(...), wb.stability(machine), wb.poincare(...), wb.spectrum(...), wb.bifurcation(...),"
-    " wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
+    "wb.simulate(...), wb.stability(machine), wb.poincare(...), wb.spectrum(...),"
+    " wb.bifurcation(...), wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
     " wb.stability_map(...), or wb.sweep(...) over one or two parameters"
 )
 

@@ -109,7 +109,7 @@ def draw_panel(axes: Axes, data: MachineHistory, panel: Panel) -> None:
     style.few_ticks(axes, x=8, y=5 if panel.height > 1.2 else 3)
     if panel.legend:
         handles, _ = axes.get_legend_handles_labels()
-        style.legend_above(axes, handles, _columns(float(axes.figure.get_figwidth())))
+        style.legend_above(axes, handles, _columns(style.inches_wide(axes)))
 
 
 def _columns(width: float) -> int:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wedgebrake.analysis.linear_stability import MachineStability
-from wedgebrake.figures.data.modes import ModeShape, Modes
+from wedgebrake.figures.data.modes import Modes, ModeShape
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import caption_lines, write_caption
 
@@ -69,6 +69,6 @@ def draw_mode(axes: Axes, inertias: tuple[str, ...], shape: ModeShape, width: fl
     axes.set_yticks([-1.0, 0.0, 1.0])
     axes.set_xlim(-0.35, len(inertias) - 0.65)
     crowded = sum(map(len, inertias)) + 2 * len(inertias) > _FITS * width
-    look = {"rotation": 35.0, "ha": "right", "rotation_mode": "anchor"} if crowded else {}
+    look: Any = {"rotation": 35.0, "ha": "right", "rotation_mode": "anchor"} if crowded else {}
     axes.set_xticks(places, inertias, **look)
     axes.set_title("\n".join(filter(None, shape.title)), fontsize=style.SMALL)
