@@ -73,10 +73,10 @@ def simulate_machine(
 
 def solved(machine: Machine, task: MachineTask, **options: Any) -> MachineAnswer:
     """The answer of the solver; Ctrl-C stops it."""
-    from wedgebrake.solvers.machine.solve import solve
+    from wedgebrake.solvers.machine.solve import solve_machine
 
     return interruptible(
-        lambda: solve(machine, task, **options), stop=lambda: task.stop.fill(True)
+        lambda: solve_machine(machine, task, **options), stop=lambda: task.stop.fill(True)
     )
 
 
