@@ -529,7 +529,7 @@ class Machine:
         while True:
             times = start + 0.5 * step * (_X + 1.0)
             u = self.inputs(times)
-            if self._resolved(u):
+            if self._resolved(u, start / step):
                 flow = self.flow(mode, held, u)
                 solved = self._picard(flow, mode, held, u, state, step)
                 if solved is not None:
@@ -545,10 +545,14 @@ class Machine:
         end = start + step
         return Cell(start, end, step, coefficients, sizes, mode, held, guards, tail, fits)
 
-    def _resolved(self, u: Inputs) -> bool:
-        """Return True if polynomials follow the functions of time to rounding."""
+    def _resolved(self, u: Inputs, late: float) -> bool:
+        """Return True if polynomials follow the functions of time to rounding.
+
+        late : time over step, by which the rounding of the time itself matters more
+        """
         for values, size in zip(u, self.input_sizes, strict=True):
-            if np.any(np.abs(_COEFFICIENTS[-2:] @ values) > 2e-14 * size):
+            room = 2e-14 * size + 4.0 * _EPS * late * np.ptp(values, axis=0)
+            if np.any(np.abs(_COEFFICIENTS[-2:] @ values) > room):
                 return False
         return True
 

@@ -89,6 +89,8 @@ SYMBOLS = {
     "decay": r"\varsigma",
     "steepness": r"\xi",
     "width": "v_0",
+    "speed": "v_0",
+    "tolerance": r"\varepsilon",
     "initial_force": "F_{a0}",
     "slope": r"\delta",
     "amplitude": "T_e",

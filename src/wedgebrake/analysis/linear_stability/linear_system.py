@@ -33,6 +33,8 @@ _RANK = 1e-10
 # Relative size below which damping of a free rotation is rounding.
 _NEUTRAL = 1e-13
 _MOST_STATES = 2000
+# Parts of the time between two samples; even, for Simpson's rule.
+INTERVALS = 16
 
 
 class LinearSystem(NamedTuple):
@@ -121,18 +123,27 @@ def linear_system(machine: Machine, contacts: Sequence[SlidingContact]) -> Linea
     )  # fmt: skip
 
 
-def sampled_system(system: LinearSystem) -> FloatArray:
-    """The matrix that takes the state at a sample, and the delayed forces, to the next sample.
-
-    The forces of each controller follow the state, the one that acts next first.
-    """
+def held_step(system: LinearSystem) -> FloatArray:
+    """The matrix that takes (x, u) through 1/``INTERVALS`` of the time between two samples."""
     from scipy.linalg import expm
 
     assert system.sample_time is not None  # noqa: S101 - only systems with controllers
     size, inputs = system.rates.shape[0], len(system.delays)
     both = np.zeros((size + inputs, size + inputs))
-    both[:size] = system.rates * system.sample_time
-    step = expm(both)[:size]
+    both[:size] = system.rates * (system.sample_time / INTERVALS)
+    step: FloatArray = expm(both)
+    return step
+
+
+def sampled_system(system: LinearSystem, part: FloatArray) -> FloatArray:
+    """The matrix that takes the state at a sample, and the delayed forces, to the next sample.
+
+    The forces of each controller follow the state, the one that acts next first.
+
+    part : the ``held_step``
+    """
+    size = system.rates.shape[0]
+    step = np.linalg.matrix_power(part, INTERVALS)[:size]
     total = size + sum(system.delays)
     if total > _MOST_STATES:
         longest = max(system.delays)

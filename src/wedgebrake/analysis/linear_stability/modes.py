@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability.linear_system import (
+    INTERVALS,
     LinearSystem,
     acting_forces,
+    held_step,
     sampled_system,
 )
 from wedgebrake.model.display import Result
@@ -27,8 +29,6 @@ _ROUNDING = 2.0**-50
 _GONE = 1e-12
 # Share of a contact's torque times its speed below which its power is rounding.
 _NO_POWER = 1e-12
-# Intervals of Simpson's rule for the power between two samples.
-_INTERVALS = 16
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -103,13 +103,18 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
 
     Raises ``InputError`` for delays of controllers that are too long.
     """
-    matrix = system.matrix if system.sample_time is None else sampled_system(system)
+    part = None if system.sample_time is None else held_step(system)
+    matrix = system.matrix if part is None else sampled_system(system, part)
     values, vectors = _eigen(matrix)
     multipliers = None
     if system.sample_time is not None:
         kept = np.abs(values) > _GONE
         multipliers = values
         values, vectors = values[kept], vectors[:, kept]
+    # Errors of multipliers count from 1 on, as rates from 0.
+    largest = float(np.abs(values).max(initial=0.0))
+    if system.sample_time is not None:
+        largest = max(largest, 1.0) / system.sample_time
     still = 0.0 if multipliers is None else 1.0
     neutral = np.argsort(np.abs(values - still))[: system.neutral]
     values[neutral] = still
@@ -123,7 +128,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
             multiplier = None if multipliers is None else complex(values[number])
             modes.append(
                 _mode(
-                    system, contacts, rate, vectors[:, number], multiplier,
+                    system, contacts, rate, vectors[:, number], multiplier, part,
                     rigid=bool(np.any(neutral == number)),
                 )
             )  # fmt: skip
@@ -140,7 +145,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
         tuple(everything),
         None if multipliers is None else tuple(multipliers.tolist()),
         tuple(modes),
-        _ROUNDING * len(matrix) * (_largest(matrix, system)),
+        _ROUNDING * len(matrix) * largest,
     )
 
 
@@ -148,12 +153,6 @@ def _eigen(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """Eigenvalues, and eigenvectors as columns, of a real matrix; complex ones in pairs."""
     values, vectors = np.linalg.eig(matrix)
     return values.astype(complex), vectors.astype(complex)
-
-
-def _largest(matrix: FloatArray, system: LinearSystem) -> float:
-    """A rate [1/s] of which ``_ROUNDING`` is the error of the eigenvalues."""
-    values = np.abs(np.linalg.eigvals(matrix)) if system.sample_time is None else np.ones(1)
-    return float(values.max(initial=0.0)) / (system.sample_time or 1.0)
 
 
 def _rates(system: LinearSystem, multipliers: ComplexArray, vectors: ComplexArray) -> ComplexArray:
@@ -184,6 +183,7 @@ def _mode(
     rate: complex,
     vector: ComplexArray,
     multiplier: complex | None,
+    part: FloatArray | None,
     rigid: bool,
 ) -> Mode:
     """A mode, from its eigenvalue and eigenvector."""
@@ -194,7 +194,7 @@ def _mode(
     if rigid:
         return _rigid(shape, multiplier)
     fed_by = None
-    powers = _powers(system, vector)
+    powers = _powers(system, vector, part)
     if powers.size and powers.max() > 0.0:
         fed_by = contacts[int(np.argmax(powers))]
     size = abs(rate)
@@ -222,14 +222,16 @@ def _normalised(shape: ComplexArray) -> ComplexArray:
     return result
 
 
-def _powers(system: LinearSystem, vector: ComplexArray) -> FloatArray:
+def _powers(
+    system: LinearSystem, vector: ComplexArray, part: FloatArray | None
+) -> FloatArray:
     """Mean power of each contact into a mode, up to a factor; 0 where it is rounding."""
     size = system.rates.shape[0]
     states, weights = vector[:size, None], np.ones(1)
     inputs = np.zeros((0, 1), complex)
-    if system.sample_time is not None:
-        states, inputs = _between_samples(system, vector)
-        weights = np.array([1.0, *[4.0, 2.0] * (_INTERVALS // 2 - 1), 4.0, 1.0])
+    if part is not None:
+        states, inputs = _between_samples(system, vector, part)
+        weights = np.array([1.0, *[4.0, 2.0] * (INTERVALS // 2 - 1), 4.0, 1.0])
     torques = system.torques @ np.concatenate([states, inputs])
     sliding = system.sliding @ states
     products = (torques.conj() * sliding).real
@@ -239,18 +241,12 @@ def _powers(system: LinearSystem, vector: ComplexArray) -> FloatArray:
 
 
 def _between_samples(
-    system: LinearSystem, vector: ComplexArray
+    system: LinearSystem, vector: ComplexArray, part: FloatArray
 ) -> tuple[ComplexArray, ComplexArray]:
     """States and held forces at equidistant times between two samples."""
-    from scipy.linalg import expm
-
-    assert system.sample_time is not None  # noqa: S101 - only systems with controllers
-    size, inputs = system.rates.shape[0], len(system.delays)
-    both = np.zeros((size + inputs, size + inputs))
-    both[:size] = system.rates
-    step = expm(both * (system.sample_time / _INTERVALS))
+    size = system.rates.shape[0]
     path = [np.concatenate([vector[:size], acting_forces(system, vector[:, None])[:, 0]])]
-    for _ in range(_INTERVALS):
-        path.append(step @ path[-1])
+    for _ in range(INTERVALS):
+        path.append(part @ path[-1])
     states = np.array(path).T
     return states[:size], states[size:]

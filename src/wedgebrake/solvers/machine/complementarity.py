@@ -99,12 +99,13 @@ def _at_limit(rest, i):
 def hold(rest, pattern):
     """Find torques with which the contacts of a pattern that do not slide hold; False: none.
 
-    As the limits only matter where contacts depend on each other, those beyond theirs are set to
-    it and the others take the rest.
+    Limits decide on the shares only where contacts depend on each other: then the fewest contacts
+    are set to their limits with which the others can hold the rest.
     """
     side, torque, clamp = pattern
     count = side.size
     free = np.empty(count, np.int64)
+    size = 0
     for i in range(count):
         clamp[i] = 0
         if side[i] != 0:
@@ -116,37 +117,75 @@ def hold(rest, pattern):
         elif rest.limited[i] != 0:
             clamp[i] = rest.limited[i]
             torque[i] = rest.upper[i] if clamp[i] > 0 else rest.lower[i]
-    for _ in range(count + 1):
-        size = 0
-        for i in range(count):
-            if side[i] == 0 and clamp[i] == 0:
-                free[size] = i
-                size += 1
-        right, weights = np.empty((size, 1)), np.empty(size)
-        matrix = np.empty((size, size))
-        for i in range(size):
-            right[i, 0] = -rest.rates[free[i]]
-            for k in range(count):
-                if side[k] != 0 or clamp[k] != 0:
-                    right[i, 0] -= rest.matrix[free[i], k] * torque[k]
-            for k in range(size):
-                matrix[i, k] = rest.matrix[free[i], free[k]]
-            weights[i] = _width(rest, free[i])
-        least_torques(matrix, right, weights, size)
-        for i in range(size):
-            torque[free[i]] = right[i, 0]
-        worst, beyond = -1, 0.0
-        for i in range(size):
-            at = free[i]
-            room = ROUNDING * weights[i]
-            over = max(torque[at] - rest.upper[at], rest.lower[at] - torque[at])
-            if over > room and over / weights[i] > beyond:
-                worst, beyond = at, over / weights[i]
-        if worst < 0:
-            return _is_balanced(rest, side, torque)
-        clamp[worst] = 1 if torque[worst] > rest.upper[worst] else -1
-        torque[worst] = rest.upper[worst] if clamp[worst] > 0 else rest.lower[worst]
+        else:
+            free[size] = i
+            size += 1
+    free = free[:size]
+    unique = _share(rest, pattern, free)
+    if _within(rest, torque, free):
+        return _is_balanced(rest, side, torque)
+    if unique:
+        return False
+    for clamped in range(1, size):
+        for code in range(3**size):
+            if _set_clamps(rest, pattern, free, code) != clamped:
+                continue
+            _share(rest, pattern, free)
+            if _within(rest, torque, free) and _is_balanced(rest, side, torque):
+                return True
     return False
+
+
+@compiled
+def _set_clamps(rest, pattern, free, code):
+    """Set contacts to their limits by the digits of a number; returns how many, or -1."""
+    clamped = 0
+    for i in free:
+        digit = code % 3
+        code //= 3
+        pattern.clamp[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
+        if digit != 0:
+            clamped += 1
+            pattern.torque[i] = rest.upper[i] if digit == 1 else rest.lower[i]
+            if math.isinf(pattern.torque[i]):
+                return -1
+    return clamped
+
+
+@compiled
+def _share(rest, pattern, free):
+    """Set the torques of the contacts that hold and are not at limits; True: they are unique."""
+    side, torque, clamp = pattern
+    chosen = np.empty(free.size, np.int64)
+    size = 0
+    for i in free:
+        if clamp[i] == 0:
+            chosen[size] = i
+            size += 1
+    right, weights = np.empty((size, 1)), np.empty(size)
+    matrix = np.empty((size, size))
+    for i in range(size):
+        right[i, 0] = -rest.rates[chosen[i]]
+        for k in range(side.size):
+            if side[k] != 0 or clamp[k] != 0:
+                right[i, 0] -= rest.matrix[chosen[i], k] * torque[k]
+        for k in range(size):
+            matrix[i, k] = rest.matrix[chosen[i], chosen[k]]
+        weights[i] = _width(rest, chosen[i])
+    unique = least_torques(matrix, right, weights, size)
+    for i in range(size):
+        torque[chosen[i]] = right[i, 0]
+    return unique
+
+
+@compiled
+def _within(rest, torque, free):
+    """Return True if the torques of some contacts are within their limits."""
+    for i in free:
+        room = ROUNDING * _width(rest, i)
+        if torque[i] > rest.upper[i] + room or torque[i] < rest.lower[i] - room:
+            return False
+    return True
 
 
 @compiled

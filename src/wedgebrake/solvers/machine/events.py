@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.jit import compiled, inlined
 from wedgebrake.solvers.machine.cells import size, value
@@ -91,12 +93,12 @@ def settle(problem, run, contacts):
     """
     count = contacts.size
     rest, pattern = at_rest_of(problem, contacts), pattern_of(count)
-    scale, limited = 0.0, run.limited.any()
+    scale, limited, at_rest = 0.0, run.limited.any(), np.int64(0)
     torque, sizes = run.torque, run.sizes
     _load(problem, run, contacts, torque, sizes)
     for i in range(count):
         contact = problem.contacts[contacts[i]]
-        force, _ = _limited_force(problem, contacts[i], run, 0)
+        force, _ = _limited_force(problem, contacts[i], run, at_rest)
         rest.lower[i] = -_times(contact.breakaway_forward, force)
         rest.upper[i] = -_times(contact.breakaway_backward, force)
         rest.forward[i] = -_times(contact.forward, force)
@@ -211,6 +213,26 @@ def follow_bases(problem, run):
 
 
 @compiled
+def settle_arrived(problem, run, cell):
+    """Decide what contacts do whose sliding speed has become zero just where a cell ends.
+
+    Returns (whether there are such contacts, whether there is an answer).
+    """
+    count, arrived = 0, False
+    for number in range(run.modes.size):
+        mode = run.modes[number]
+        if mode.side == 0 or (
+            mode.fresh & bit(GuardKind.ZERO_SPEED, -1) == 0
+            and _has_arrived(problem, run, number, cell)
+        ):
+            run.resting[count] = number
+            count += 1
+            arrived = arrived or mode.side != 0
+    run.limited[:] = 0
+    return arrived, not arrived or settle(problem, run, run.resting[:count])
+
+
+@compiled
 def sample_controllers(problem, run, time):
     """Let the controllers that are due at a time sample, and set their forces."""
     for number in range(run.modes.size):
@@ -276,7 +298,7 @@ def apply_event(problem, run, what, cell):
             arrived = -1
         count = 0
         for other in range(before.size):
-            if run.modes[other].side == 0 or other == arrived or _has_arrived(run, other, cell):
+            if run.modes[other].side == 0 or other == arrived or _has_arrived(problem, run, other, cell):
                 run.resting[count] = other
                 count += 1
         return EventKind.STICK, settle(problem, run, run.resting[:count])
@@ -292,10 +314,10 @@ class Cell(NamedTuple):
 
 
 @compiled
-def _has_arrived(run, number, cell):
+def _has_arrived(problem, run, number, cell):
     """Return True if the speed of a sliding contact has become zero, up to rounding."""
     z, row = run.z, run.work.sliding[number]
-    scale = 0.0
+    scale = problem.contacts[number].base_bound
     for j in range(row.size):
         if row[j] != 0.0:
             reach = 0.0
