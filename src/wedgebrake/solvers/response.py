@@ -26,7 +26,7 @@ _FLAGS: dict[str, dict[str, Any]] = {
 
 def _sections(system: BrakedDriveline, trajectory: Trajectory) -> FloatArray:
     """Times of the sections of a torque that is a signal [s]; none if it has no period."""
-    return trajectory.returns.period * (system.excitation.period or 0.0)
+    return np.asarray(trajectory.returns.period * (system.excitation.period or 0.0))
 
 
 def assemble(

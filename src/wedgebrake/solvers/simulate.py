@@ -125,9 +125,9 @@ def simulate(
             " system.machine."
         )
     check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
-    initial = (0.0, 0.0) if initial is None else initial
     method = choose_method(system, method)
-    task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
+    state = (0.0, 0.0) if initial is None else initial
+    task = _task(system, duration, periods, state, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)
     options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
     choices: dict[str, dict[str, Any]] = {
@@ -202,7 +202,7 @@ def _task(
     system: BrakedDriveline,
     duration: float | None,
     periods: int | None,
-    initial: tuple[float, float],
+    initial: tuple[float, float] | FinalState,
     start_time: float,
     times: ArrayLike | None,
     samples: int,

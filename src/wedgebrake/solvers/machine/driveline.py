@@ -32,8 +32,10 @@ def solve(system: BrakedDriveline, task: Task, *, max_events: int) -> Trajectory
     found = solve_machine(machine, first)
     end = found.final.time
     period = system.excitation.period or 0.0
-    numbers = np.arange(np.ceil(start / period), np.floor(end / period) + 1) if period else []
-    wanted = [task.times[task.times <= end], np.array(numbers) * period, found.events["time"]]
+    numbers = np.empty(0)
+    if period:
+        numbers = np.arange(np.ceil(start / period), np.floor(end / period) + 1)
+    wanted = [task.times[task.times <= end], numbers * period, found.events["time"]]
     answer, parts = _sampled(machine, first, wanted)
     at, sections, events = parts
     angle, velocity = answer.observer.states[:, 0], answer.observer.states[:, 1]
@@ -44,7 +46,7 @@ def solve(system: BrakedDriveline, task: Task, *, max_events: int) -> Trajectory
         velocity=velocity[at],
         brake_torque=0.0 - answer.observer.torque[at, 0],
         sticking=answer.observer.side[at, 0] == 0,
-        returns=Returns(np.array(numbers, np.int64), angle[sections], velocity[sections]),
+        returns=Returns(numbers.astype(np.int64), angle[sections], velocity[sections]),
         events=_events(answer, angle[events], velocity[events]),
         sticks=Sticks(
             columns[0], columns[1], columns[3].astype(np.int8), columns[4].astype(np.int8)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from wedgebrake._version import __version__
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import GROUND
+from wedgebrake.model.signals import as_signal
 from wedgebrake.solvers.machine.assemble import shaft_rows
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 from wedgebrake.solvers.machine.sticks import stick_rows
@@ -82,7 +84,8 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
     angle, speed = observer.states[:reached, :n], observer.states[:reached, n : 2 * n]
     twist = shaft_rows(machine)
     stiffness, damping = (
-        np.array([getattr(one, name) for one in machine.shafts]) for name in ("stiffness", "damping")
+        np.array([getattr(one, name) for one in machine.shafts])
+        for name in ("stiffness", "damping")
     )
     shaft_torque = angle @ twist.T * stiffness + speed @ twist.T * damping
     torque = np.zeros((reached, n))
@@ -91,18 +94,17 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
     sticking = observer.side[:reached] == 0
     sliding = np.zeros((reached, len(machine.contacts)))
     for j, contact in enumerate(machine.contacts):
-        other = contact.base_speed
-        if contact.b != "ground":
+        if contact.b == GROUND:
+            other = as_signal(contact.base_speed)(times)
+        else:
             other = speed[:, machine.index(contact.b)]
-        elif callable(other):
-            other = other(times)
         sliding[:, j] = np.where(sticking[:, j], 0.0, speed[:, machine.index(contact.a)] - other)
     by_inertia, by_contact = ("time", "inertia"), ("time", "contact")
     return {
         "angle": (by_inertia, angle, "rad", "angle"),
         "velocity": (by_inertia, speed, "rad/s", "speed"),
         "torque": (by_inertia, torque, "N m", "external torque"),
-        "shaft_torque": (("time", "shaft"), shaft_torque, "N m", "torque of the shaft on a, reversed"),
+        "shaft_torque": (("time", "shaft"), shaft_torque, "N m", "torque of the shaft against a"),
         "brake_torque": (
             by_contact, 0.0 - observer.torque[:reached], "N m", "torque of the contact against a",
         ),
@@ -135,8 +137,16 @@ def _sticks(answer: MachineAnswer) -> _Table:
         "stick_start": ("s", "beginning of rest", float),
         "stick_end": ("s", "end of rest", float),
         "stick_contact": ("1", "number of the contact", np.int64),
-        "stick_entry": ("1", "sign of the sliding speed before; 0: at rest from the start", np.int8),
-        "stick_exit": ("1", "sign of the sliding speed after; 0: still at rest at the end", np.int8),
+        "stick_entry": (
+            "1",
+            "sign of the sliding speed before; 0: at rest from the start",
+            np.int8,
+        ),
+        "stick_exit": (
+            "1",
+            "sign of the sliding speed after; 0: still at rest at the end",
+            np.int8,
+        ),
     }
     return {
         name: ("stick", column.astype(kind), unit, meaning)

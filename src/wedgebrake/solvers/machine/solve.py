@@ -96,7 +96,15 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
         end = task.end
     final = state_of(machine, problem, run)
     return MachineAnswer(
-        assembled, observer, np.concatenate(events), task.start, sides, outcome, at_rest, cells, final
+        assembled,
+        observer,
+        np.concatenate(events),
+        task.start,
+        sides,
+        outcome,
+        at_rest,
+        cells,
+        final,
     )
 
 
