@@ -27,7 +27,7 @@ def chain(count, contacts):
         inertias=[wb.Inertia(name, 1.0) for name in names],
         shafts=[wb.Shaft(name, "ground", stiffness=1.0) for name in names]
         + [wb.Shaft(a, b, stiffness=1.2) for a, b in zip(names, names[1:], strict=False)],
-        contacts=[contact(name) for name in names[:contacts]],
+        contacts=[contact(name, 1.0 - 0.06 * i) for i, name in enumerate(names[:contacts])],
     )
 
 
