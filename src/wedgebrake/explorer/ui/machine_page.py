@@ -15,8 +15,8 @@ from wedgebrake.model.study import Study
 
 _STARTING = "Simulating; the first start on a machine compiles the solver, about half a minute."
 _HOW = (
-    "Machines with several inertias are shown here, not edited: change the study file, and start the"
-    " explorer again."
+    "Machines with several inertias are shown here, not edited: change the study file, and start"
+    " the explorer again."
 )
 
 
