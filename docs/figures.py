@@ -216,11 +216,10 @@ def _tutorial() -> wb.BrakedDriveline:
 def _gallery(name: str) -> Figure:
     """The figure of a program of the gallery."""
     page = Path(__file__).with_name("gallery.md").read_text(encoding="utf-8")
-    program = re.search(rf"```python\n(# gallery: {name}\n.*?)```", page, flags=re.DOTALL)
-    assert program, name
+    [program] = re.findall(rf"```python\n(# gallery: {name}\n.*?)```", page, flags=re.DOTALL)
     found: dict[str, Figure] = {}
     with contextlib.chdir(Path(__file__).parents[1]), contextlib.redirect_stdout(None):
-        exec(program[1], found)  # noqa: S102 - our own text
+        exec(program, found)  # noqa: S102 - our own text
     return found["figure"]
 
 

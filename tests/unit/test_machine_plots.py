@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -26,8 +28,8 @@ def chain(count, contacts):
     return wb.Machine(
         inertias=[wb.Inertia(name, 1.0) for name in names],
         shafts=[wb.Shaft(name, "ground", stiffness=1.0) for name in names]
-        + [wb.Shaft(a, b, stiffness=1.2) for a, b in zip(names, names[1:], strict=False)],
-        contacts=[contact(name) for name in names[:contacts]],
+        + [wb.Shaft(a, b, stiffness=1.2) for a, b in itertools.pairwise(names)],
+        contacts=[contact(name, 1.0 - 0.06 * i) for i, name in enumerate(names[:contacts])],
     )
 
 
