@@ -47,6 +47,16 @@ def test_what_a_table_is_outside_of_its_times() -> None:
     assert (raised.value.name, raised.value.value) == ("time", 2.5)
 
 
+@pytest.mark.parametrize("after", ["error", "hold"])
+def test_jumps_at_the_ends_of_a_table(after: str) -> None:
+    table = wb.Table([0.0, 0.0, 1.0, 1.0], [9.0, 1.0, 2.0, 7.0], after=after)
+    assert table([0.0, 0.5, 1.0]).tolist() == [1.0, 1.5, 7.0]
+    assert table.integral([0.0, 1.0]).tolist() == [0.0, 1.5]
+    assert wb.Table(table.times, table.values, after="zero").primitive()(1.0) == 0.0
+    repeated = wb.Table(table.times, table.values, periodic=True)
+    assert repeated([0.0, 1.0, 1.5, 2.0]).tolist() == [1.0, 1.0, 1.5, 1.0]
+
+
 def test_a_periodic_table_repeats() -> None:
     table = wb.Table(*JUMPS, periodic=True)
     times = np.array([0.0, 0.25, 1.0, 1.75])
@@ -183,6 +193,20 @@ def test_a_signal_of_ones_own_states_its_primitive_alone() -> None:
     assert pulse.varies
     assert pulse.period is None
     assert pulse.derivative()(1.5) == 0.0
+
+
+def test_a_parameter_of_a_signal_has_a_name_of_its_own() -> None:
+    with pytest.warns(UserWarning, match="shadows"), pytest.raises(wb.InputError) as raised:
+
+        class Pulses(wb.Signal):
+            period: float
+
+    assert raised.value.name == "Pulses.period"
+
+
+def test_a_record_may_die_away() -> None:
+    table = wb.Table([0.0, 1.0, 2.0], [1.0, 1e-70, 1e-320])
+    assert table(1.0) == 1e-70
 
 
 def test_large_tables_integrate_to_rounding() -> None:

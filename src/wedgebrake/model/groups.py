@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Tabular
+from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.signals import number_of
 from wedgebrake.model.validation import check_number
 
@@ -57,18 +58,21 @@ def compute(system: BrakedDriveline) -> Groups:
     mu = system.friction.reference
     static = getattr(system.friction, "static", mu)
     impedance = math.sqrt(line.stiffness * line.inertia)
-    amplitude = system.excitation.amplitude
+    torque = system.excitation
+    sine = isinstance(torque, HarmonicTorque)
+    amplitude = torque.amplitude if sine else None
+    speed = number_of(line.drive_speed)
     initial = number_of(force.initial_force)
     tangent = math.tan(brake.angle) if isinstance(brake, WedgeBrake) else None
     return Groups(
         eta=_ratio(force.slope * brake.radius * mu, line.damping),
-        f=_ratio(system.excitation.angular_frequency, line.natural_frequency),
+        f=_ratio(torque.angular_frequency if sine else None, line.natural_frequency),
         F0=_ratio(None if initial is None else initial * mu * brake.radius, amplitude),
         alpha=None if tangent is None else _ratio(tangent, mu),
         loss_factor=_ratio(line.damping, impedance),
         kinetic=mu,
         static_ratio=_ratio(static, mu),
-        drive=_ratio(line.drive_speed * impedance, amplitude),
+        drive=_ratio(None if speed is None else speed * impedance, amplitude),
     )
 
 
@@ -85,15 +89,23 @@ def _slope(system: BrakedDriveline, eta: float) -> float:
     return eta * system.driveline.damping / lever
 
 
+def _check_sine(system: BrakedDriveline, group: str) -> None:
+    if not isinstance(system.excitation, HarmonicTorque):
+        kind = type(system.excitation).__name__
+        raise _undefined(group, f"the torque is a {kind}, not a HarmonicTorque")
+
+
 def _frequency(system: BrakedDriveline, f: float) -> float:
     if system.driveline.stiffness == 0.0:
         raise _undefined("f", "driveline.stiffness is 0: there is no natural frequency")
+    _check_sine(system, "f")
     if f <= 0.0:
         raise InputError(f"groups.f = {f!r}: must be greater than 0. It is f_e / f_n.")
     return f * system.driveline.natural_frequency / (2.0 * math.pi)
 
 
 def _amplitude(system: BrakedDriveline, initial: float) -> float:
+    _check_sine(system, "F0")
     if initial <= 0.0:
         raise InputError(
             f"groups.F0 = {initial!r}: must be greater than 0. It is F_a0 mu_k R / T_e; for a"

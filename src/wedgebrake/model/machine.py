@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.display import Tabular, unit_of
@@ -19,6 +19,8 @@ from wedgebrake.model.machine_parts import (
     Torque,
 )
 from wedgebrake.model.part import Part, plain_table
+from wedgebrake.model.signal_calculus import common_period
+from wedgebrake.model.signals import Signal
 from wedgebrake.model.validation import unknown, wrong
 
 KINDS: dict[str, type[Named]] = {
@@ -41,10 +43,10 @@ class Machine(Part, Tabular):
 
     table: ClassVar[str] = "machine"
 
-    inertias: tuple[Inertia, ...]
-    shafts: tuple[Shaft, ...] = ()
-    contacts: tuple[Contact, ...] = ()
-    torques: tuple[Torque, ...] = ()
+    inertias: tuple[Inertia, ...] = Field(description="bodies that turn, one or more")
+    shafts: tuple[Shaft, ...] = Field(description="springs and dampers between them", default=())
+    contacts: tuple[Contact, ...] = Field(description="brakes and clutches", default=())
+    torques: tuple[Torque, ...] = Field(description="torques on them", default=())
 
     def __init__(self, /, **data: Any) -> None:
         _check_lists(data)
@@ -80,6 +82,50 @@ class Machine(Part, Tabular):
     def parts(self) -> dict[str, Named]:
         """All parts by name, in order."""
         return {part.name: part for part, _ in self._places()}
+
+    def signals(self) -> dict[str, Signal]:
+        """The signals by dotted name: "engine.signal", "brake.initial_force", "brake.base_speed".
+
+        Actuation forces and speeds of bases that are numbers are left out.
+        """
+        found = {f"{one.name}.signal": one.signal for one in self.torques}
+        for one in self.contacts:
+            values = {"initial_force": one.actuation.initial_force, "base_speed": one.base_speed}
+            for name, value in values.items():
+                if isinstance(value, Signal):
+                    found[f"{one.name}.{name}"] = value
+        return found
+
+    @property
+    def period(self) -> float | None:
+        """The common period of all signals [s]; None without one, 0 if none of them varies.
+
+        Two signals have a common period where the ratio of their frequencies is a fraction with a
+        denominator up to 64.
+        """
+        found = [one.frequencies() for one in self.signals().values()]
+        known = [one for one in found if one is not None]
+        return common_period(sum(known, ()) if len(known) == len(found) else None)
+
+    @property
+    def autonomous(self) -> bool:
+        """True if no signal varies in time; a controller's sampling is no signal."""
+        return self.period == 0.0
+
+    def check_times(self, first: float, last: float) -> None:
+        """Refuse a run from ``first`` to ``last`` [s] that goes beyond a recorded signal.
+
+        Raises ``InputError`` that names the signal and the time.
+        """
+        for name, signal in self.signals().items():
+            begin, end = signal.span
+            for time in (first, last):
+                if not begin <= time <= end:
+                    raise wrong(
+                        name, time, f"in [{begin:.17g}, {end:.17g}] s, where it is known",
+                        "Shorten the run, or state with after='hold', after='zero' or"
+                        " periodic=True how the table goes on.",
+                    )  # fmt: skip
 
     def parameters(self) -> dict[str, float]:
         """All numbers of the machine by dotted name, such as "brake.slope" [SI units]."""
@@ -135,7 +181,7 @@ class Machine(Part, Tabular):
             yield name, one.value, unit_of(one.field)
 
     def index(self, name: str) -> int:
-        """The number of an inertia in ``inertias``; -1 for "ground"."""
+        """Return the number of an inertia in ``inertias``, by its ``name``; -1 for "ground"."""
         if name == GROUND:
             return -1
         names = [one.name for one in self.inertias]

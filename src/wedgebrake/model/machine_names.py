@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine_parts import Contact, Named, Torque
 from wedgebrake.model.part import Part, given
-from wedgebrake.model.validation import is_number, named
+from wedgebrake.model.validation import is_number, moved, named
 
 _Changes = list[tuple[list[str], Any]]
 
@@ -63,8 +63,12 @@ def replaced(parts: Mapping[str, Named], changes: Mapping[str, Any]) -> dict[str
     for name, value in changes.items():
         first, *rest = name.split(".")
         if first not in parts:
+            hint = nearest(first, parts)
+            meant = [one for one in numbers(parts) if one.endswith(f".{first}")]
+            if meant and not rest:
+                hint = nearest(meant[0], meant[:3])
             raise InputError(
-                f"{named(first)}: no such part of the machine. {nearest(first, parts)}",
+                f"{named(first)}: no such part of the machine. {hint}",
                 name=name, value=value, allowed=tuple(parts),
             )  # fmt: skip
         if rest:
@@ -107,7 +111,7 @@ def _changed(part: Any, changes: _Changes, path: str) -> Any:
     try:
         return type(part)(**values)
     except InputError as error:
-        raise _moved(error, path) from None
+        raise moved(error, path) from None
 
 
 def _changed_items(parts: tuple[Any, ...], changes: _Changes, path: str) -> tuple[Any, ...]:
@@ -147,15 +151,3 @@ def _child_with(part: Part, own: Mapping[str, Any], name: str, value: Any, path:
         f"{path}.{named(name)}: no such parameter. {nearest(name, allowed)}",
         name=f"{path}.{name}", value=value, allowed=tuple(allowed),
     )  # fmt: skip
-
-
-def _moved(error: InputError, path: str) -> InputError:
-    """The error of a part, with the dotted name in place of the part's."""
-    table, _, rest = (error.name or "").partition(".")
-    if not rest or table == path:
-        return error
-    text = "\n".join(
-        f"{path}.{line.removeprefix(f'{table}.')}" if line.startswith(f"{table}.") else line
-        for line in str(error).split("\n")
-    )
-    return InputError(text, name=f"{path}.{rest}", value=error.value, allowed=error.allowed)

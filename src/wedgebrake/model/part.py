@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from types import UnionType
+from typing import Any, ClassVar, Union, get_args, get_origin
 
 import numpy as np
 from pydantic import (
@@ -15,6 +16,7 @@ from pydantic import (
     field_validator,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.validation import explain
@@ -85,6 +87,13 @@ def given(part: Part) -> dict[str, Any]:
     """Values that a part was given, in the order of its fields; defaults are left out."""
     names = type(part).model_fields
     return {name: getattr(part, name) for name in names if name in part.model_fields_set}
+
+
+def is_numeric(field: FieldInfo) -> bool:
+    """Return True for a field that always holds a float, or a signal instead."""
+    union = get_origin(field.annotation) in (Union, UnionType)
+    kinds = get_args(field.annotation) if union else (field.annotation,)
+    return float in kinds and type(None) not in kinds
 
 
 def plain_fields(part: Part) -> dict[str, Any]:

@@ -8,13 +8,21 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, SerializeAsAny
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    SerializeAsAny,
+    WithJsonSchema,
+)
 from pydantic_core import CoreSchema, core_schema
 
+from wedgebrake.errors import InputError
 from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import Chosen, Positional
 from wedgebrake.model.signal_calculus import FloatArray
-from wedgebrake.model.validation import is_number, plain, wrong
+from wedgebrake.model.validation import check_choice, is_number, plain, wrong
 
 LARGEST = 1e15
 """Largest magnitude of the values of a signal."""
@@ -38,6 +46,17 @@ class Signal(Positional, Chosen):
     kinds: ClassVar[dict[str, type[Any]]] = {}
     # NumPy leaves the product of a scalar of its own and a signal to the signal.
     __array_ufunc__: ClassVar[None] = None
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        for name in cls.model_fields:
+            if hasattr(Signal, name):
+                raise InputError(
+                    f"{cls.__name__}.{name}: must have another name, as every signal has {name}."
+                    " Rename the parameter.",
+                    name=f"{cls.__name__}.{name}", allowed="another name",
+                )  # fmt: skip
 
     @abstractmethod
     def primitive(self) -> Signal:
@@ -161,15 +180,30 @@ def _is(value: object, kind: str) -> bool:
 
 
 def as_signal(value: Any) -> Any:
-    """Convert a number to a constant signal; return a signal as it is.
+    """Convert a number to a constant signal and a table with its kind to that signal.
 
-    Raises ``ValueError`` for anything else.
+    Raises ``ValueError`` for anything else but a signal, which is returned as it is.
     """
+    if isinstance(value, dict):
+        return signal_from(value)
     if is_number(value):
         return Signal.kinds["constant"](value=plain(value))
     if not isinstance(value, Signal):
         raise ValueError(f"must be {_ALLOWED}.")
     return value
+
+
+def signal_from(table: dict[str, Any]) -> Signal:
+    """A signal from a table of its kind and its values, as a study file holds it."""
+    values = dict(table)
+    if "kind" not in values:
+        raise InputError(
+            f"signal.kind: missing. Allowed: {', '.join(sorted(Signal.kinds))}.",
+            name="signal.kind", allowed=tuple(sorted(Signal.kinds)),
+        )  # fmt: skip
+    kind = check_choice("signal.kind", values.pop("kind"), sorted(Signal.kinds))
+    found: Signal = Signal.kinds[kind](**values)
+    return found
 
 
 def number_of(value: float | Signal) -> float | None:
@@ -179,7 +213,13 @@ def number_of(value: float | Signal) -> float | None:
     return None if value.varies else float(value(max(0.0, value.span[0])))
 
 
-SignalField = Annotated[SerializeAsAny[Signal], BeforeValidator(as_signal)]
+A_SIGNAL = "signal"
+"""Title of the place of a signal in a schema."""
+SignalField = Annotated[
+    SerializeAsAny[Signal],
+    BeforeValidator(as_signal),
+    WithJsonSchema({"title": A_SIGNAL, "type": "object"}),
+]
 """Annotation of a field that holds a signal; numbers are converted."""
 
 
@@ -192,9 +232,17 @@ class OrSignal:
     def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         number = handler.generate_schema(Annotated[float, Field(ge=self.ge, le=self.le)])
         return core_schema.no_info_wrap_validator_function(
-            lambda value, check: value if isinstance(value, Signal) else check(value),
+            lambda value, check: (
+                as_signal(value) if isinstance(value, Signal | dict) else check(value)
+            ),
             number,
             serialization=core_schema.plain_serializer_function_ser_schema(
                 lambda value: value.model_dump() if isinstance(value, Signal) else value
             ),
         )
+
+    def __get_pydantic_json_schema__(
+        self, _: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        number = {"type": "number", "minimum": self.ge, "maximum": self.le}
+        return {"anyOf": [number, {"title": A_SIGNAL, "type": "object"}]}

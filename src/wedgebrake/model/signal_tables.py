@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import field_validator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from wedgebrake.model.part import parameter
 from wedgebrake.model.signal_calculus import FloatArray, running_sum
@@ -77,6 +77,12 @@ class Table(Signal):
     @classmethod
     def _listed(cls, value: Any) -> Any:
         return np.asarray(value).tolist() if hasattr(value, "__array__") else value
+
+    @field_validator("*")
+    @classmethod
+    def _not_vanishing(cls, value: Any, info: ValidationInfo) -> Any:  # noqa: ARG003
+        """Allow small values, as of a record that dies away: no powers of them are formed."""
+        return value
 
     @model_validator(mode="after")
     def _consistent(self) -> Table:
@@ -180,8 +186,7 @@ class Table(Signal):
             return np.asarray(found)
         outside = (0.0, 0.0) if self.after == "zero" else (values[0], values[-1])
         found = np.where(local < times[0], outside[0], found)
-        beyond = local > times[-1] if self.after == "error" else local >= times[-1]
-        return np.asarray(np.where(beyond, outside[1], found))
+        return np.asarray(np.where(local >= times[-1], outside[1], found))
 
     def _integral(self, time: FloatArray) -> FloatArray:
         return np.asarray(self._area(time) - self._area(np.zeros(())))

@@ -10,11 +10,11 @@ import math
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import parameter
 from wedgebrake.model.signal_base import (
+    A_SIGNAL,
     LARGEST,
     OrSignal,
     Signal,
@@ -25,8 +25,8 @@ from wedgebrake.model.signal_base import (
 from wedgebrake.model.signal_calculus import FloatArray
 
 __all__ = [
-    "LARGEST", "Constant", "Harmonic", "OrSignal", "Product", "Signal", "SignalField", "Sum",
-    "as_signal", "number_of",
+    "A_SIGNAL", "LARGEST", "Constant", "Harmonic", "OrSignal", "Product", "Signal", "SignalField",
+    "Sum", "as_signal", "number_of",
 ]  # fmt: skip
 
 
@@ -151,9 +151,10 @@ class Harmonic(Signal):
 class _Combined(Signal):
     """A sum or product of signals."""
 
-    signals: tuple[SignalField, ...] = Field(
-        description="signals to combine", min_length=1, max_length=10_000, strict=False
-    )
+    signals: tuple[SignalField, ...] = parameter(
+        "signals to combine", unit="-", example=[300.0, 20.0], min_length=1, max_length=10_000,
+        strict=False,
+    )  # fmt: skip
 
     def primitive(self) -> Signal:
         """The same of the primitive signals."""

@@ -9,6 +9,7 @@ what pydantic finds wrong in a ``Part``.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Mapping
 from functools import lru_cache
 from typing import Annotated, Any, TypeVar, get_args
@@ -126,7 +127,7 @@ def shown(value: object) -> str:
 
 def named(name: str) -> str:
     """Return a name as it was given, in quotation marks if it is not a plain word."""
-    word = name.replace("-", "").replace("_", "").isalnum() and len(name) <= 60
+    word = re.sub(r"[-_.]", "", name).isalnum() and len(name) <= 60
     return name if word and name.isascii() else shown(name)
 
 
@@ -173,6 +174,8 @@ def _error(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) ->
         why = detail["ctx"]["error"]
         if not location:
             return why if isinstance(why, InputError) else InputError(str(why))
+        if isinstance(why, InputError) and why.name:
+            return moved(why, name)
         allowed = str(why).removeprefix("must be ").split(". ")[0].rstrip(".")
         text = f"{name} = {shown(value)}: {why}{way_out}"
         return InputError(text, name=name, value=value, allowed=allowed)
@@ -185,6 +188,19 @@ def _error(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) ->
     slip = _slip(kind, location, value)
     text = f"{name} = {shown(value)}: must be {allowed}.{slip}{way_out}"
     return InputError(text, name=name, value=value, allowed=allowed)
+
+
+def moved(error: InputError, path: str) -> InputError:
+    """The error of a part, with a path in place of the part's name."""
+    part, _, rest = (error.name or "").partition(".")
+    if not rest or part == path:
+        return error
+    joint = "" if rest.startswith("[") else "."
+    text = "\n".join(
+        f"{path}{joint}{line.removeprefix(f'{part}.')}" if line.startswith(f"{part}.") else line
+        for line in str(error).split("\n")
+    )
+    return InputError(text, name=f"{path}{joint}{rest}", value=error.value, allowed=error.allowed)
 
 
 def _path(table: str, location: tuple[int | str, ...]) -> str:

@@ -100,6 +100,7 @@ class MachineStability(Result):
     stable   : steady sliding exists, and small vibration decays in each case that exists
     critical : the case that exists whose vibration grows fastest; None if none exists
     verdict  : the above in words
+    inertias : their names, in the order of the shapes
 
     ``modes``, ``eigenvalues``, ``multipliers`` and ``growth_rate`` are those of ``critical``.
     """
@@ -108,6 +109,7 @@ class MachineStability(Result):
     stable: bool
     critical: SlidingCase | None
     verdict: str
+    inertias: tuple[str, ...]
 
     @property
     def modes(self) -> tuple[Mode, ...]:
@@ -133,7 +135,8 @@ class MachineStability(Result):
         """Plain values, for JSON; ``critical`` is its number among the cases."""
         number = next((i for i, one in enumerate(self.cases) if one is self.critical), None)
         cases = [one.as_dict() for one in self.cases]
-        return dict(vars(self)) | {"cases": cases, "critical": number}
+        plain = {"cases": cases, "critical": number, "inertias": list(self.inertias)}
+        return dict(vars(self)) | plain
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         yield "stable", "yes" if self.stable else "no", ""
@@ -162,7 +165,8 @@ def machine_stability(
         )
     if existing:
         words.append(f"Linearly {'stable' if stable else 'unstable'}.")
-    return MachineStability(cases, stable, critical, " ".join(words))
+    names = tuple(one.name for one in machine.inertias)
+    return MachineStability(cases, stable, critical, " ".join(words), names)
 
 
 def _case(machine: Machine, speeds: FloatArray, directions: tuple[int, ...]) -> SlidingCase:

@@ -13,8 +13,7 @@ from wedgebrake.analysis.linear_stability.damping import is_constant
 from wedgebrake.analysis.linear_stability.verdict import driveline_stability
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,7 +45,7 @@ def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     """
     import xarray as xr
 
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     values = _grid(system, axes)
     sliding = system.brake.radius * abs(system.driveline.drive_speed)
     constant = is_constant(system.friction, sliding)

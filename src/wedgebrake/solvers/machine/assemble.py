@@ -213,6 +213,7 @@ def _contact(
     row["b"] = -1 if contact.b == GROUND else machine.index(contact.b)
     row["force"], row["initial_force"] = _input(given.initial_force, start, programs)
     row["base"], row["base_speed"] = _input(contact.base_speed, start, programs)
+    row["base_bound"] = as_signal(contact.base_speed).bound
     row["base_rate"] = row["held"] = -1
     row["slope"] = given.slope
     row["lag"] = _lag_order(given)

@@ -7,11 +7,12 @@ import numpy as np
 from wedgebrake.dynamics.jit import compiled, inlined
 from wedgebrake.solvers.machine.problem import TERMS
 
-# Terms that a series needs to reach rounding, by 16 times the product of cell and norm: the
+# Terms that a series needs to reach rounding, by 16 times the product of cell and growth: the
 # largest term left out, product^n/n!, is below 1e-18.
+_FEWEST = 6  # so that products of two tables are exact
 _NEEDED = np.array(
-    [4] + [
-        next(n for n in range(4, 200) if n * math.log(q / 16) - math.lgamma(n + 1) < math.log(1e-18))
+    [_FEWEST] + [
+        next(n for n in range(_FEWEST, 200) if n * math.log(q / 16) - math.lgamma(n + 1) < math.log(1e-18))
         for q in range(1, 33)
     ]
 )  # fmt: skip
@@ -19,7 +20,7 @@ _NEEDED = np.array(
 
 @compiled
 def terms_for(product):
-    """Number of terms for a cell, from its length times the norm of the system, at most 2."""
+    """Number of terms for a cell, from its length times the growth of the series, at most 2."""
     place = int(math.ceil(16.0 * product - 1e-9))
     return min(_NEEDED[min(max(place, 0), 32)] + 1, TERMS)
 

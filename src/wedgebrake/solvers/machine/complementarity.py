@@ -11,27 +11,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.solvers.machine.least_torques import least_torques
 from wedgebrake.solvers.machine.modes import compliance
 
 ROUNDING = 1e-11
 """Relative size of rates and torques that are rounding."""
-_SINGULAR = 1e-10
 
 
 class AtRest(NamedTuple):
     """Contacts at rest at an instant, as numbers.
 
-    contacts : (count,) their numbers
+    a, b     : (count,) inertias that they join, the ground is the number of inertias
     matrix   : (count, count) G
     rates    : (count,) c
     scale    : (1,) of c: the sum of the sizes of what it is made of
     lower, upper   : (count,) limits of the torque that holds
     forward, backward : (count,) torque of sliding
     limited  : (count,) -1 or 1 where the torque has just reached a limit and would exceed it
+    clamped  : (count,) -1 or 1 where the torque has been at a limit since others held the rest, and
+               another one has reached its limit now
     """
 
-    contacts: Any
+    a: Any
+    b: Any
     matrix: Any
     rates: Any
     scale: Any
@@ -40,6 +43,7 @@ class AtRest(NamedTuple):
     forward: Any
     backward: Any
     limited: Any
+    clamped: Any
 
 
 class Pattern(NamedTuple):
@@ -63,38 +67,19 @@ def pattern_of(count):
 
 @compiled
 def at_rest_of(problem, contacts):
-    """Room for ``AtRest``, with G of some contacts."""
-    count = contacts.size
-    matrix = np.empty((count, count))
+    """Room for ``AtRest``, with the inertias of some contacts and their G."""
+    count, ground = contacts.size, problem.inverse.size
+    matrix, ends = np.empty((count, count)), np.empty((2, count), np.int64)
     for i in range(count):
+        contact = problem.contacts[contacts[i]]
+        ends[0, i], ends[1, i] = contact.a, contact.b if contact.b >= 0 else ground
         for k in range(count):
             matrix[i, k] = compliance(problem, contacts[i], contacts[k])
-    numbers = np.empty((5, count))
+    numbers, sides = np.empty((5, count)), np.zeros((2, count), np.int64)
     return AtRest(
-        contacts, matrix, numbers[0], np.zeros(1), numbers[1], numbers[2], numbers[3], numbers[4],
-        np.empty(count, np.int64),
+        ends[0], ends[1], matrix, numbers[0], np.zeros(1), numbers[1], numbers[2], numbers[3],
+        numbers[4], sides[0], sides[1],
     )  # fmt: skip
-
-
-@compiled
-def _least(matrix, right, weights):
-    """(torques, residual): matrix torques = right with the least sum (torque/weight)^2."""
-    count = right.size
-    if count == 1:
-        return right / matrix[0, 0], 0.0
-    if count == 2:
-        a, b, c = matrix[0, 0], matrix[0, 1], matrix[1, 1]
-        determinant = a * c - b * b
-        if determinant > _SINGULAR * a * c:
-            one = (c * right[0] - b * right[1]) / determinant
-            return np.array([one, (a * right[1] - b * right[0]) / determinant]), 0.0
-    scaled = np.empty((count, count))
-    for i in range(count):
-        for k in range(count):
-            scaled[i, k] = matrix[i, k] * weights[k]
-    solution = np.linalg.pinv(scaled, _SINGULAR) @ right
-    left = scaled @ solution - right
-    return weights * solution, np.abs(left).max()
 
 
 @compiled
@@ -104,83 +89,127 @@ def _width(rest, i):
     return width if 0.0 < width < math.inf else 1.0
 
 
+@inlined
+def _at_limit(rest, i):
+    """-1 or 1 where a holding torque is at a limit, else 0."""
+    return rest.limited[i] if rest.limited[i] != 0 else rest.clamped[i]
+
+
 @compiled
 def hold(rest, pattern):
     """Find torques with which the contacts of a pattern that do not slide hold; False: none.
 
-    As the limits only matter where contacts depend on each other, those beyond theirs are set to
-    it and the others take the rest.
+    Limits decide on the shares only where contacts depend on each other: then the fewest contacts
+    are set to their limits with which the others can hold the rest.
     """
     side, torque, clamp = pattern
     count = side.size
     free = np.empty(count, np.int64)
+    size = 0
     for i in range(count):
         clamp[i] = 0
         if side[i] != 0:
             torque[i] = rest.forward[i] if side[i] > 0 else rest.backward[i]
             if math.isinf(torque[i]):
                 return False
+        elif _at_limit(rest, i) != 0 and not _is_relieved(rest, side, i):
+            return False
         elif rest.limited[i] != 0:
-            if not _depends(rest, side, i):
-                return False
             clamp[i] = rest.limited[i]
             torque[i] = rest.upper[i] if clamp[i] > 0 else rest.lower[i]
-    for _ in range(count + 1):
-        size = 0
-        for i in range(count):
-            if side[i] == 0 and clamp[i] == 0:
-                free[size] = i
-                size += 1
-        right, weights = np.empty(size), np.empty(size)
-        matrix = np.empty((size, size))
-        for i in range(size):
-            right[i] = -rest.rates[free[i]]
-            for k in range(count):
-                if side[k] != 0 or clamp[k] != 0:
-                    right[i] -= rest.matrix[free[i], k] * torque[k]
-            for k in range(size):
-                matrix[i, k] = rest.matrix[free[i], free[k]]
-            weights[i] = _width(rest, free[i])
-        if size > 0:
-            found, residual = _least(matrix, right, weights)
-            if residual > ROUNDING * rest.scale[0]:
-                return False
-            for i in range(size):
-                torque[free[i]] = found[i]
-        worst, beyond = -1, 0.0
-        for i in range(size):
-            at = free[i]
-            room = ROUNDING * weights[i]
-            over = max(torque[at] - rest.upper[at], rest.lower[at] - torque[at])
-            if over > room and over / weights[i] > beyond:
-                worst, beyond = at, over / weights[i]
-        if worst < 0:
-            return _is_balanced(rest, side, torque)
-        clamp[worst] = 1 if torque[worst] > rest.upper[worst] else -1
-        torque[worst] = rest.upper[worst] if clamp[worst] > 0 else rest.lower[worst]
+        else:
+            free[size] = i
+            size += 1
+    free = free[:size]
+    unique = _share(rest, pattern, free)
+    if _within(rest, torque, free):
+        return _is_balanced(rest, side, torque)
+    if unique:
+        return False
+    for clamped in range(1, size):
+        for code in range(3**size):
+            if _set_clamps(rest, pattern, free, code) != clamped:
+                continue
+            _share(rest, pattern, free)
+            if _within(rest, torque, free) and _is_balanced(rest, side, torque):
+                return True
     return False
 
 
 @compiled
-def _depends(rest, side, which):
-    """Return True if others that hold can take the torque of one."""
-    count, size = side.size, 0
-    others = np.empty(count, np.int64)
-    for i in range(count):
-        if side[i] == 0 and i != which and rest.limited[i] == 0:
-            others[size] = i
+def _set_clamps(rest, pattern, free, code):
+    """Set contacts to their limits by the digits of a number; returns how many, or -1."""
+    clamped = 0
+    for i in free:
+        digit = code % 3
+        code //= 3
+        pattern.clamp[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
+        if digit != 0:
+            clamped += 1
+            pattern.torque[i] = rest.upper[i] if digit == 1 else rest.lower[i]
+            if math.isinf(pattern.torque[i]):
+                return -1
+    return clamped
+
+
+@compiled
+def _share(rest, pattern, free):
+    """Set the torques of the contacts that hold and are not at limits; True: they are unique."""
+    side, torque, clamp = pattern
+    chosen = np.empty(free.size, np.int64)
+    size = 0
+    for i in free:
+        if clamp[i] == 0:
+            chosen[size] = i
             size += 1
-    if size == 0:
-        return False
-    matrix, column = np.empty((size + 1, size)), np.empty(size + 1)
-    for k in range(size):
-        for i in range(size):
-            matrix[i, k] = rest.matrix[others[i], others[k]]
-        matrix[size, k] = rest.matrix[which, others[k]]
-        column[k] = rest.matrix[others[k], which]
-    column[size] = rest.matrix[which, which]
-    solution = np.linalg.pinv(matrix, _SINGULAR) @ column
-    return np.abs(matrix @ solution - column).max() <= ROUNDING * column[size]
+    right, weights = np.empty((size, 1)), np.empty(size)
+    matrix = np.empty((size, size))
+    for i in range(size):
+        right[i, 0] = -rest.rates[chosen[i]]
+        for k in range(side.size):
+            if side[k] != 0 or clamp[k] != 0:
+                right[i, 0] -= rest.matrix[chosen[i], k] * torque[k]
+        for k in range(size):
+            matrix[i, k] = rest.matrix[chosen[i], chosen[k]]
+        weights[i] = _width(rest, chosen[i])
+    unique = least_torques(matrix, right, weights, size)
+    for i in range(size):
+        torque[chosen[i]] = right[i, 0]
+    return unique
+
+
+@compiled
+def _within(rest, torque, free):
+    """Return True if the torques of some contacts are within their limits."""
+    for i in free:
+        room = ROUNDING * _width(rest, i)
+        if torque[i] > rest.upper[i] + room or torque[i] < rest.lower[i] - room:
+            return False
+    return True
+
+
+@compiled
+def _is_relieved(rest, side, which):
+    """Return True if others that hold can take torque from one that is at its limit.
+
+    They can if they form a path between its two inertias on which none is at its own limit in the
+    direction needed.
+    """
+    begin, end = rest.a[which], rest.b[which]
+    if _at_limit(rest, which) < 0:
+        begin, end = end, begin
+    reached = np.zeros(max(rest.a.max(), rest.b.max()) + 1, np.bool_)
+    reached[begin] = True
+    for _ in range(side.size):
+        for i in range(side.size):
+            if side[i] != 0 or i == which:
+                continue
+            a, b = rest.a[i], rest.b[i]
+            if reached[a] and _at_limit(rest, i) <= 0:
+                reached[b] = True
+            if reached[b] and _at_limit(rest, i) >= 0:
+                reached[a] = True
+    return reached[end]
 
 
 @compiled
@@ -212,21 +241,50 @@ def _slips_apart(rest, pattern):
         if side != 0:
             forwards = side * rate(rest, pattern.torque, i)
             room = ROUNDING * rest.scale[0]
-            if forwards < -room or (forwards <= room and side != -rest.limited[i]):
+            if forwards < -room or (forwards <= room and side != -_at_limit(rest, i)):
                 return False
     return True
+
+
+@compiled
+def _shares(rest):
+    """Share of its limit that each contact would have if all held."""
+    count = rest.a.size
+    torque = np.empty((count, 1))
+    weights = np.empty(count)
+    for i in range(count):
+        torque[i, 0], weights[i] = -rest.rates[i], _width(rest, i)
+    least_torques(rest.matrix, torque, weights, count)
+    for i in range(count):
+        limit = abs(rest.upper[i] if torque[i, 0] > 0.0 else rest.lower[i])
+        weights[i] = abs(torque[i, 0]) / limit if limit > 0.0 else math.inf
+    return weights
+
+
+@compiled
+def _releases_larger(shares, side, best):
+    """Return True if the contacts that slide have larger shares than those that do in ``best``.
+
+    The largest ones decide that differ.
+    """
+    one, other = np.sort(shares[side != 0]), np.sort(shares[best != 0])
+    for i in range(one.size - 1, -1, -1):
+        if one[i] != other[i]:
+            return one[i] > other[i]
+    return False
 
 
 @compiled
 def solve(rest, best):
     """Find the pattern of sticks and slips; False: there is none.
 
-    Of patterns in which as many hold, the one with the smallest share of a limit is taken.
+    Of patterns in which as many hold, the one is taken that releases those with the largest shares
+    of their limits, if all held.
     """
-    count = rest.contacts.size
-    trial = pattern_of(count)
+    count = rest.a.size
+    trial, shares = pattern_of(count), np.empty(0)
     for sliding in range(count + 1):
-        least = math.inf
+        found = 0
         for code in range(3**count):
             left, slips = code, 0
             for i in range(count):
@@ -236,15 +294,13 @@ def solve(rest, best):
                 left //= 3
             if slips != sliding or not hold(rest, trial) or not _slips_apart(rest, trial):
                 continue
-            share = 0.0
-            for i in range(count):
-                if trial.side[i] == 0:
-                    share = max(share, abs(trial.torque[i]) / _width(rest, i))
-            if share < least:
-                least = share
+            found += 1
+            if found == 2:
+                shares = _shares(rest)
+            if found == 1 or _releases_larger(shares, trial.side, best.side):
                 best.side[:] = trial.side
                 best.torque[:] = trial.torque
                 best.clamp[:] = trial.clamp
-        if least < math.inf:
+        if found > 0:
             return True
     return False

@@ -1,6 +1,9 @@
 """Events: sticks, slips, reversals, and forces at their limits change the modes of the contacts."""
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.jit import compiled, inlined
@@ -16,8 +19,12 @@ from wedgebrake.solvers.machine.modes import GuardKind, bit, slip_row, unlimited
 
 FLAT = 1 << 10
 """Bit of ``fresh``: slip has begun without a rate, as a holding torque has reached its limit."""
-# Relative size of a sliding speed that is rounding: at the start, and after a stick.
-_AT_START, _AFTER_STICK = 1e-14, 1e-9
+# Relative size of a sliding speed at the start that is rounding.
+_AT_START = 1e-14
+# Share of the speed of a base beyond which a change is a jump.
+_JUMP = 1e-9
+# Share of the change of a speed in a cell within which two contacts come to rest together.
+_TOGETHER = 1e-13
 
 
 @compiled
@@ -86,12 +93,12 @@ def settle(problem, run, contacts):
     """
     count = contacts.size
     rest, pattern = at_rest_of(problem, contacts), pattern_of(count)
-    scale = 0.0
+    scale, limited, at_rest = 0.0, run.limited.any(), np.int64(0)
     torque, sizes = run.torque, run.sizes
     _load(problem, run, contacts, torque, sizes)
     for i in range(count):
         contact = problem.contacts[contacts[i]]
-        force, _ = _limited_force(problem, contacts[i], run, 0)
+        force, _ = _limited_force(problem, contacts[i], run, at_rest)
         rest.lower[i] = -_times(contact.breakaway_forward, force)
         rest.upper[i] = -_times(contact.breakaway_backward, force)
         rest.forward[i] = -_times(contact.forward, force)
@@ -109,6 +116,7 @@ def settle(problem, run, contacts):
             size_ += problem.inverse[contact.a] * max(abs(rest.lower[i]), abs(rest.upper[i]))
         scale = max(scale, size_)
         rest.limited[i] = run.limited[contacts[i]]
+        rest.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
     rest.scale[0] = scale
     if count == 1:
         _settle_one(rest, pattern)
@@ -150,7 +158,7 @@ def _set_line(problem, number, speed, mode):
     """Set the line of the torque of a sliding contact."""
     contact = problem.contacts[number]
     mode.line = 0
-    if contact.lines_forward == 0:
+    if contact.lines_forward == 0 or mode.side == 0:
         return
     line = 0 if speed > 0.0 else contact.lines_forward
     last = contact.lines_forward + (0 if speed > 0.0 else contact.lines_backward)
@@ -160,27 +168,68 @@ def _set_line(problem, number, speed, mode):
 
 
 @compiled
-def classify(problem, run, at_start):
-    """Set the modes by the sliding speeds, at the start and where the speed of a base may jump.
+def set_sides(run):
+    """Set the sides of the contacts by their sliding speeds, at the start."""
+    for number in range(run.modes.size):
+        row = run.work.sliding[number]
+        speed = value(row, run.z)
+        at_rest = abs(speed) <= _AT_START * size(row, run.z)
+        run.modes[number].side = 0 if at_rest else (1 if speed > 0.0 else -1)
 
-    Returns False if there is no answer.
-    """
+
+@compiled
+def classify(problem, run):
+    """Set the modes by the sides of sliding; returns False if there is no answer."""
     count, resting = 0, run.resting
     for number in range(run.modes.size):
-        mode, row = run.modes[number], run.work.sliding[number]
-        speed = value(row, run.z)
-        room = _AFTER_STICK if not at_start and mode.side == 0 else _AT_START
+        mode = run.modes[number]
         mode.clamp, mode.fresh = 0, 0
-        if abs(speed) <= room * size(row, run.z):
+        _set_line(problem, number, value(run.work.sliding[number], run.z), mode)
+        if mode.side == 0:
             resting[count] = number
             count += 1
-            mode.side, mode.line = 0, 0
-        else:
-            mode.side = 1 if speed > 0.0 else -1
-            _set_line(problem, number, speed, mode)
         _, mode.clip = _limited_force(problem, number, run, mode.side)
     run.limited[:] = 0
     return count == 0 or settle(problem, run, resting[:count])
+
+
+@compiled
+def follow_bases(problem, run):
+    """Set the sides of contacts whose base has changed its speed suddenly.
+
+    Returns whether there are such contacts.
+    """
+    jumped = False
+    for number in range(run.modes.size):
+        contact, mode = problem.contacts[number], run.modes[number]
+        if contact.base < 0:
+            continue
+        speed = value(run.work.sliding[number], run.z)
+        room = _JUMP * contact.base_bound
+        if (mode.side == 0 and abs(speed) > room) or mode.side * speed < -room:
+            mode.side = 1 if speed > 0.0 else -1
+            jumped = True
+    return jumped
+
+
+@compiled
+def settle_arrived(problem, run, cell):
+    """Decide what contacts do whose sliding speed has become zero just where a cell ends.
+
+    Returns (whether there are such contacts, whether there is an answer).
+    """
+    count, arrived = 0, False
+    for number in range(run.modes.size):
+        mode = run.modes[number]
+        if mode.side == 0 or (
+            mode.fresh & bit(GuardKind.ZERO_SPEED, -1) == 0
+            and _has_arrived(problem, run, number, cell)
+        ):
+            run.resting[count] = number
+            count += 1
+            arrived = arrived or mode.side != 0
+    run.limited[:] = 0
+    return arrived, not arrived or settle(problem, run, run.resting[:count])
 
 
 @compiled
@@ -227,8 +276,10 @@ def next_sampling(problem, modes):
 
 
 @compiled
-def apply_event(problem, run, what):
+def apply_event(problem, run, what, cell):
     """Change the modes at an event that a guard announces; ``run.before`` receives former sides.
+
+    cell : whose series is in ``run.z``, but for its first terms
 
     Returns (kind of event, whether there is an answer).
     """
@@ -247,12 +298,33 @@ def apply_event(problem, run, what):
             arrived = -1
         count = 0
         for other in range(before.size):
-            if run.modes[other].side == 0 or other == arrived:
+            if run.modes[other].side == 0 or other == arrived or _has_arrived(problem, run, other, cell):
                 run.resting[count] = other
                 count += 1
         return EventKind.STICK, settle(problem, run, run.resting[:count])
     mode.fresh |= bit(what.kind, -what.sign)
     return EventKind.BREAKPOINT, True
+
+
+class Cell(NamedTuple):
+    """Length [s] and number of terms of a cell."""
+
+    length: float
+    terms: int
+
+
+@compiled
+def _has_arrived(problem, run, number, cell):
+    """Return True if the speed of a sliding contact has become zero, up to rounding."""
+    z, row = run.z, run.work.sliding[number]
+    scale = problem.contacts[number].base_bound
+    for j in range(row.size):
+        if row[j] != 0.0:
+            reach = 0.0
+            for k in range(cell.terms - 1, -1, -1):
+                reach = reach * cell.length + abs(z[k, j])
+            scale += abs(row[j]) * reach
+    return abs(value(row, z)) <= _TOGETHER * scale
 
 
 @inlined

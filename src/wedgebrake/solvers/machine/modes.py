@@ -4,11 +4,14 @@ import math
 from enum import IntEnum
 
 from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.solvers.machine.cells import value
+from wedgebrake.solvers.machine.least_torques import least_torques
 
-# Relative size below which a pivot is zero: the contacts at rest depend on each other.
-_SINGULAR = 1e-10
 # Largest product of a cell and the norm of the system or the fastest frequency.
 _CELL = 2.0
+_DOUBLINGS = 6
+# Key of a system that holds for the present state alone.
+_NO_KEY = -(1 << 40)
 
 
 class GuardKind(IntEnum):
@@ -168,36 +171,6 @@ def compliance(problem, one, other):
 
 
 @compiled
-def eliminate(matrix, rows, count):
-    """Solve matrix x = rows in place, symmetric and positive; a contact that depends gets nothing.
-
-    matrix : (count, count + 1), its diagonal again in the last column;  rows : (count, z)
-    """
-    for i in range(count):
-        # Diagonal entries shrink to rounding where the row depends on the former ones.
-        if abs(matrix[i, i]) <= _SINGULAR * matrix[i, count]:
-            matrix[i, i] = 0.0
-            continue
-        for k in range(i + 1, count):
-            factor = matrix[k, i] / matrix[i, i]
-            if factor != 0.0:
-                for j in range(i, count):
-                    matrix[k, j] -= factor * matrix[i, j]
-                for j in range(rows.shape[1]):
-                    rows[k, j] -= factor * rows[i, j]
-    for i in range(count - 1, -1, -1):
-        if matrix[i, i] == 0.0:
-            rows[i, :] = 0.0
-            continue
-        for k in range(i + 1, count):
-            if matrix[i, k] != 0.0:
-                for j in range(rows.shape[1]):
-                    rows[i, j] -= matrix[i, k] * rows[k, j]
-        for j in range(rows.shape[1]):
-            rows[i, j] /= matrix[i, i]
-
-
-@compiled
 def select_system(problem, run):
     """Return the slot of the system of the present modes; assemble it if it is new."""
     modes, keys, used = run.modes, run.systems.keys, run.systems.used
@@ -207,17 +180,22 @@ def select_system(problem, run):
     slot = used[0] if used[0] < keys.shape[0] else 0  # all in use: begin anew
     for number in range(modes.size):
         keys[slot, number] = _key(modes[number])
-    assemble(problem, run, slot)
+    if not assemble(problem, run, slot):
+        keys[slot, 0] = _NO_KEY
     used[0] = slot + 1
     return slot
 
 
 @compiled
 def assemble(problem, run, slot):
-    """Set the linear system and the guards of the present modes in a slot."""
+    """Set the linear system and the guards of the present modes in a slot.
+
+    Returns False if it depends on the present state too: the shares of contacts at rest that
+    depend on each other follow from their present limits.
+    """
     n, states, m = problem.inverse.size, problem.states, problem.contacts.size
     work, systems, modes = run.work, run.systems, run.modes
-    matrix, rows, numbers = work.matrix, work.rows, work.numbers
+    matrix, rows, numbers, weights = work.matrix, work.rows, work.numbers, work.weights
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
     _free_torques(problem, work)
     held = 0
@@ -242,8 +220,8 @@ def assemble(problem, run, slot):
             rows[i, j] = -rows[i, j]
         for k in range(held):
             matrix[i, k] = compliance(problem, numbers[i], numbers[k])
-        matrix[i, held] = matrix[i, i]
-    eliminate(matrix, rows, held)
+        weights[i] = _width(work, numbers[i], run.z)
+    unique = least_torques(matrix, rows, weights, held)
     for i in range(held):
         contact_rows[numbers[i], :] = rows[i]
         _add_torque(problem, numbers[i], rows[i], work)
@@ -256,7 +234,15 @@ def assemble(problem, run, slot):
         if problem.contacts[number].lag > 0:
             _lag_rows(problem, number, modes[number].side, work, rates)
     systems.counts[slot] = _guards(problem, run, slot)
-    systems.longest[slot] = _longest_cell(rates, n, states, problem.frequency)
+    systems.longest[slot] = _longest_cell(rates, states, problem.frequency, work.powers)
+    return unique
+
+
+@compiled
+def _width(work, number, z):
+    """Largest torque at which a contact holds; 1 where there is none or no limit."""
+    width = max(abs(value(work.upper[number], z)), abs(value(work.lower[number], z)))
+    return width if 0.0 < width < math.inf else 1.0
 
 
 @compiled
@@ -281,28 +267,41 @@ def _lag_rows(problem, number, side, work, rates):
 
 
 @compiled
-def _longest_cell(rates, n, states, frequency):
-    """Longest cell, from the norm of the system in scaled variables and its fastest signal."""
-    stiff, damp, coupled, lag = 0.0, 0.0, 0.0, 0.0
-    for i in range(n, states):
-        if i < 2 * n:
-            angles, speeds = 0.0, 0.0
-            for j in range(n):
-                angles += abs(rates[i, j])
-                speeds += abs(rates[i, n + j])
-            stiff, damp = max(stiff, angles), max(damp, speeds)
-            # A loop through an actuator: the force by the speed times the torque by the force.
-            for j in range(2 * n, states):
-                for k in range(n):
-                    coupled = max(coupled, abs(rates[i, j] * rates[j, n + k]))
-        else:
-            for j in range(2 * n, states):
-                size = abs(rates[i, j])
-                lag = max(lag, size if j == i or i > j else math.sqrt(size))
-                if j < i:
-                    lag = max(lag, math.sqrt(size))
-    norm = max(math.sqrt(stiff) + damp + math.sqrt(coupled), lag, frequency)
-    return _CELL / norm if norm > 0.0 else math.inf
+def _longest_cell(rates, states, frequency, matrix):
+    """Longest cell, from the growth of Taylor coefficients and the fastest signal.
+
+    The coefficients of the states grow at most like the powers of the matrix of sizes, whose growth
+    is its largest eigenvalue. The 64th root of its 64th power bounds it.
+
+    matrix : (2, states, states) workspace
+    """
+    here, other, exponent = matrix[0], matrix[1], 0.0
+    for i in range(states):
+        for j in range(states):
+            here[i, j] = abs(rates[i, j])
+    for doubling in range(_DOUBLINGS + 1):
+        largest = 0.0
+        for i in range(states):
+            for j in range(states):
+                largest = max(largest, here[i, j])
+        if largest == 0.0:
+            break
+        exponent = 2.0 * exponent if doubling > 0 else 0.0
+        exponent += math.log(largest)
+        for i in range(states):
+            for j in range(states):
+                here[i, j] /= largest
+        if doubling < _DOUBLINGS:
+            for i in range(states):
+                for j in range(states):
+                    total = 0.0
+                    for k in range(states):
+                        total += here[i, k] * here[k, j]
+                    other[i, j] = total
+            here, other = other, here
+    growth = math.exp(exponent / 2.0**_DOUBLINGS) if largest > 0.0 else 0.0
+    growth = max(growth, frequency)
+    return _CELL / growth if growth > 0.0 else math.inf
 
 
 @compiled

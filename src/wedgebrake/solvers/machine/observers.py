@@ -64,7 +64,7 @@ def observer_of(problem, times, powers=None):
 def observe(observer, problem, run, slot, terms, time, rest, tau):
     """Record a cell from ``time + rest`` on, of length tau."""
     times, at = observer.times, observer.at[0]
-    while at < times.size and times[at] <= time + rest + tau:
+    while at < times.size and (times[at] - time) - rest <= tau:
         _sample(observer, problem, run, slot, terms, at, (times[at] - time) - rest, tau)
         at += 1
     observer.at[0] = at

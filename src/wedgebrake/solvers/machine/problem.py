@@ -19,6 +19,7 @@ TERMS = 28
 #
 # force           : input that is the actuation force at rest, -1: ``initial_force``
 # base, base_rate : inputs that are the speed of the base and its rate, -1: ``base_speed``
+# base_bound      : bound of that speed
 # slope           : of the force against the sliding speed
 # lag             : order of the actuator's lag, 0 to 2; its first state is ``state``
 # lag_time, lag_frequency, lag_damping : its parameters
@@ -29,7 +30,7 @@ TERMS = 28
 # held            : input that is the force a digital controller has set, -1: there is none
 # sample_time, resolution, delay : of the controller
 CONTACT = record(
-    "initial_force base_speed slope lag_time lag_frequency lag_damping lowest highest forward"
+    "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest forward"
     " backward breakaway_forward breakaway_backward sample_time resolution",
     whole="a b force base base_rate lag state first_line lines_forward lines_backward held delay",
 )
@@ -102,10 +103,11 @@ class Workspace(NamedTuple):
 
     sliding     : (m, z) sliding speeds; the same in all modes
     torque      : (n, z) torque on each inertia
-    rows, matrix: (m, z) and (m, m + 1) for the contacts at rest
+    rows, matrix, weights : (m, z), (m, m) and (m,) for the contacts at rest
     upper, lower: (m, z) largest and smallest torque of each contact at rest
     spare       : (z,)
     numbers     : (m,) contacts at rest
+    powers      : (2, states, states)
     """
 
     sliding: Any
@@ -116,6 +118,8 @@ class Workspace(NamedTuple):
     lower: Any
     spare: Any
     numbers: Any
+    weights: Any
+    powers: Any
 
 
 class Run(NamedTuple):
@@ -160,8 +164,9 @@ def run_of(problem: MachineProblem, inputs: int, longest_delay: int) -> Run:
         np.zeros((_SLOTS, most), GUARD),
     )  # fmt: skip
     work = Workspace(
-        np.zeros((m, width)), np.zeros((n, width)), np.zeros((m, width)), np.zeros((m, m + 1)),
+        np.zeros((m, width)), np.zeros((n, width)), np.zeros((m, width)), np.zeros((m, m)),
         np.zeros((m, width)), np.zeros((m, width)), np.zeros(width), np.zeros(m, np.int64),
+        np.zeros(m), np.zeros((2, states, states)),
     )  # fmt: skip
     return Run(
         np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems, work,

@@ -13,6 +13,7 @@ from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.assemble import shaft_rows
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
+from wedgebrake.solvers.machine.sticks import stick_rows
 from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS
 from wedgebrake.solvers.status import Status
 
@@ -129,20 +130,7 @@ def _events(answer: MachineAnswer) -> _Table:
 
 def _sticks(answer: MachineAnswer) -> _Table:
     """Variables over the sticks, in order of their beginnings."""
-    start, end = answer.start, answer.final.time
-    rows: list[list[float]] = []
-    for contact, side in enumerate(answer.sides):
-        if side == 0:
-            rows.append([start, end, contact, 0, 0])
-        for event in answer.events[answer.events["contact"] == contact]:
-            if event["before"] == event["after"]:
-                continue
-            if event["before"] == 0:
-                last = next(row for row in reversed(rows) if row[2] == contact)
-                last[1], last[4] = event["time"], event["after"]
-            elif event["after"] == 0:
-                rows.append([event["time"], end, contact, event["before"], 0])
-    columns = np.array(sorted(rows), float).reshape(-1, 5).T
+    columns = np.array(stick_rows(answer), float).reshape(-1, 5).T
     spec = {
         "stick_start": ("s", "beginning of rest", float),
         "stick_end": ("s", "end of rest", float),

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals import as_signal
 from wedgebrake.model.validation import check_choice, check_instance, check_number, check_whole
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState, parse_state
@@ -52,7 +51,9 @@ def simulate_machine(
         )
     end = start_time + check_number("duration", duration, 0.0, _LONGEST)
     check_whole("max_events", max_events, 1, _MOST_EVENTS)
-    end = _within_records(machine, start_time, end, until)
+    if until is not None:
+        end = min([end, *(one.span[1] for one in machine.signals().values())])
+    machine.check_times(start_time, end)
     wanted = np.linspace(start_time, end, _SAMPLES)
     if times is not None:
         wanted = wanted_times(times, start_time, end)
@@ -72,34 +73,11 @@ def simulate_machine(
 
 def solved(machine: Machine, task: MachineTask, **options: Any) -> MachineAnswer:
     """The answer of the solver; Ctrl-C stops it."""
-    from wedgebrake.solvers.machine.solve import solve
+    from wedgebrake.solvers.machine.solve import solve_machine
 
     return interruptible(
-        lambda: solve(machine, task, **options), stop=lambda: task.stop.fill(True)
+        lambda: solve_machine(machine, task, **options), stop=lambda: task.stop.fill(True)
     )
-
-
-def _within_records(machine: Machine, start: float, end: float, until: str | None) -> float:
-    """The end of a run; raises ``InputError`` if a signal is not known up to it."""
-    for name, signal in _signals(machine):
-        first, last = as_signal(signal).span
-        if start < first or (end > last and until is None) or start >= last:
-            raise InputError(
-                f"{name}: known from {first:g} s to {last:g} s, but the run is from {start:g} s to"
-                f" {end:g} s. Shorten the run, or state how the table goes on: after='hold' or"
-                " after='zero'."
-            )
-        end = min(end, last)
-    return end
-
-
-def _signals(machine: Machine) -> list[tuple[str, Any]]:
-    """Names and signals of a machine."""
-    found: list[tuple[str, Any]] = [(one.name, one.signal) for one in machine.torques]
-    for one in machine.contacts:
-        found.append((f"{one.name}.initial_force", one.actuation.initial_force))
-        found.append((f"{one.name}.base_speed", one.base_speed))
-    return found
 
 
 def task_of(response: xr.Dataset) -> MachineTask:

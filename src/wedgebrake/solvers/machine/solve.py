@@ -60,7 +60,7 @@ class MachineAnswer(NamedTuple):
     final: FinalState
 
 
-def solve(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
+def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
     """Simulate a machine exactly (docs/theory.md, section 13).
 
     powers : whether to integrate the work of every part too, in the order of ``power_rows``

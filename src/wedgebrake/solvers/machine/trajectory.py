@@ -3,6 +3,8 @@
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.dynamics.jit import compiled, inlined
 from wedgebrake.dynamics.signals import advance, expand, next_knot, pass_knots, start_tables
@@ -11,19 +13,23 @@ from wedgebrake.solvers.machine.cells import (
     combine,
     expand_states,
     first_zero,
-    polynomial,
     terms_for,
 )
 from wedgebrake.solvers.machine.events import (
     FLAT,
+    Cell,
     apply_event,
     classify,
+    follow_bases,
     kind_of,
     next_sampling,
     sample_controllers,
+    set_sides,
+    settle_arrived,
 )
 from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system, speed_rows
 from wedgebrake.solvers.machine.observers import observe
+from wedgebrake.solvers.machine.problem import TERMS
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
@@ -123,26 +129,23 @@ def _log(log, count, time, contact, kind, before, after):
 
 
 @compiled
-def _has_moving_base(problem):
-    """Return True if the base of a contact has a speed that varies."""
-    for contact in problem.contacts:
-        if contact.base >= 0:
-            return True
-    return False
+def _after_knot(problem, run, cell, log, count):
+    """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
 
-
-@compiled
-def _after_jump(problem, run, time, log, count):
-    """Sample controllers, and follow bases whose speed may have jumped.
+    cell : that ended at the knot
 
     Returns (number of events, whether there is an answer).
     """
+    time = run.clock[0]
     sample_controllers(problem, run, time)
-    if not _has_moving_base(problem):
-        return count, True
     for number in range(run.modes.size):
         run.before[number] = run.modes[number].side
-    answer = classify(problem, run, at_start=False)
+    if follow_bases(problem, run):
+        answer = classify(problem, run)
+    else:
+        arrived, answer = settle_arrived(problem, run, cell)
+        if not arrived:
+            return count, answer
     return _log_changes(run, time, log, count), answer
 
 
@@ -182,16 +185,17 @@ def start(problem, run, restart):
 
     restart : the modes, held forces and queues are those of a former run
     """
-    clock, terms = Clock(problem.start_time, 0.0), 2
+    clock, terms = Clock(problem.start_time, 0.0), np.int64(2)
     run.clock[0], run.clock[1] = clock.time, clock.rest
     start_tables(problem.signals, clock.time)
     _expand_inputs(problem, run, clock, terms)
     run.z[0, run.z.shape[1] - 1] = 1.0
     speed_rows(problem, run.work)
     if restart:
-        return classify(problem, run, at_start=False) if _has_moving_base(problem) else True
+        return not follow_bases(problem, run) or classify(problem, run)
+    set_sides(run)  # controllers sample the sliding speeds
     sample_controllers(problem, run, clock.time)
-    return classify(problem, run, at_start=True)
+    return classify(problem, run)
 
 
 @compiled
@@ -201,7 +205,9 @@ def move(problem, run, span, log, observer):
     log      : of dtype ``EVENT``; the run ends before it may be too short
     observer : an ``Observer`` of the cells
     """
-    clock, count, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0, 0
+    clock, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0
+    count = np.int64(0)  # Numba would compile functions for a literal 0 too
+    few = np.int64(2)
     contacts, answer = run.modes.size, True
     slot = select_system(problem, run)
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
@@ -219,7 +225,7 @@ def move(problem, run, span, log, observer):
         remaining = (min(span.end, knot) - clock.time) - clock.rest
         longest = run.systems.longest[slot]
         h = min(longest, remaining)
-        terms = terms_for(2.0 * h / longest)
+        terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
         _expand_inputs(problem, run, clock, terms)
         expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
         tau, first = _first_event(run, slot, terms, h)
@@ -229,9 +235,9 @@ def move(problem, run, span, log, observer):
         cells += 1
         again = 0 if tau > 0.0 else again + 1
         if first >= 0:
-            _expand_inputs(problem, run, clock, 2)
+            _expand_inputs(problem, run, clock, few)
             what = run.systems.what[slot, first]
-            kind, answer = apply_event(problem, run, what)
+            kind, answer = apply_event(problem, run, what, Cell(h, terms))
             if kind == EventKind.BREAKPOINT:
                 side = run.modes[what.contact].side
                 count = _log(log, count, clock.time, what.contact, kind, side, side)
@@ -247,9 +253,10 @@ def move(problem, run, span, log, observer):
                 outcome = Outcome.COMPLETED
                 break
             pass_knots(problem.signals, knot)
-            _expand_inputs(problem, run, clock, 2)
+            _expand_inputs(problem, run, clock, few)
             before = count
-            count, answer = _after_jump(problem, run, clock.time, log, count)
+            run.clock[0], run.clock[1] = clock.time, clock.rest
+            count, answer = _after_knot(problem, run, Cell(h, terms), log, count)
             knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
             if count > before:
                 slot = select_system(problem, run)
