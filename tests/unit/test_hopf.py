@@ -240,6 +240,12 @@ class TestLimit:
         assert caught.value.name == "between"
 
 
+def test_of_a_driveline():
+    system = wb.paper.system(eta=-3.0)
+    found = wb.hopf(system, "brake.slope", between=(-20.0, 0.0))
+    assert found.value == pytest.approx(wb.stability(system).forward.hopf_slope, rel=1e-12)
+
+
 class TestDisplay:
     def test_in_a_terminal_and_in_a_notebook(self):
         found = wb.stability(held(contact("brake", slope=-15.0), speed=1.0))
