@@ -291,6 +291,8 @@ def test_speeds_of_a_driveline():
         wb.stability(wb.paper.system(), speeds=[1.0])
     with pytest.raises(wb.InputError, match=r"^system"):
         wb.stability(3.0)
+    with pytest.raises(wb.InputError, match=r"wb\.stability\(system\.machine\)"):
+        wb.stability(wb.paper.system().replace(lag=0.01))
 
 
 @pytest.mark.parametrize("between", [(1.0, 1.0), (1.0,), 3.0, "ab", (0.0, np.inf), None])
