@@ -52,9 +52,9 @@ def stability(
     Returns a ``Stability`` of a ``BrakedDriveline``, a ``MachineStability`` of a ``Machine``.
 
     Raises ``InputError`` for anything else as system, for a ``BrakedDriveline`` with lag, limits,
-    sampling or signals, which ``system.machine`` converts, for speeds that are not finite numbers or of
-    no inertia, for more than 10 contacts that stand, and for controllers with different sample
-    times or with delays of more than 2000 samples.
+    sampling or signals, which ``system.machine`` converts, for speeds that are not finite numbers
+    or of no inertia, for more than 10 contacts that stand, and for controllers with different
+    sample times or with delays of more than 2000 samples.
     """
     if isinstance(system, Machine):
         return machine_stability(system, speeds)
