@@ -240,6 +240,12 @@ class TestLimit:
         assert caught.value.name == "between"
 
 
+def test_of_a_driveline():
+    system = wb.paper.system(eta=-3.0)
+    found = wb.hopf(system, "brake.slope", between=(-20.0, 0.0))
+    assert found.value == pytest.approx(wb.stability(system).forward.hopf_slope, rel=1e-12)
+
+
 class TestDisplay:
     def test_in_a_terminal_and_in_a_notebook(self):
         found = wb.stability(held(contact("brake", slope=-15.0), speed=1.0))
@@ -285,6 +291,8 @@ def test_speeds_of_a_driveline():
         wb.stability(wb.paper.system(), speeds=[1.0])
     with pytest.raises(wb.InputError, match=r"^system"):
         wb.stability(3.0)
+    with pytest.raises(wb.InputError, match=r"wb\.stability\(system\.machine\)"):
+        wb.stability(wb.paper.system().replace(lag=0.01))
 
 
 @pytest.mark.parametrize("between", [(1.0, 1.0), (1.0,), 3.0, "ab", (0.0, np.inf), None])
