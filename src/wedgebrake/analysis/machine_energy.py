@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wedgebrake.model.machine import Machine
-from wedgebrake.solvers.machine.assemble import shaft_rows
+from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.simulate import solved, task_of
 

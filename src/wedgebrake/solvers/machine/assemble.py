@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.dynamics.piecewise_linear import LINE
@@ -17,6 +16,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signal_orders import Orders
 from wedgebrake.model.signal_tables import Table
@@ -167,35 +167,23 @@ def assemble(machine: Machine, start: float) -> Assembled:
             row["base_rate"], inputs = inputs, inputs + 1
         if row["sample_time"] > 0.0:
             row["held"], inputs = inputs, inputs + 1
-    drive = np.zeros((n, inputs))
-    for on, number in drives:
-        drive[on, number] += 1.0
     stiffness, damping = shaft_matrices(machine)
+    free = np.zeros((n, state + inputs + 1))
+    free[:, :n], free[:, n : 2 * n], free[:, -1] = -stiffness, -damping, load
+    for on, number in drives:
+        free[on, state + number] += 1.0
+    sliding = np.zeros((count, state + inputs + 1))
+    sliding[:, n : 2 * n], sliding[:, -1] = contact_rows(machine), -contacts["base_speed"]
+    for row, one in zip(sliding, contacts, strict=True):
+        if one["base"] >= 0:
+            row[state + one["base"]] = -1.0
     problem = MachineProblem(
-        1.0 / np.array([one.inertia for one in machine.inertias]), stiffness, damping, drive,
-        load, contacts, np.array(lines or [(0.0, 0.0, 0.0)], LINE), programs.numbers_of(start),
+        1.0 / np.array([one.inertia for one in machine.inertias]), free, sliding, contacts,
+        np.array(lines or [(0.0, 0.0, 0.0)], LINE), programs.numbers_of(start),
         state, max((one.rate for one in programs.numbers), default=0.0), start,
     )  # fmt: skip
     delay = max((int(one) for one in contacts["delay"]), default=0)
     return Assembled(problem, inputs, tuple(programs.numbers), tuple(torques), delay)
-
-
-def shaft_rows(machine: Machine) -> NDArray[np.float64]:
-    """(shafts, n) factors of the angles in the twist of each shaft, q_a - ratio q_b."""
-    rows = np.zeros((len(machine.shafts), len(machine.inertias)))
-    for row, shaft in zip(rows, machine.shafts, strict=True):
-        for end, factor in ((shaft.a, 1.0), (shaft.b, -shaft.ratio)):
-            if end != GROUND:
-                row[machine.index(end)] += factor
-    return rows
-
-
-def shaft_matrices(machine: Machine) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stiffness [N m/rad] and damping [N m s/rad] of the shafts, (n, n) each."""
-    rows = shaft_rows(machine)
-    stiffness = np.array([one.stiffness for one in machine.shafts])
-    damping = np.array([one.damping for one in machine.shafts])
-    return rows.T @ (stiffness[:, None] * rows), rows.T @ (damping[:, None] * rows)
 
 
 def _contact(

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.dynamics.jit import inlined, internal
 from wedgebrake.solvers.machine.problem import TERMS
 
 # Terms that a series needs to reach rounding, by 16 times the product of cell and growth: the
@@ -21,14 +21,14 @@ _NEEDED = np.array(
 )  # fmt: skip
 
 
-@compiled
+@internal
 def terms_for(product):
     """Number of terms for a cell, from its length times the growth of the series, at most 2."""
     place = math.ceil(16.0 * product - 1e-9)
     return min(_NEEDED[min(max(place, 0), 32)] + 1, TERMS)
 
 
-@compiled
+@internal
 def expand_states(rates, half, states, z, terms):
     """Store the Taylor coefficients of the states in z[1:terms], from z[0] and the inputs."""
     size = z.shape[1]
@@ -43,7 +43,7 @@ def expand_states(rates, half, states, z, terms):
             z[k + 1, i] = total * share
 
 
-@compiled
+@internal
 def combine(row, z, terms, result):
     """Store the series of a row; returns the sum of the sizes of what its value is made of."""
     scale = 0.0
@@ -58,7 +58,7 @@ def combine(row, z, terms, result):
     return scale
 
 
-@compiled
+@internal
 def value(row, z):
     """Value of a row at the begin of a cell."""
     total = 0.0
@@ -68,7 +68,7 @@ def value(row, z):
     return total
 
 
-@compiled
+@internal
 def size(row, z):
     """Sum of the sizes of what the value of a row is made of."""
     total = 0.0
@@ -86,14 +86,14 @@ def polynomial(coefficients, terms, tau):
     return total
 
 
-@compiled
+@internal
 def advance_states(z, states, terms, tau):
     """Move the states z[0] on by tau."""
     for i in range(states):
         z[0, i] = polynomial(z[:, i], terms, tau)
 
 
-@compiled
+@internal
 def first_zero(g, terms, h, zero, flat):
     """First zero of the polynomial g in [0, h]; inf: there is none.
 

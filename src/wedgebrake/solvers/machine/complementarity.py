@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.dynamics.jit import inlined, internal
 from wedgebrake.solvers.machine.least_torques import least_torques
 from wedgebrake.solvers.machine.modes import compliance
 
@@ -59,13 +59,13 @@ class Pattern(NamedTuple):
     clamp: Any
 
 
-@compiled
+@internal
 def pattern_of(count):
     """Room for a pattern."""
     return Pattern(np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64))
 
 
-@compiled
+@internal
 def at_rest_of(problem, contacts):
     """Room for ``AtRest``, with the inertias of some contacts and their G."""
     count, ground = contacts.size, problem.inverse.size
@@ -82,7 +82,7 @@ def at_rest_of(problem, contacts):
     )  # fmt: skip
 
 
-@compiled
+@internal
 def _width(rest, i):
     """Largest torque at which a contact holds; 1 where there is none or no limit."""
     width = max(abs(rest.lower[i]), abs(rest.upper[i]))
@@ -95,7 +95,7 @@ def _at_limit(rest, i):
     return rest.limited[i] if rest.limited[i] != 0 else rest.clamped[i]
 
 
-@compiled
+@internal
 def hold(rest, pattern):
     """Find torques with which the contacts of a pattern that do not slide hold; False: none.
 
@@ -136,7 +136,7 @@ def hold(rest, pattern):
     return False
 
 
-@compiled
+@internal
 def _set_clamps(rest, pattern, free, code):
     """Set contacts to their limits by the digits of a number; returns how many, or -1."""
     clamped = 0
@@ -152,7 +152,7 @@ def _set_clamps(rest, pattern, free, code):
     return clamped
 
 
-@compiled
+@internal
 def _share(rest, pattern, free):
     """Set the torques of the contacts that hold and are not at limits; True: they are unique."""
     side, torque, clamp = pattern
@@ -178,7 +178,7 @@ def _share(rest, pattern, free):
     return unique
 
 
-@compiled
+@internal
 def _within(rest, torque, free):
     """Return True if the torques of some contacts are within their limits."""
     for i in free:
@@ -188,7 +188,7 @@ def _within(rest, torque, free):
     return True
 
 
-@compiled
+@internal
 def _is_relieved(rest, side, which):
     """Return True if others that hold can take torque from one that is at its limit.
 
@@ -212,7 +212,7 @@ def _is_relieved(rest, side, which):
     return reached[end]
 
 
-@compiled
+@internal
 def _is_balanced(rest, side, torque):
     """Return True if the contacts that hold do not move."""
     for i in range(side.size):
@@ -221,7 +221,7 @@ def _is_balanced(rest, side, torque):
     return True
 
 
-@compiled
+@internal
 def rate(rest, torque, i):
     """Rate of the sliding speed of a contact."""
     total = rest.rates[i]
@@ -230,7 +230,7 @@ def rate(rest, torque, i):
     return total
 
 
-@compiled
+@internal
 def _slips_apart(rest, pattern):
     """Return True if what slides does so with a rate of its side.
 
@@ -246,7 +246,7 @@ def _slips_apart(rest, pattern):
     return True
 
 
-@compiled
+@internal
 def _shares(rest):
     """Share of its limit that each contact would have if all held."""
     count = rest.a.size
@@ -261,7 +261,7 @@ def _shares(rest):
     return weights
 
 
-@compiled
+@internal
 def _releases_larger(shares, side, best):
     """Return True if the contacts that slide have larger shares than those that do in ``best``.
 
@@ -274,7 +274,7 @@ def _releases_larger(shares, side, best):
     return False
 
 
-@compiled
+@internal
 def solve(rest, best):
     """Find the pattern of sticks and slips; False: there is none.
 

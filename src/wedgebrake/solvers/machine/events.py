@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.dynamics.jit import inlined, internal
 from wedgebrake.solvers.machine.cells import size, value
 from wedgebrake.solvers.machine.complementarity import (
     ROUNDING,
@@ -27,11 +27,18 @@ _JUMP = 1e-9
 _TOGETHER = 1e-13
 
 
-@compiled
+class Cell(NamedTuple):
+    """Length [s] and number of terms of a cell."""
+
+    length: float
+    terms: int
+
+
+@internal
 def _limited_force(problem, number, run, side):
     """(actuation force, -1 or 1 if a limit gives it) at the present state."""
-    contact, row = problem.contacts[number], run.work.spare
-    unlimited_force_row(problem, number, side, run.work, row)
+    contact, row = problem.contacts[number], run.spare
+    unlimited_force_row(problem, number, side, row)
     force = value(row, run.z)
     if contact.lines_forward > 0 or (contact.held >= 0 and contact.lag == 0):
         return force, 0
@@ -48,54 +55,44 @@ def _times(gain, force):
     return gain * force if force != 0.0 else 0.0
 
 
-@compiled
-def _load(problem, run, contacts, torque, sizes):
-    """Set the torques on the inertias without those of the contacts at rest, and their sizes."""
-    n, states, z = problem.inverse.size, problem.states, run.z
+@internal
+def _load(problem, run, contacts):
+    """Torques on the inertias without those of some contacts, and the sizes of their parts."""
+    n, z, row = problem.inverse.size, run.z, run.spare
+    load = np.empty((2, n))
     for i in range(n):
-        torque[i], sizes[i] = problem.load[i], abs(problem.load[i])
-        for k in range(n):
-            part, other = problem.stiffness[i, k] * z[0, k], problem.damping[i, k] * z[0, n + k]
-            torque[i] -= part + other
-            sizes[i] += abs(part) + abs(other)
-        for k in range(problem.drive.shape[1]):
-            part = problem.drive[i, k] * z[0, states + k]
-            torque[i] += part
-            sizes[i] += abs(part)
-    row = run.work.rows[0]
+        load[0, i], load[1, i] = value(problem.torque[i], z), size(problem.torque[i], z)
     for number in range(run.modes.size):
         mode, contact = run.modes[number], problem.contacts[number]
-        resting = False
-        for one in contacts:
-            resting = resting or one == number
-        if resting:
+        if np.any(contacts == number):
             continue
         if contact.lines_forward > 0:
-            slip_row(problem, number, mode, run.work, run.work.spare, row)
+            slip_row(problem, number, mode, row, row)
             push = value(row, z)
         else:
             force, _ = _limited_force(problem, number, run, mode.side)
             push = -_times(contact.forward if mode.side > 0 else contact.backward, force)
-        torque[contact.a] += push
-        sizes[contact.a] += abs(push)
+        load[0, contact.a] += push
+        load[1, contact.a] += abs(push)
         if contact.b >= 0:
-            torque[contact.b] -= push
-            sizes[contact.b] += abs(push)
+            load[0, contact.b] -= push
+            load[1, contact.b] += abs(push)
+    return load[0], load[1]
 
 
-@compiled
-def settle(problem, run, contacts):
+@internal
+def settle(problem, run):
     """Decide which of the contacts with zero sliding speed hold, and set their modes.
 
-    contacts : their numbers
-
-    Returns False if there is no answer.
+    They are the pending ones of ``run.resting``. Returns False if there is no answer.
     """
-    count = contacts.size
+    count = run.pending[0]
+    contacts = run.resting[:count]
     rest, pattern = at_rest_of(problem, contacts), pattern_of(count)
-    scale, limited, at_rest = 0.0, run.limited.any(), np.int64(0)
-    torque, sizes = run.torque, run.sizes
-    _load(problem, run, contacts, torque, sizes)
+    scale, at_rest, limited = 0.0, np.int64(0), False
+    for number in contacts:
+        limited = limited or run.modes[number].limited != 0
+    torque, sizes = _load(problem, run, contacts)
     for i in range(count):
         contact = problem.contacts[contacts[i]]
         force, _ = _limited_force(problem, contacts[i], run, at_rest)
@@ -115,7 +112,7 @@ def settle(problem, run, contacts):
         if math.isfinite(rest.lower[i]) and math.isfinite(rest.upper[i]):
             size_ += problem.inverse[contact.a] * max(abs(rest.lower[i]), abs(rest.upper[i]))
         scale = max(scale, size_)
-        rest.limited[i] = run.limited[contacts[i]]
+        rest.limited[i] = run.modes[contacts[i]].limited
         rest.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
     rest.scale[0] = scale
     if count == 1:
@@ -136,7 +133,7 @@ def settle(problem, run, contacts):
     return True
 
 
-@compiled
+@internal
 def _settle_one(rest, pattern):
     """``solve`` for one contact."""
     needed = -rest.rates[0] / rest.matrix[0, 0]
@@ -153,7 +150,7 @@ def _settle_one(rest, pattern):
         pattern.torque[0] = rest.forward[0] if side > 0 else rest.backward[0]
 
 
-@compiled
+@internal
 def _set_line(problem, number, speed, mode):
     """Set the line of the torque of a sliding contact."""
     contact = problem.contacts[number]
@@ -167,33 +164,32 @@ def _set_line(problem, number, speed, mode):
     mode.line = line
 
 
-@compiled
-def set_sides(run):
+@internal
+def set_sides(problem, run):
     """Set the sides of the contacts by their sliding speeds, at the start."""
     for number in range(run.modes.size):
-        row = run.work.sliding[number]
+        row = problem.sliding[number]
         speed = value(row, run.z)
         at_rest = abs(speed) <= _AT_START * size(row, run.z)
         run.modes[number].side = 0 if at_rest else (1 if speed > 0.0 else -1)
 
 
-@compiled
+@internal
 def classify(problem, run):
-    """Set the modes by the sides of sliding; returns False if there is no answer."""
-    count, resting = 0, run.resting
+    """Set the modes by the sides of sliding; ``settle`` has to follow."""
+    count = 0
     for number in range(run.modes.size):
         mode = run.modes[number]
-        mode.clamp, mode.fresh = 0, 0
-        _set_line(problem, number, value(run.work.sliding[number], run.z), mode)
+        mode.clamp, mode.fresh, mode.limited = 0, 0, 0
+        _set_line(problem, number, value(problem.sliding[number], run.z), mode)
         if mode.side == 0:
-            resting[count] = number
+            run.resting[count] = number
             count += 1
         _, mode.clip = _limited_force(problem, number, run, mode.side)
-    run.limited[:] = 0
-    return count == 0 or settle(problem, run, resting[:count])
+    run.pending[0] = count
 
 
-@compiled
+@internal
 def follow_bases(problem, run):
     """Set the sides of contacts whose base has changed its speed suddenly.
 
@@ -204,7 +200,7 @@ def follow_bases(problem, run):
         contact, mode = problem.contacts[number], run.modes[number]
         if contact.base < 0:
             continue
-        speed = value(run.work.sliding[number], run.z)
+        speed = value(problem.sliding[number], run.z)
         room = _JUMP * contact.base_bound
         if (mode.side == 0 and abs(speed) > room) or mode.side * speed < -room:
             mode.side = 1 if speed > 0.0 else -1
@@ -212,15 +208,13 @@ def follow_bases(problem, run):
     return jumped
 
 
-@compiled
-def settle_arrived(problem, run, cell):
-    """Decide what contacts do whose sliding speed has become zero just where a cell ends.
-
-    Returns (whether there are such contacts, whether there is an answer).
-    """
+@internal
+def find_arrived(problem, run, cell):
+    """Find contacts whose sliding speed has become zero just where a cell ends."""
     count, arrived = 0, False
     for number in range(run.modes.size):
         mode = run.modes[number]
+        mode.limited = 0
         if mode.side == 0 or (
             mode.fresh & bit(GuardKind.ZERO_SPEED, -1) == 0
             and _has_arrived(problem, run, number, cell)
@@ -228,11 +222,11 @@ def settle_arrived(problem, run, cell):
             run.resting[count] = number
             count += 1
             arrived = arrived or mode.side != 0
-    run.limited[:] = 0
-    return arrived, not arrived or settle(problem, run, run.resting[:count])
+    if arrived:
+        run.pending[0] = count
 
 
-@compiled
+@internal
 def sample_controllers(problem, run, time):
     """Let the controllers that are due at a time sample, and set their forces."""
     for number in range(run.modes.size):
@@ -244,7 +238,7 @@ def sample_controllers(problem, run, time):
             force += run.z[0, problem.states + contact.force]
         start = force
         if mode.side != 0:
-            force += contact.slope * abs(value(run.work.sliding[number], run.z))
+            force += contact.slope * abs(value(problem.sliding[number], run.z))
         if contact.resolution > 0.0:
             force = contact.resolution * round(force / contact.resolution)
         queue, places = run.queues[number], contact.delay + 1
@@ -265,7 +259,7 @@ def sample_time(contact, mode):
     return mode.first_sample + mode.samples * contact.sample_time
 
 
-@compiled
+@internal
 def next_sampling(problem, modes):
     """Time of the next sampling of all controllers [s]; inf: there is none."""
     nearest = math.inf
@@ -275,52 +269,44 @@ def next_sampling(problem, modes):
     return nearest
 
 
-@compiled
+@internal
 def apply_event(problem, run, what, cell):
-    """Change the modes at an event that a guard announces; ``run.before`` receives former sides.
+    """Change the modes at an event that a guard announces; ``settle`` has to follow.
 
     cell : whose series is in ``run.z``, but for its first terms
 
-    Returns (kind of event, whether there is an answer).
+    Returns True if the brake torque bends, and False if a contact may come to rest or leave it.
     """
-    number, mode, before = what.contact, run.modes[what.contact], run.before
-    for other in range(before.size):
-        before[other] = run.modes[other].side
-    if what.kind == GuardKind.NEXT_LINE:
-        mode.line += what.sign
-    elif what.kind == GuardKind.FORCE_LIMIT:
-        mode.clip += what.sign
-    else:
-        run.limited[:] = 0
-        arrived = number
-        if what.kind == GuardKind.HOLDING_LIMIT:
-            run.limited[number] = what.sign
-            arrived = -1
-        count = 0
-        for other in range(before.size):
-            if (
-                run.modes[other].side == 0
-                or other == arrived
-                or _has_arrived(problem, run, other, cell)
-            ):
-                run.resting[count] = other
-                count += 1
-        return EventKind.STICK, settle(problem, run, run.resting[:count])
-    mode.fresh |= bit(what.kind, -what.sign)
-    return EventKind.BREAKPOINT, True
+    number, modes = what.contact, run.modes
+    mode = modes[number]
+    mode.limited = 0
+    run.pending[0] = 0
+    if what.kind in (GuardKind.NEXT_LINE, GuardKind.FORCE_LIMIT):
+        if what.kind == GuardKind.NEXT_LINE:
+            mode.line += what.sign
+        else:
+            mode.clip += what.sign
+        mode.fresh |= bit(what.kind, -what.sign)
+        return True
+    for one in modes:
+        one.limited = 0
+    arrived = number
+    if what.kind == GuardKind.HOLDING_LIMIT:
+        mode.limited, arrived = what.sign, -1
+    count = 0
+    for other in range(modes.size):
+        at_rest = modes[other].side == 0 or other == arrived
+        if at_rest or _has_arrived(problem, run, other, cell):
+            run.resting[count] = other
+            count += 1
+    run.pending[0] = count
+    return False
 
 
-class Cell(NamedTuple):
-    """Length [s] and number of terms of a cell."""
-
-    length: float
-    terms: int
-
-
-@compiled
+@internal
 def _has_arrived(problem, run, number, cell):
     """Return True if the speed of a sliding contact has become zero, up to rounding."""
-    z, row = run.z, run.work.sliding[number]
+    z, row = run.z, problem.sliding[number]
     scale = problem.contacts[number].base_bound
     for j in range(row.size):
         if row[j] != 0.0:

@@ -2,10 +2,11 @@
 
 import math
 from enum import IntEnum
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.dynamics.jit import compiled, inlined, internal
 from wedgebrake.solvers.machine.cells import value
 from wedgebrake.solvers.machine.least_torques import least_torques
 
@@ -25,7 +26,7 @@ class GuardKind(IntEnum):
     HOLDING_LIMIT = 3
 
 
-@compiled
+@internal
 def bit(kind, sign):
     """The bit of a guard among those of its contact."""
     return 1 << (2 * kind + (sign > 0))
@@ -37,7 +38,7 @@ def _key(mode):
     return 27 * mode.line + 9 * mode.side + 3 * mode.clip + mode.clamp
 
 
-@compiled
+@internal
 def _has_key(modes, key):
     """Return True if the key of a system is that of the modes."""
     same = True
@@ -46,23 +47,38 @@ def _has_key(modes, key):
     return same
 
 
-@compiled
-def speed_rows(problem, work):
-    """Set the rows of the sliding speeds; they are the same in all modes."""
-    n, states, rows = problem.inverse.size, problem.states, work.sliding
-    rows[:] = 0.0
-    for number in range(problem.contacts.size):
-        contact, row = problem.contacts[number], rows[number]
-        row[n + contact.a] = 1.0
-        if contact.b >= 0:
-            row[n + contact.b] = -1.0
-        row[-1] = -contact.base_speed
-        if contact.base >= 0:
-            row[states + contact.base] = -1.0
+class Workspace(NamedTuple):
+    """Rows that are needed while a system is assembled.
+
+    torque  : (n, z) torque on each inertia
+    rows, matrix, weights : (m, z), (m, m) and (m,) for the contacts at rest, with ``numbers``
+    upper, lower : (m, z) largest and smallest torque of each contact at rest
+    powers  : (2, states, states)
+    """
+
+    torque: Any
+    rows: Any
+    matrix: Any
+    weights: Any
+    numbers: Any
+    upper: Any
+    lower: Any
+    powers: Any
 
 
-@compiled
-def command_row(problem, number, side, work, row):
+@internal
+def _workspace(problem):
+    """Room for assembling a system."""
+    m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
+    rows = np.empty((3, m, width))
+    return Workspace(
+        problem.torque.copy(), rows[0], np.empty((m, m)), np.empty(m), np.empty(m, np.int64),
+        rows[1], rows[2], np.empty((2, states, states)),
+    )  # fmt: skip
+
+
+@internal
+def command_row(problem, number, side, row):
     """Set a row to the command of the actuator, before its lag."""
     contact = problem.contacts[number]
     row[:] = 0.0
@@ -74,18 +90,18 @@ def command_row(problem, number, side, work, row):
     row[-1] = contact.initial_force
     if side != 0 and contact.slope != 0.0:
         for i in range(row.size):
-            row[i] += side * contact.slope * work.sliding[number, i]
+            row[i] += side * contact.slope * problem.sliding[number, i]
 
 
-@compiled
-def unlimited_force_row(problem, number, side, work, row):
+@internal
+def unlimited_force_row(problem, number, side, row):
     """Set a row to the actuation force of a contact before its limits."""
     contact = problem.contacts[number]
     if contact.lag > 0:
         row[:] = 0.0
         row[contact.state] = 1.0
     else:
-        command_row(problem, number, side, work, row)
+        command_row(problem, number, side, row)
 
 
 @inlined
@@ -95,8 +111,8 @@ def _is_released(problem, contact, mode):
     return line.start > 0.0 and line.offset == 0.0 and line.slope == 0.0
 
 
-@compiled
-def _force_row(problem, number, mode, work, row):
+@internal
+def _force_row(problem, number, mode, row):
     """Set the row of the actuation force of a contact."""
     contact = problem.contacts[number]
     if mode.clip != 0:
@@ -105,30 +121,30 @@ def _force_row(problem, number, mode, work, row):
     elif mode.side != 0 and contact.lines_forward > 0 and _is_released(problem, contact, mode):
         row[:] = 0.0
     else:
-        unlimited_force_row(problem, number, mode.side, work, row)
+        unlimited_force_row(problem, number, mode.side, row)
 
 
-@compiled
+@internal
 def _scaled(target, factor, row):
     """Set a row to another one times a factor; an infinite factor counts where it presses."""
     for i in range(row.size):
         target[i] = factor * row[i] if row[i] != 0.0 else 0.0
 
 
-@compiled
-def slip_row(problem, number, mode, work, force, row):
+@internal
+def slip_row(problem, number, mode, force, row):
     """Set a row to the torque of a sliding contact on its first inertia."""
     contact, side = problem.contacts[number], mode.side
     if contact.lines_forward > 0:
         one = problem.lines[contact.first_line + mode.line]
         for i in range(row.size):
-            row[i] = -one.slope * side * work.sliding[number, i] if one.slope != 0.0 else 0.0
+            row[i] = -one.slope * side * problem.sliding[number, i] if one.slope != 0.0 else 0.0
         row[-1] -= one.offset
         return
     _scaled(row, -(contact.forward if side > 0 else contact.backward), force)
 
 
-@compiled
+@internal
 def _add_torque(problem, number, row, work):
     """Add the torque of a contact to those on its inertias."""
     contact, torque = problem.contacts[number], work.torque
@@ -139,21 +155,7 @@ def _add_torque(problem, number, row, work):
             torque[contact.b, i] -= row[i]
 
 
-@compiled
-def _free_torques(problem, work):
-    """Set the torques on the inertias without the contacts."""
-    n, states, torque = problem.inverse.size, problem.states, work.torque
-    torque[:] = 0.0
-    for i in range(n):
-        for k in range(n):
-            torque[i, k] = -problem.stiffness[i, k]
-            torque[i, n + k] = -problem.damping[i, k]
-        for k in range(problem.drive.shape[1]):
-            torque[i, states + k] = problem.drive[i, k]
-        torque[i, -1] = problem.load[i]
-
-
-@compiled
+@internal
 def _acceleration_row(problem, number, work, row):
     """Set the row of the rate of a sliding speed, from the torques."""
     contact, torque = problem.contacts[number], work.torque
@@ -165,7 +167,7 @@ def _acceleration_row(problem, number, work, row):
         row[problem.states + contact.base_rate] -= 1.0
 
 
-@compiled
+@internal
 def compliance(problem, one, other):
     """Rate of a sliding speed per torque of another contact: an entry of W' M^-1 W."""
     left, right = problem.contacts[one], problem.contacts[other]
@@ -197,7 +199,7 @@ def select_system(problem, run):
     return slot
 
 
-@compiled
+@internal
 def assemble(problem, run, slot):
     """Set the linear system and the guards of the present modes in a slot.
 
@@ -205,16 +207,15 @@ def assemble(problem, run, slot):
     depend on each other follow from their present limits.
     """
     n, states, m = problem.inverse.size, problem.states, problem.contacts.size
-    work, systems, modes = run.work, run.systems, run.modes
+    work, systems, modes = _workspace(problem), run.systems, run.modes
     matrix, rows, numbers, weights = work.matrix, work.rows, work.numbers, work.weights
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
-    _free_torques(problem, work)
     held = 0
     for number in range(m):
         mode, contact, row = modes[number], problem.contacts[number], contact_rows[number]
-        _force_row(problem, number, mode, work, force[number])
+        _force_row(problem, number, mode, force[number])
         if mode.side != 0:
-            slip_row(problem, number, mode, work, force[number], row)
+            slip_row(problem, number, mode, force[number], row)
             _add_torque(problem, number, row, work)
             continue
         _scaled(work.upper[number], -contact.breakaway_backward, force[number])
@@ -243,26 +244,26 @@ def assemble(problem, run, slot):
             rates[n + i, k] = problem.inverse[i] * work.torque[i, k]
     for number in range(m):
         if problem.contacts[number].lag > 0:
-            _lag_rows(problem, number, modes[number].side, work, rates)
-    systems.counts[slot] = _guards(problem, run, slot)
+            _lag_rows(problem, number, modes[number].side, rates)
+    systems.counts[slot] = _guards(problem, run, work, slot)
     systems.longest[slot] = _longest_cell(rates, states, problem.frequency, work.powers)
     return unique
 
 
-@compiled
+@internal
 def _width(work, number, z):
     """Largest torque at which a contact holds; 1 where there is none or no limit."""
     width = max(abs(value(work.upper[number], z)), abs(value(work.lower[number], z)))
     return width if 0.0 < width < math.inf else 1.0
 
 
-@compiled
-def _lag_rows(problem, number, side, work, rates):
+@internal
+def _lag_rows(problem, number, side, rates):
     """Set the rates of the states of an actuator with a lag."""
     contact = problem.contacts[number]
     row = rates[contact.state]
     if contact.lag == 1:
-        command_row(problem, number, side, work, row)
+        command_row(problem, number, side, row)
         row[contact.state] -= 1.0
         for i in range(row.size):
             row[i] /= contact.lag_time
@@ -270,14 +271,14 @@ def _lag_rows(problem, number, side, work, rates):
     row[:] = 0.0
     row[contact.state + 1] = 1.0
     second = rates[contact.state + 1]
-    command_row(problem, number, side, work, second)
+    command_row(problem, number, side, second)
     second[contact.state] -= 1.0
     for i in range(second.size):
         second[i] *= contact.lag_frequency * contact.lag_frequency
     second[contact.state + 1] -= 2.0 * contact.lag_damping * contact.lag_frequency
 
 
-@compiled
+@internal
 def _square(matrix, count, result):
     """Store the square of a matrix."""
     for i in range(count):
@@ -288,7 +289,7 @@ def _square(matrix, count, result):
             result[i, j] = total
 
 
-@compiled
+@internal
 def _longest_cell(rates, states, frequency, matrix):
     """Longest cell, from the growth of Taylor coefficients and the fastest signal.
 
@@ -321,25 +322,25 @@ def _longest_cell(rates, states, frequency, matrix):
     return _CELL / growth if growth > 0.0 else math.inf
 
 
-@compiled
-def _guards(problem, run, slot):
+@internal
+def _guards(problem, run, work, slot):
     """Set the guards of the present modes; returns their number."""
     count, systems = 0, run.systems
     rows, what = systems.guards[slot], systems.what[slot]
     for number in range(problem.contacts.size):
         contact, mode = problem.contacts[number], run.modes[number]
         if mode.side != 0:
-            count = _speed_guards(problem, number, mode, run.work, rows, what, count)
+            count = _speed_guards(problem, number, mode, rows, what, count)
         elif mode.clamp == 0:
             torque = systems.contact[slot, number]
-            count = _holding_guards(run.work, number, torque, rows, what, count)
+            count = _holding_guards(work, number, torque, rows, what, count)
         if contact.lines_forward == 0 and (contact.held < 0 or contact.lag > 0):
-            count = _force_guards(problem, number, mode, run.work, rows, what, count)
+            count = _force_guards(problem, number, mode, run.spare, rows, what, count)
     return count
 
 
-@compiled
-def _speed_guards(problem, number, mode, work, rows, what, count):
+@internal
+def _speed_guards(problem, number, mode, rows, what, count):
     """Set the guards of the sliding speed of a contact; returns the number of guards."""
     contact, low, high = problem.contacts[number], 0.0, math.inf
     if contact.lines_forward > 0:
@@ -347,7 +348,7 @@ def _speed_guards(problem, number, mode, work, rows, what, count):
         low = problem.lines[contact.first_line + mode.line].start
         if mode.line + 1 < last:
             high = problem.lines[contact.first_line + mode.line + 1].start
-    speed = work.sliding[number]
+    speed = problem.sliding[number]
     kind = GuardKind.NEXT_LINE if low > 0.0 else GuardKind.ZERO_SPEED
     _guard(rows[count], what[count], number, kind, -1, mode.side, speed, low)
     count += 1
@@ -358,7 +359,7 @@ def _speed_guards(problem, number, mode, work, rows, what, count):
     return count
 
 
-@compiled
+@internal
 def _holding_guards(work, number, torque, rows, what, count):
     """Set the guards of the torque of a contact at rest; returns the number of guards."""
     for sign in (1, -1):
@@ -372,14 +373,14 @@ def _holding_guards(work, number, torque, rows, what, count):
     return count
 
 
-@compiled
-def _force_guards(problem, number, mode, work, rows, what, count):
+@internal
+def _force_guards(problem, number, mode, spare, rows, what, count):
     """Set the guards of the force of a contact before its limits; returns the number of guards.
 
     They are above the lowest force and below the highest one, or beyond the limit that it is at.
     """
-    contact, row, kind = problem.contacts[number], work.spare, GuardKind.FORCE_LIMIT
-    unlimited_force_row(problem, number, mode.side, work, row)
+    contact, row, kind = problem.contacts[number], spare, GuardKind.FORCE_LIMIT
+    unlimited_force_row(problem, number, mode.side, row)
     if not _varies(row):
         return count
     for sign in (-1, 1):
@@ -392,7 +393,7 @@ def _force_guards(problem, number, mode, work, rows, what, count):
     return count
 
 
-@compiled
+@internal
 def _is_finite(row):
     """Return True if all entries of a row are finite."""
     finite = True
@@ -401,13 +402,13 @@ def _is_finite(row):
     return finite
 
 
-@compiled
+@internal
 def _varies(row):
     """Return True if a row is not a constant."""
     return bool(np.any(row[: row.size - 1] != 0.0))
 
 
-@compiled
+@internal
 def _guard(guard, what, number, kind, sign, factor, row, offset):
     """Set the guard factor row - offset >= 0."""
     for i in range(row.size):

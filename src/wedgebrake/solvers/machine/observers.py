@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.jit import internal
 from wedgebrake.solvers.machine.cells import combine, polynomial
 from wedgebrake.solvers.machine.problem import TERMS
 
@@ -60,7 +60,7 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
     )  # fmt: skip
 
 
-@compiled
+@internal
 def observe(observer, problem, run, slot, terms, time, rest, tau):
     """Record a cell from ``time + rest`` on, of length tau."""
     times, at = observer.times, observer.at[0]
@@ -72,7 +72,7 @@ def observe(observer, problem, run, slot, terms, time, rest, tau):
         _add_work(observer, run, slot, terms, tau)
 
 
-@compiled
+@internal
 def _sample(observer, problem, run, slot, terms, at, since, tau):
     """Record the state at a time since the begin of a cell of length tau."""
     since, z, g, systems = min(max(since, 0.0), tau), run.z, run.guard, run.systems
@@ -86,7 +86,7 @@ def _sample(observer, problem, run, slot, terms, at, since, tau):
         observer.side[at, number] = run.modes[number].side
 
 
-@compiled
+@internal
 def _add_work(observer, run, slot, terms, tau):
     """Add the work of a cell of length tau."""
     left, right = np.empty(TERMS), np.empty(TERMS)

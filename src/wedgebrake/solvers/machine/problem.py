@@ -38,8 +38,10 @@ CONTACT = record(
 # Mode of a contact. side: direction of sliding, 0 in a stick; line: of the torque over the speed;
 # clip: -1 or 1 where the force is at a limit; clamp: -1 or 1 where a stick has its largest torque,
 # since others hold the rest; fresh: bits of the guards that it has just been at, by ``bit``;
+# limited: -1 or 1 where its holding torque has just reached a limit; before, first: side before an
+# event, and at the start;
 # first_sample, samples: time of the first sampling of its controller, and number of them so far.
-MODE = record("first_sample", whole="side line clip clamp fresh samples")
+MODE = record("first_sample", whole="side line clip clamp fresh limited before first samples")
 
 # A guard of a mode: a linear quantity that is positive inside. sign: of the limit that it is about.
 GUARD = record(whole="contact kind sign")
@@ -52,9 +54,8 @@ class MachineProblem(NamedTuple):
     """The numbers of a machine.
 
     inverse     : (n,) one over the inertias
-    stiffness, damping : (n, n) of the shafts
-    drive       : (n, inputs) torque on each inertia by each input
-    load        : (n,) constant torque
+    torque      : (n, z) rows of the torques on the inertias without the contacts
+    sliding     : (m, z) rows of the sliding speeds of the contacts
     contacts    : of dtype ``CONTACT``
     lines       : of dtype ``piecewise_linear.LINE``, of all contacts
     signals     : the first inputs
@@ -64,10 +65,8 @@ class MachineProblem(NamedTuple):
     """
 
     inverse: Any
-    stiffness: Any
-    damping: Any
-    drive: Any
-    load: Any
+    torque: Any
+    sliding: Any
     contacts: Any
     lines: Any
     signals: Signals
@@ -98,30 +97,6 @@ class Systems(NamedTuple):
     what: Any
 
 
-class Workspace(NamedTuple):
-    """Rows that are needed while a system is assembled.
-
-    sliding     : (m, z) sliding speeds; the same in all modes
-    torque      : (n, z) torque on each inertia
-    rows, matrix, weights : (m, z), (m, m) and (m,) for the contacts at rest
-    upper, lower: (m, z) largest and smallest torque of each contact at rest
-    spare       : (z,)
-    numbers     : (m,) contacts at rest
-    powers      : (2, states, states)
-    """
-
-    sliding: Any
-    torque: Any
-    rows: Any
-    matrix: Any
-    upper: Any
-    lower: Any
-    spare: Any
-    numbers: Any
-    weights: Any
-    powers: Any
-
-
 class Run(NamedTuple):
     """What changes in a run.
 
@@ -129,24 +104,21 @@ class Run(NamedTuple):
     z       : (TERMS, z) Taylor series of the states, inputs and 1
     modes   : (m,) of dtype ``MODE``
     queues  : (m, longest delay + 1) forces that controllers have sampled
+    resting : (m,) contacts with zero sliding speed, whose next state is to be decided
+    pending : (1,) number of them; -1 where the modes have not changed
     guard   : (TERMS,) series of a guard
-    limited : (m,) side of the limit that a holding torque has just reached, or 0
-    before, resting : (m,) sides before an event, and contacts that are at rest
-    torque, sizes : (n,) torque on each inertia, and the sum of the sizes of its parts
+    spare   : (z,) workspace for a row
     """
 
     clock: Any
     z: Any
     modes: Any
     systems: Systems
-    work: Workspace
     queues: Any
-    guard: Any
-    limited: Any
-    before: Any
     resting: Any
-    torque: Any
-    sizes: Any
+    pending: Any
+    guard: Any
+    spare: Any
 
 
 _SLOTS = 64
@@ -154,7 +126,7 @@ _SLOTS = 64
 
 def run_of(problem: MachineProblem, inputs: int, longest_delay: int) -> Run:
     """Room for a run of a machine."""
-    n, m, states = problem.inverse.size, problem.contacts.size, problem.states
+    m, states = problem.contacts.size, problem.states
     width, most = states + inputs + 1, 6 * m + 1
     systems = Systems(
         np.zeros(1, np.int64), np.zeros((_SLOTS, m), np.int64), np.zeros(_SLOTS),
@@ -163,13 +135,8 @@ def run_of(problem: MachineProblem, inputs: int, longest_delay: int) -> Run:
         np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),
         np.zeros((_SLOTS, most), GUARD),
     )  # fmt: skip
-    work = Workspace(
-        np.zeros((m, width)), np.zeros((n, width)), np.zeros((m, width)), np.zeros((m, m)),
-        np.zeros((m, width)), np.zeros((m, width)), np.zeros(width), np.zeros(m, np.int64),
-        np.zeros(m), np.zeros((2, states, states)),
-    )  # fmt: skip
     return Run(
-        np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems, work,
-        np.zeros((m, longest_delay + 1)), np.zeros(TERMS), np.zeros(m, np.int64),
-        np.zeros(m, np.int64), np.zeros(m, np.int64), np.zeros(n), np.zeros(n),
+        np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems,
+        np.zeros((m, longest_delay + 1)), np.zeros(m, np.int64), np.zeros(1, np.int64),
+        np.zeros(TERMS), np.zeros(width),
     )  # fmt: skip

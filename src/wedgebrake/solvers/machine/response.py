@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from wedgebrake._version import __version__
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals import as_signal
-from wedgebrake.solvers.machine.assemble import shaft_rows
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 from wedgebrake.solvers.machine.sticks import stick_rows
 from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS

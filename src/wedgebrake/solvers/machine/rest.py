@@ -93,6 +93,12 @@ def _rounded(contact: Any) -> float:
     return step * round(force / step) if step > 0.0 else force
 
 
+def _shafts(problem: MachineProblem) -> tuple[_Matrix, _Matrix]:
+    """Stiffness and damping of the shafts, (n, n) each."""
+    n = problem.inverse.size
+    return -problem.torque[:, :n], -problem.torque[:, n : 2 * n]
+
+
 def _free_directions(problem: MachineProblem) -> _Matrix:
     """(n, k) basis of the motions without sliding."""
     slips = np.zeros((problem.contacts.size, problem.inverse.size))
@@ -110,12 +116,14 @@ def _equilibrium(
     problem: MachineProblem, signals: list[_Steady], angles: _Matrix, free: _Matrix
 ) -> _Matrix | None:
     """Angles of the equilibrium without sliding, or None if there is none."""
-    means = np.zeros(problem.drive.shape[1])
+    stiffness, _ = _shafts(problem)
+    load, drive = problem.torque[:, -1], problem.torque[:, problem.states : -1]
+    means = np.zeros(drive.shape[1])
     means[: len(signals)] = [one.mean for one in signals]
-    torque = problem.load + problem.drive @ means - problem.stiffness @ angles
-    matrix, right = free.T @ problem.stiffness @ free, free.T @ torque
+    torque = load + drive @ means - stiffness @ angles
+    matrix, right = free.T @ stiffness @ free, free.T @ torque
     found = np.linalg.lstsq(matrix, right, rcond=_ROUNDING)[0]
-    scale = np.abs(right).max(initial=0.0) + np.abs(problem.load).max(initial=0.0)
+    scale = np.abs(right).max(initial=0.0) + np.abs(load).max(initial=0.0)
     if np.abs(matrix @ found - right).max(initial=0.0) > _ROUNDING * scale:
         return None
     moved: _Matrix = angles + free @ found
@@ -130,12 +138,14 @@ def _vibration(
     shape = np.zeros(width, complex)
     for number, signal in enumerate(signals):
         shape[states + number] = sum(a for one, a in signal.sines if one == frequency)
+    stiffness, damping = _shafts(problem)
+    drive = problem.torque[:, states:-1]
     dynamic = (
-        problem.stiffness + 1j * frequency * problem.damping
+        stiffness + 1j * frequency * damping
         - np.diag(frequency**2 / problem.inverse)
     )  # fmt: skip
     matrix = free.T @ dynamic @ free
-    right = free.T @ (problem.drive @ shape[states : states + problem.drive.shape[1]])
+    right = free.T @ (drive @ shape[states:-1])
     if matrix.size:
         sizes = np.linalg.svd(matrix, compute_uv=False)
         if sizes[-1] <= _ROUNDING * sizes[0]:
@@ -148,9 +158,10 @@ def _vibration(
 def _reach(problem: MachineProblem, guards: _Matrix, transient: _Matrix) -> _Matrix:
     """Bound of the change of each guard by a free vibration, from its energy."""
     n = problem.inverse.size
+    stiffness, _ = _shafts(problem)
     angles, speeds = transient[:n], transient[n : 2 * n]
-    energy = angles @ problem.stiffness @ angles + speeds @ (speeds / problem.inverse)
-    springs = np.linalg.pinv(problem.stiffness, _ROUNDING)
+    energy = angles @ stiffness @ angles + speeds @ (speeds / problem.inverse)
+    springs = np.linalg.pinv(stiffness, _ROUNDING)
     by_angle, by_speed = guards[:, :n], guards[:, n : 2 * n]
     gain = np.einsum("gi,ij,gj->g", by_angle, springs, by_angle)
     gain = gain + (by_speed**2 * problem.inverse).sum(axis=1)

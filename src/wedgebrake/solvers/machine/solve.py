@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.solvers.machine import trajectory
-from wedgebrake.solvers.machine.assemble import Assembled, assemble, shaft_rows
+from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
 from wedgebrake.solvers.machine.observers import Observer, PowerRows, observer_of
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
@@ -75,11 +76,10 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     else:
         restore(task.initial, machine, problem, run)
     observer = observer_of(problem, task.times, power_rows(machine, assembled) if powers else None)
-    found = trajectory.start(problem, run, task.initial is not None)
-    sides = run.modes["side"].copy()
+    trajectory.start(problem, run, task.initial is not None)
+    run.modes["first"] = run.modes["side"]
     log, events, count, cells = np.zeros(_ROWS, EVENT), [np.zeros(0, EVENT)], 0, 0
-    outcome = Outcome.LOG_FULL if found else Outcome.NO_FORWARD_SOLUTION
-    at_rest, end = False, task.end
+    outcome, at_rest, end, begins = Outcome.LOG_FULL, False, task.end, True
     while outcome in (Outcome.LOG_FULL, Outcome.PAUSED):
         if task.until_rest and not run.modes["side"].any():
             if remains_at_rest(machine, assembled, run):
@@ -87,20 +87,22 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
                 break
             # Try again later.
             end = min(task.end, run.clock[0] + _patience(run))
-        span = trajectory.Span(end, task.max_events - count, task.until_rest, task.stop)
+        span = trajectory.Span(
+            end, task.max_events - count, task.until_rest, begins, task.stop
+        )  # fmt: skip
         ended = trajectory.move(problem, run, span, log, observer)
         events.append(log[: ended.events].copy())
         count, cells, outcome = count + ended.events, cells + ended.cells, Outcome(ended.outcome)
         if outcome == Outcome.COMPLETED and end < task.end:
             outcome = Outcome.PAUSED
-        end = task.end
+        end, begins = task.end, False
     final = state_of(machine, problem, run)
     return MachineAnswer(
         assembled,
         observer,
         np.concatenate(events),
         task.start,
-        sides,
+        run.modes["first"].copy(),
         outcome,
         at_rest,
         cells,

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.dynamics.jit import compiled, inlined, internal
 from wedgebrake.dynamics.signals import advance, expand, next_knot, pass_knots, start_tables
 from wedgebrake.solvers.machine.cells import (
     advance_states,
@@ -20,14 +20,15 @@ from wedgebrake.solvers.machine.events import (
     Cell,
     apply_event,
     classify,
+    find_arrived,
     follow_bases,
     kind_of,
     next_sampling,
     sample_controllers,
     set_sides,
-    settle_arrived,
+    settle,
 )
-from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system, speed_rows
+from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system
 from wedgebrake.solvers.machine.observers import observe
 from wedgebrake.solvers.machine.problem import TERMS
 
@@ -43,12 +44,14 @@ class Span(NamedTuple):
     end    : time [s]
     events : most events
     pause  : whether to end where all contacts have come to rest
+    begins : whether it follows ``start``, whose state is no event
     stop   : (1,) ends the run when another thread sets it to True
     """
 
     end: float
     events: int
     pause: bool
+    begins: bool
     stop: Any
 
 
@@ -78,7 +81,7 @@ def later(clock, tau):
     return Clock(time, lost - (time - total))
 
 
-@compiled
+@internal
 def _expand_inputs(problem, run, clock, terms):
     """Store the series of the signals, and the rates of moving bases."""
     states, z = problem.states, run.z
@@ -91,7 +94,7 @@ def _expand_inputs(problem, run, clock, terms):
             z[terms - 1, rate] = 0.0
 
 
-@compiled
+@internal
 def _first_event(run, slot, terms, longest):
     """(time until the first zero of a guard, its number); (longest, -1) if there is none."""
     systems, z, g = run.systems, run.z, run.guard
@@ -108,18 +111,28 @@ def _first_event(run, slot, terms, longest):
     return tau, first
 
 
-@compiled
-def _log_changes(run, time, log, count):
-    """Log the contacts whose side differs from ``run.before``; returns the number of events."""
+@internal
+def _log_events(run, time, log, count, bent, begins):
+    """Log what has happened to the contacts; returns the number of events.
+
+    bent   : contact whose brake torque bends, -1: none
+    begins : at the start of a run, which is no event
+    """
+    if bent >= 0:
+        side = run.modes[bent].side
+        count = _log(log, count, time, bent, EventKind.BREAKPOINT, side, side)
     for number in range(run.modes.size):
-        before, after = run.before[number], run.modes[number].side
-        if before == after:
-            continue
-        count = _log(log, count, time, number, kind_of(before, after), before, after)
+        mode = run.modes[number]
+        if begins:
+            mode.first = mode.side
+        elif mode.before != mode.side:
+            kind = kind_of(mode.before, mode.side)
+            count = _log(log, count, time, number, kind, mode.before, mode.side)
+        mode.before = mode.side
     return count
 
 
-@compiled
+@internal
 def _log(log, count, time, contact, kind, before, after):
     """Log an event; returns the number of events."""
     event = log[count]
@@ -128,28 +141,20 @@ def _log(log, count, time, contact, kind, before, after):
     return count + 1
 
 
-@compiled
-def _after_knot(problem, run, cell, log, count):
+@internal
+def _after_knot(problem, run, cell, time):
     """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
 
     cell : that ended at the knot
-
-    Returns (number of events, whether there is an answer).
     """
-    time = run.clock[0]
     sample_controllers(problem, run, time)
-    for number in range(run.modes.size):
-        run.before[number] = run.modes[number].side
     if follow_bases(problem, run):
-        answer = classify(problem, run)
+        classify(problem, run)
     else:
-        arrived, answer = settle_arrived(problem, run, cell)
-        if not arrived:
-            return count, answer
-    return _log_changes(run, time, log, count), answer
+        find_arrived(problem, run, cell)
 
 
-@compiled
+@internal
 def _is_locked(run, slot):
     """Return True if a contact slides in a direction in which its brake locks itself."""
     for number in range(run.modes.size):
@@ -160,7 +165,7 @@ def _is_locked(run, slot):
     return False
 
 
-@compiled
+@internal
 def _all_at_rest(modes):
     """Return True if no contact slides."""
     resting = True
@@ -169,7 +174,7 @@ def _all_at_rest(modes):
     return resting
 
 
-@compiled
+@internal
 def _finish_cell(problem, run, terms, tau):
     """Move the states, the angles of orders and the marks of the guards on by tau."""
     advance_states(run.z, problem.states, terms, tau)
@@ -181,7 +186,7 @@ def _finish_cell(problem, run, terms, tau):
 
 @compiled
 def start(problem, run, restart):
-    """Set the inputs and modes at the start; returns whether there is an answer.
+    """Set the inputs and modes at the start.
 
     restart : the modes, held forces and queues are those of a former run
     """
@@ -190,38 +195,53 @@ def start(problem, run, restart):
     start_tables(problem.signals, clock.time)
     _expand_inputs(problem, run, clock, terms)
     run.z[0, run.z.shape[1] - 1] = 1.0
-    speed_rows(problem, run.work)
     if restart:
-        return not follow_bases(problem, run) or classify(problem, run)
-    set_sides(run)  # controllers sample the sliding speeds
+        run.pending[0] = 0
+        if follow_bases(problem, run):
+            classify(problem, run)
+        return
+    set_sides(problem, run)  # controllers sample the sliding speeds
     sample_controllers(problem, run, clock.time)
-    return classify(problem, run)
+    classify(problem, run)
 
 
 @compiled
-def move(problem, run, span, log, observer):
+def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
     """Move a run on, after ``start`` or a former part of it; returns ``Ended``.
 
     log      : of dtype ``EVENT``; the run ends before it may be too short
     observer : an ``Observer`` of the cells
+
+    ``settle`` and ``select_system`` are called at one place, as each call is compiled anew.
     """
     clock, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0
     count = np.int64(0)  # Numba would compile functions for a literal 0 too
     few = np.int64(2)
-    contacts, answer = run.modes.size, True
-    slot = select_system(problem, run)
+    contacts, slot, bent = run.modes.size, 0, -1
+    run.pending[0] = max(run.pending[0], 0)
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
     outcome = Outcome.STEP_LIMIT
     while not span.stop[0]:
-        if not answer or again > _CASCADE * (contacts + 1) or _is_locked(run, slot):
-            outcome = Outcome.NO_FORWARD_SOLUTION
-            break
-        if count >= span.events:
-            outcome = Outcome.EVENT_LIMIT
-            break
-        if count + contacts > log.size:
-            outcome = Outcome.LOG_FULL
-            break
+        if run.pending[0] >= 0:
+            if run.pending[0] > 0 and not settle(problem, run):
+                outcome = Outcome.NO_FORWARD_SOLUTION
+                break
+            run.pending[0] = -1
+            slot = select_system(problem, run)
+            begins = span.begins and cells == 0
+            count = _log_events(run, clock.time, log, count, bent, begins)
+            if span.pause and cells > 0 and bent < 0 and _all_at_rest(run.modes):
+                outcome = Outcome.PAUSED
+                break
+            if again > _CASCADE * (contacts + 1) or _is_locked(run, slot):
+                outcome = Outcome.NO_FORWARD_SOLUTION
+                break
+            if count >= span.events:
+                outcome = Outcome.EVENT_LIMIT
+                break
+            if count + contacts > log.size:
+                outcome = Outcome.LOG_FULL
+                break
         remaining = (min(span.end, knot) - clock.time) - clock.rest
         longest = run.systems.longest[slot]
         h = min(longest, remaining)
@@ -234,31 +254,22 @@ def move(problem, run, span, log, observer):
         clock = later(clock, tau)
         cells += 1
         again = 0 if tau > 0.0 else again + 1
-        if first >= 0:
-            _expand_inputs(problem, run, clock, few)
-            what = run.systems.what[slot, first]
-            kind, answer = apply_event(problem, run, what, Cell(h, terms))
-            if kind == EventKind.BREAKPOINT:
-                side = run.modes[what.contact].side
-                count = _log(log, count, clock.time, what.contact, kind, side, side)
-            else:
-                count = _log_changes(run, clock.time, log, count)
-            slot = select_system(problem, run)
-            if span.pause and _all_at_rest(run.modes):
-                outcome = Outcome.PAUSED
-                break
-        elif tau >= remaining:
-            clock = Clock(min(span.end, knot), 0.0)
+        bent, at_knot = -1, False
+        if first < 0 and tau >= remaining:
+            clock, at_knot = Clock(min(span.end, knot), 0.0), True
             if clock.time >= span.end:
                 outcome = Outcome.COMPLETED
                 break
             pass_knots(problem.signals, knot)
-            _expand_inputs(problem, run, clock, few)
-            before = count
-            run.clock[0], run.clock[1] = clock.time, clock.rest
-            count, answer = _after_knot(problem, run, Cell(h, terms), log, count)
+        elif first < 0:
+            continue
+        _expand_inputs(problem, run, clock, few)
+        if at_knot:
+            _after_knot(problem, run, Cell(h, terms), clock.time)
             knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
-            if count > before:
-                slot = select_system(problem, run)
+        else:
+            what = run.systems.what[slot, first]
+            if apply_event(problem, run, what, Cell(h, terms)):
+                bent = what.contact
     run.clock[0], run.clock[1] = clock.time, clock.rest
     return Ended(outcome, count, cells, clock.time)
