@@ -379,7 +379,7 @@ _STATES = ("angle", "velocity", "sliding_velocity", "actuation_force", "brake_to
 
 
 def compare_states(run: Run, response: Any, names: Sequence[str] = _STATES) -> dict[str, float]:
-    """Largest differences of a response, relative to the largest value of the reference.
+    """Largest differences of a response, relative to the largest value in the reference.
 
     response : (time, inertia) and (time, contact) arrays by name, with "time" [s]; times within
                1e-9 s of an event are left out. The torques of dependent contacts at rest are
@@ -390,11 +390,15 @@ def compare_states(run: Run, response: Any, names: Sequence[str] = _STATES) -> d
     near = np.zeros(times.shape, dtype=bool)
     if jumps.size:
         near = np.min(np.abs(times[:, None] - jumps), axis=1) < 1e-9
-    seen = run.at(times[~near])
-    found = {}
+    seen, found = run.at(times[~near]), {}
+    # Of machines that stand all the time: what rounding of their torques could move.
+    sizes, n = run.machine.sizes, run.machine.n
     for name in names:
         theirs = np.asarray(response[name], dtype=float)[~near]
-        scale = float(np.max(np.abs(seen[name]), initial=0.0)) or 1.0
+        scale = float(np.max(np.abs(seen[name]), initial=0.0))
+        if name in ("angle", "velocity", "sliding_velocity"):
+            scale = max(scale, float(sizes[0 if name == "angle" else n]))
+        scale = scale or 1.0
         found[name] = float(np.max(np.abs(theirs - seen[name]), initial=0.0)) / scale
     if "sticking" in response:
         theirs = np.asarray(response["sticking"], dtype=bool)[~near]

@@ -651,12 +651,18 @@ class Machine:
             "sticking": sticking.astype(float),
         }
 
+    def undetermined(self, stuck: Sequence[int]) -> Array:
+        """Basis of the holding torques that change no motion, in columns."""
+        w = self.w[list(stuck)].T
+        _, sizes, rows = np.linalg.svd(w)
+        basis = rows[int(np.sum(sizes > 1e-10)) :].T
+        return np.where(np.abs(basis) < 1e-12, 0.0, basis)
+
     def _least(self, stuck: tuple[int, ...], torque: Array, down: Array, up: Array) -> Array:
         """The torques within their limits that minimise sum (torque/limit)^2."""
-        w = self.w[list(stuck)].T
-        if np.linalg.matrix_rank(w) == len(stuck):
+        basis = self.undetermined(stuck)
+        if basis.shape[1] == 0:
             return torque
-        basis = np.linalg.svd(w)[2][np.linalg.matrix_rank(w) :].T
         out = torque.copy()
         for i, row in enumerate(torque):
             out[i] = _least_squares(row, basis, down[i], up[i])
@@ -1014,11 +1020,10 @@ class _Driver:
         mode = self._clipped(mode, state, u)
         flow = machine.flow(mode, tuple(self.held), u)
         torque, down, up = machine.holding(flow, mode, tuple(self.held), u, state[None])
-        if np.linalg.matrix_rank(machine.w[list(flow.stuck)]) < len(flow.stuck):
+        basis = machine.undetermined(flow.stuck)
+        if basis.shape[1]:
             torque = torque.copy()
-            basis = np.linalg.svd(machine.w[list(flow.stuck)].T)[2]
-            rank = np.linalg.matrix_rank(machine.w[list(flow.stuck)])
-            torque[0] = _least_squares(torque[0], basis[rank:].T, down[0] * 1e6, up[0] * 1e6)
+            torque[0] = _least_squares(torque[0], basis, down[0] * 1e6, up[0] * 1e6)
         limit = np.where(torque >= 0.0, up, down)[0]
         shares = np.zeros(machine.m)
         with np.errstate(divide="ignore", invalid="ignore"):

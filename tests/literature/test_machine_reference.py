@@ -145,6 +145,20 @@ def test_two_parallel_brakes_hold_together() -> None:
     assert run.at([6.0])["velocity"][0, 0] == pytest.approx(0.5, rel=1e-12)
 
 
+def test_parallel_clutches_beside_another_one_share_the_torque() -> None:
+    """In proportion to the squares of their capacities 1 and 2; the third has its own torque."""
+    contacts = [
+        Contact(name, a, b, force=constant(f), **UNIT)
+        for name, a, b, f in (("x", 0, 1, 1.0), ("y", 1, 2, 9.0), ("z", 0, 1, 2.0))
+    ]
+    torques = ((0, constant(3.0)), (2, constant(-0.6)))
+    run = simulate(plain([1.0, 1.0, 1.0], [0.0] * 3, contacts, torques=torques), 1.0)
+    seen = run.at([0.5])
+    total = 3.0 - 0.8  # the whole accelerates with 0.8
+    expected = [total / 5.0, 0.8 + 0.6, 4.0 * total / 5.0]
+    np.testing.assert_allclose(seen["brake_torque"][0], expected, rtol=1e-13)
+
+
 def test_a_ring_of_dependent_contacts() -> None:
     """Two inertias with a brake each and a clutch between them: held by 3 + 2 at most.
 

@@ -55,7 +55,7 @@ class Signals(NamedTuple):
 
 @compiled
 def turns(frequency, time, rest):
-    """frequency (time + rest) modulo 1, right to rounding however long the time.
+    """Frequency (time + rest) modulo 1, right to rounding however long the time.
 
     The product is split after Dekker, so that its rounding error is known.
     """
@@ -108,6 +108,16 @@ def _table(signals, table, value, time, row, terms):
 
 
 @compiled
+def _multiply(stack, row, terms):
+    """Multiply the series of a row by that of the next one."""
+    for k in range(terms - 1, -1, -1):
+        total = 0.0
+        for i in range(k + 1):
+            total += stack[row, i] * stack[row + 1, k - i]
+        stack[row, k] = total
+
+
+@compiled
 def expand(signals, time, rest, terms, z, first):
     """Store the series of all signals at ``time + rest`` in the columns of z from ``first`` on."""
     stack, begin = signals.stack, 0
@@ -136,11 +146,7 @@ def expand(signals, time, rest, terms, z, first):
                     for k in range(terms):
                         stack[top, k] += stack[top + 1, k]
                 else:
-                    for k in range(terms - 1, -1, -1):
-                        total = 0.0
-                        for i in range(k + 1):
-                            total += stack[top, i] * stack[top + 1, k - i]
-                        stack[top, k] = total
+                    _multiply(stack, top, terms)
         begin = signals.ends[number]
         for k in range(terms):
             z[k, first + number] = stack[0, k]

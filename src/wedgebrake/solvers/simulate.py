@@ -58,25 +58,31 @@ def simulate(
     max_events: int = 10_000_000,
     max_steps: int = 100_000_000,
 ) -> xr.Dataset:
-    """The response of a braked driveline.
+    """The response of a braked driveline or of a machine of several inertias and contacts.
 
     Parameters
     ----------
-    system : BrakedDriveline
-        The machine.
+    system : BrakedDriveline or Machine
+        What is simulated.
     duration : float
-        How long [s]. Give either this or ``periods``.
+        How long [s]. For a driveline give either this or ``periods``.
     periods : int
-        How long, in periods of the torque.
-    initial : (float, float)
-        Angle theta [rad] and velocity theta' [rad/s] at the start.
+        How long, in periods of the torque of a driveline.
+    initial : (float, float) or FinalState
+        Of a driveline: angle theta [rad] and velocity theta' [rad/s] at the start, by default 0.
+        Of a machine: the state in which another run ended (``wb.final_state``), by default the
+        angles and speeds of its inertias.
     start_time : float
-        Time of the start [s]; it sets the phase of the torque.
+        Time of the start [s]; it sets the phase of the torque. With a ``FinalState`` its time.
+    until : {"rest"}
+        End the run of a machine where all contacts are at rest and provably stay so; ``duration``
+        is then the longest one.
     method : {"exact", "smooth", "ode14x"}
-        Default: "exact" for Coulomb and tabulated friction, "smooth" for smooth laws.
+        Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws.
+        "exact" for machines, and for drivelines with signals, a lag, limits or sampling.
     times : array of float
-        Times at which the response is wanted [s], ascending; default
-        ``samples_per_period`` equally spaced times in each period of the torque.
+        Times at which the response is wanted [s], ascending; default 2 000 equally spaced times
+        for a machine, ``samples_per_period`` in each period of the torque for a driveline.
     samples_per_period : int
         See ``times``.
     rtol : float
@@ -92,10 +98,13 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Over ``time``: angle [rad], velocity [rad/s], brake_torque, drive_torque [N m],
-        sticking. Over ``period``: the Poincare section. Over ``event`` and ``stick``: the
-        events, and the intervals of rest. How it ended is in ``attrs["status"]`` and
-        ``attrs["message"]``: divergence and self-locking are answers, not exceptions.
+        Of a driveline, over ``time``: angle [rad], velocity [rad/s], brake_torque, drive_torque
+        [N m], sticking. Over ``period``: the Poincare section. Over ``event`` and ``stick``: the
+        events, and the intervals of rest. Of a machine, over (``time``, ``inertia``): angle,
+        velocity, torque; over (``time``, ``shaft``): shaft_torque; over (``time``, ``contact``):
+        brake_torque, actuation_force [N], sliding_velocity, sticking; over ``event`` and ``stick``
+        those of all contacts. How it ended is in ``attrs["status"]`` and ``attrs["message"]``:
+        divergence and self-locking are answers, not exceptions.
 
     Raises
     ------
@@ -112,12 +121,13 @@ def simulate(
         )  # fmt: skip
     if until is not None:
         raise InputError(
-            f"until = {until!r}: must be None for a BrakedDriveline. Use its machine, system.machine."
+            f"until = {until!r}: must be None for a BrakedDriveline. Simulate its machine,"
+            " system.machine."
         )
-    check_driveline(system)
-    initial = (0.0, 0.0) if initial is None else initial
+    check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
     method = choose_method(system, method)
-    task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
+    state = (0.0, 0.0) if initial is None else initial
+    task = _task(system, duration, periods, state, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)
     options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
     choices: dict[str, dict[str, Any]] = {
@@ -128,7 +138,8 @@ def simulate(
     limits = choices[method]
 
     def solve() -> Trajectory:
-        solver = import_module(f"wedgebrake.solvers.{_MODULES[method]}")  # and with it Numba
+        name = _MODULES[method] if system.plain else "machine.driveline"
+        solver = import_module(f"wedgebrake.solvers.{name}")  # and with it Numba
         trajectory: Trajectory = solver.solve(system, task, **limits)
         return trajectory
 
@@ -155,6 +166,8 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     Raises ``InputError`` for one that is unknown or does not fit the friction law.
     """
     set_valued = isinstance(system.friction, SetValuedFriction)
+    if not system.plain and (not set_valued or method not in (None, "exact")):
+        check_driveline(system)  # which says what is in the way
     if method is None:
         return "exact" if set_valued else "smooth"
     check_choice("method", method, METHODS)
@@ -171,21 +184,35 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     return method
 
 
+def _clock(system: BrakedDriveline, duration: float | None) -> Clock:
+    """The clock of a run, by the period of the torque; without one, by a tenth of the duration."""
+    if system.plain:
+        return Clock(system.excitation.angular_frequency)
+    period = system.excitation.period
+    if not period and duration is None:
+        raise InputError(
+            "periods: must be None, as the torque has no period. Give duration, in seconds."
+        )
+    if not period:
+        period = 0.1 * check_number("duration", duration, 0.0, 1e12) or 1.0
+    return Clock(2.0 * math.pi / period)
+
+
 def _task(
     system: BrakedDriveline,
     duration: float | None,
     periods: int | None,
-    initial: tuple[float, float],
+    initial: tuple[float, float] | FinalState,
     start_time: float,
     times: ArrayLike | None,
     samples: int,
 ) -> Task:
-    clock = Clock(system.excitation.angular_frequency)
     if (duration is None) == (periods is None):
         raise InputError(
             f"duration = {duration!r} and periods = {periods!r}: give exactly one of them,"
             " for example duration=25.0 (seconds) or periods=250 (of the torque)."
         )
+    clock = _clock(system, duration)
     check_number("start_time", start_time, 0.0, min(1e12, _MAX_PHASE * clock.period))
     angle, velocity = check_state("initial", initial)
     number, rest = clock.split(start_time)

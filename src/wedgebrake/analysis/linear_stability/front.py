@@ -11,6 +11,7 @@ from wedgebrake.analysis.linear_stability.machine_stability import (
 )
 from wedgebrake.analysis.linear_stability.verdict import Stability, driveline_stability
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals import Signal
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
 
@@ -50,9 +51,10 @@ def stability(
 
     Returns a ``Stability`` of a ``BrakedDriveline``, a ``MachineStability`` of a ``Machine``.
 
-    Raises ``InputError`` for anything else as system, for speeds that are not finite numbers or of
-    no inertia, for more than 10 contacts that stand, and for controllers with different sample
-    times or with delays of more than 2000 samples.
+    Raises ``InputError`` for anything else as system, for a ``BrakedDriveline`` with lag, limits,
+    sampling or signals, which ``system.machine`` converts, for speeds that are not finite numbers
+    or of no inertia, for more than 10 contacts that stand, and for controllers with different
+    sample times or with delays of more than 2000 samples.
     """
     if isinstance(system, Machine):
         return machine_stability(system, speeds)
@@ -61,5 +63,11 @@ def stability(
         raise wrong(
             "speeds", speeds, "left out for a BrakedDriveline",
             "Its shaft turns with driveline.drive_speed; a wb.Machine takes speeds.",
+        )  # fmt: skip
+    at_once = system.actuation.immediate and not isinstance(system.actuation.initial_force, Signal)
+    if not at_once or isinstance(system.driveline.drive_speed, Signal):
+        raise wrong(
+            "system", system, "a BrakedDriveline of plain numbers whose force acts at once",
+            "With lag, limits, sampling or signals use wb.stability(system.machine).",
         )  # fmt: skip
     return driveline_stability(system)

@@ -104,12 +104,12 @@ def hopf(
     Raises ``InputError`` if no limit is found, for an unknown parameter, and for what
     ``wb.stability`` does not accept.
     """
-    machine = _as_machine(machine)
+    plain = _as_machine(machine)
     ends = _interval(between)
     check_instance("parameter", parameter, str, "a dotted name, for example 'brake.slope'")
 
     def at(value: float) -> _Value:
-        found = machine_stability(machine.replace({parameter: value}), speeds)
+        found = machine_stability(plain.replace({parameter: value}), speeds)
         return _verdict(found), found
 
     low, high = _bracket(at, parameter, ends)
@@ -117,12 +117,11 @@ def hopf(
     return _limit(at, parameter, value, abs(high - low))
 
 
-def _as_machine(machine: Any) -> Machine:
+def _as_machine(machine: Machine | BrakedDriveline) -> Machine:
     if isinstance(machine, BrakedDriveline):
-        machine = getattr(machine, "machine", machine)
-    check_instance("machine", machine, Machine)
-    found: Machine = machine
-    return found
+        return machine.machine
+    check_instance("machine", machine, Machine, "a Machine or a BrakedDriveline")
+    return machine
 
 
 def _interval(between: Any) -> tuple[float, float]:

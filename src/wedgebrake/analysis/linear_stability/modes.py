@@ -222,9 +222,7 @@ def _normalised(shape: ComplexArray) -> ComplexArray:
     return result
 
 
-def _powers(
-    system: LinearSystem, vector: ComplexArray, part: FloatArray | None
-) -> FloatArray:
+def _powers(system: LinearSystem, vector: ComplexArray, part: FloatArray | None) -> FloatArray:
     """Mean power of each contact into a mode, up to a factor; 0 where it is rounding."""
     size = system.rates.shape[0]
     states, weights = vector[:size, None], np.ones(1)

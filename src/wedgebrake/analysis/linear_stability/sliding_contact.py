@@ -138,7 +138,7 @@ def _amplification_slope(brake: Brake, m: float) -> float:
         return a * b / (b - m * d) ** 2
     if isinstance(brake, BandBrake) and type(brake).law is BandBrake.law:
         return brake.wrap_angle * math.exp(m * brake.wrap_angle)
-    step = 1e-2 * max(abs(m), 0.1)
+    step = 2e-3 * max(abs(m), 0.1)
     while True:
         values = [brake.amplification(m + way * step) for way in (-3, -2, -1, 1, 2, 3)]
         if all(math.isfinite(one) for one in values) or step < 1e-12:

@@ -14,10 +14,10 @@ from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.dynamics.piecewise_linear import LINE
 from wedgebrake.dynamics.signals import OPERATION, TABLE, Operation, Signals
 from wedgebrake.errors import InputError
-from wedgebrake.model.friction import SetValuedFriction
-from wedgebrake.model.machine import GROUND, Machine
-from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signal_orders import Orders
 from wedgebrake.model.signal_tables import Table
 from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
@@ -56,9 +56,7 @@ class _Programs:
                     kind = Operation.ADD if isinstance(signal, Sum) else Operation.MULTIPLY
                     self._operation(kind)
         elif isinstance(signal, Harmonic):
-            self._operation(
-                Operation.HARMONIC, 0, signal.amplitude, signal.frequency, signal.phase
-            )
+            self._operation(Operation.HARMONIC, 0, signal.amplitude, signal.frequency, signal.phase)
         elif isinstance(signal, Table):
             self._operation(Operation.TABLE, len(self.tables), 1.0)
             self._table(signal)
@@ -151,7 +149,8 @@ def assemble(machine: Machine, start: float) -> Assembled:
         else:
             load[on] += float(torque.signal(start))
         torques.append(number)
-    contacts, lines = np.zeros(count, CONTACT), []
+    contacts = np.zeros(count, CONTACT)
+    lines: list[tuple[float, float, float]] = []
     state = 2 * n
     for number, one in enumerate(machine.contacts):
         _contact(contacts[number], one, machine, start, programs)
@@ -258,9 +257,13 @@ def _lag_order(given: Actuation) -> int:
 def _lines(contact: Contact) -> tuple[list[tuple[float, float, float]], ...]:
     """Lines of the torque forwards and backwards where friction depends on the speed."""
     friction, given = contact.friction, contact.actuation
-    if friction.constant:
+    if friction.constant or not isinstance(friction, SetValuedFriction):
         return [], []
-    simple = not as_signal(given.initial_force).varies and given.sample_time is None and given.limits is None
+    simple = (
+        not as_signal(given.initial_force).varies
+        and given.sample_time is None
+        and given.limits is None
+    )
     if not simple or _lag_order(given) > 0:
         raise InputError(
             f"{contact.name}.friction = {type(friction).__name__}: varies with the sliding speed,"

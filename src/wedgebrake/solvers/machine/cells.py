@@ -12,7 +12,10 @@ from wedgebrake.solvers.machine.problem import TERMS
 _FEWEST = 6  # so that products of two tables are exact
 _NEEDED = np.array(
     [_FEWEST] + [
-        next(n for n in range(_FEWEST, 200) if n * math.log(q / 16) - math.lgamma(n + 1) < math.log(1e-18))
+        next(
+            n for n in range(_FEWEST, 200)
+            if n * math.log(q / 16) - math.lgamma(n + 1) < math.log(1e-18)
+        )
         for q in range(1, 33)
     ]
 )  # fmt: skip
@@ -21,7 +24,7 @@ _NEEDED = np.array(
 @compiled
 def terms_for(product):
     """Number of terms for a cell, from its length times the growth of the series, at most 2."""
-    place = int(math.ceil(16.0 * product - 1e-9))
+    place = math.ceil(16.0 * product - 1e-9)
     return min(_NEEDED[min(max(place, 0), 32)] + 1, TERMS)
 
 
@@ -102,7 +105,8 @@ def first_zero(g, terms, h, zero, flat):
     reach = 0.0
     for k in range(terms - 1, 0, -1):
         reach = (reach + abs(g[k])) * h
-    start = 0.0 if zero else g[0]
+    offset = g[0] if zero else 0.0
+    start = g[0] - offset
     if start > reach:
         return math.inf
     third = 0.0
@@ -110,31 +114,15 @@ def first_zero(g, terms, h, zero, flat):
         third = third * h + k * (k - 1.0) * (k - 2.0) * abs(g[k])
     tau = 0.0
     if zero:
-        # g = tau (g1 + g2 tau + ...): a zero of the parenthesis is excluded.
-        slope, curve = 0.0 if flat else g[1], g[2]
-        c = third / 6.0
-        if slope < 0.0 or (slope == 0.0 and curve < 0.0):
-            return 0.0
-        root = math.sqrt(curve * curve + 4.0 * c * slope)
-        if c == 0.0:
-            d = h if curve >= 0.0 else min(h, -slope / curve)
-        else:
-            d = (curve + root) / (2.0 * c)
-        if d >= h:
-            return math.inf
-        tau = max(d, 1e-9 * h)
+        tau = _first_step(0.0 if flat else g[1], g[2], third / 6.0, h)
+        if tau == 0.0 or tau >= h:
+            return 0.0 if tau == 0.0 else math.inf
     elif start <= 0.0:
         return 0.0
     tick = 1e-16 * h
     for _ in range(400):
-        u, du, ddu = 0.0, 0.0, 0.0
-        for k in range(terms - 1, -1, -1):
-            ddu = ddu * tau + du
-            du = du * tau + u
-            u = u * tau + g[k]
-        if zero:
-            u -= g[0]
-        ddu *= 2.0
+        u, du, ddu = _derivatives(g, terms, tau)
+        u -= offset
         if u <= 0.0:
             return tau
         rest = h - tau
@@ -151,6 +139,33 @@ def first_zero(g, terms, h, zero, flat):
         if d <= tick:
             return tau
     return tau
+
+
+@inlined
+def _derivatives(g, terms, tau):
+    """Value, first and second derivative of a polynomial."""
+    u, du, ddu = 0.0, 0.0, 0.0
+    for k in range(terms - 1, -1, -1):
+        ddu = ddu * tau + du
+        du = du * tau + u
+        u = u * tau + g[k]
+    return u, du, 2.0 * ddu
+
+
+@inlined
+def _first_step(slope, curve, third, h):
+    """Step within which a polynomial that begins at zero is positive; 0: it is not.
+
+    g = tau (slope + curve tau + ...), and slope + curve d - third d^2 > 0 excludes a zero of the
+    bracket.
+    """
+    if slope < 0.0 or (slope == 0.0 and curve < 0.0):
+        return 0.0
+    if third == 0.0:
+        step = h if curve >= 0.0 else min(h, -slope / curve)
+    else:
+        step = (curve + math.sqrt(curve * curve + 4.0 * third * slope)) / (2.0 * third)
+    return max(step, 1e-9 * h)
 
 
 @inlined

@@ -298,7 +298,11 @@ def apply_event(problem, run, what, cell):
             arrived = -1
         count = 0
         for other in range(before.size):
-            if run.modes[other].side == 0 or other == arrived or _has_arrived(problem, run, other, cell):
+            if (
+                run.modes[other].side == 0
+                or other == arrived
+                or _has_arrived(problem, run, other, cell)
+            ):
                 run.resting[count] = other
                 count += 1
         return EventKind.STICK, settle(problem, run, run.resting[:count])

@@ -7,7 +7,6 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import check_instance, shown
@@ -134,5 +133,3 @@ def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:
             at = problem.start_time
             run.z[0, contact["state"]] = float(force(at)) if callable(force) else force
     run.modes["first_sample"] = problem.start_time
-
-

@@ -3,6 +3,8 @@
 import math
 from enum import IntEnum
 
+import numpy as np
+
 from wedgebrake.dynamics.jit import compiled, inlined
 from wedgebrake.solvers.machine.cells import value
 from wedgebrake.solvers.machine.least_torques import least_torques
@@ -38,10 +40,10 @@ def _key(mode):
 @compiled
 def _has_key(modes, key):
     """Return True if the key of a system is that of the modes."""
+    same = True
     for number in range(modes.size):
-        if _key(modes[number]) != key[number]:
-            return False
-    return True
+        same = same and _key(modes[number]) == key[number]
+    return same
 
 
 @compiled
@@ -86,6 +88,13 @@ def unlimited_force_row(problem, number, side, work, row):
         command_row(problem, number, side, work, row)
 
 
+@inlined
+def _is_released(problem, contact, mode):
+    """Return True on the line without torque that follows the release speed."""
+    line = problem.lines[contact.first_line + mode.line]
+    return line.start > 0.0 and line.offset == 0.0 and line.slope == 0.0
+
+
 @compiled
 def _force_row(problem, number, mode, work, row):
     """Set the row of the actuation force of a contact."""
@@ -93,6 +102,8 @@ def _force_row(problem, number, mode, work, row):
     if mode.clip != 0:
         row[:] = 0.0
         row[-1] = contact.lowest if mode.clip < 0 else contact.highest
+    elif mode.side != 0 and contact.lines_forward > 0 and _is_released(problem, contact, mode):
+        row[:] = 0.0
     else:
         unlimited_force_row(problem, number, mode.side, work, row)
 
@@ -267,6 +278,17 @@ def _lag_rows(problem, number, side, work, rates):
 
 
 @compiled
+def _square(matrix, count, result):
+    """Store the square of a matrix."""
+    for i in range(count):
+        for j in range(count):
+            total = 0.0
+            for k in range(count):
+                total += matrix[i, k] * matrix[k, j]
+            result[i, j] = total
+
+
+@compiled
 def _longest_cell(rates, states, frequency, matrix):
     """Longest cell, from the growth of Taylor coefficients and the fastest signal.
 
@@ -292,12 +314,7 @@ def _longest_cell(rates, states, frequency, matrix):
             for j in range(states):
                 here[i, j] /= largest
         if doubling < _DOUBLINGS:
-            for i in range(states):
-                for j in range(states):
-                    total = 0.0
-                    for k in range(states):
-                        total += here[i, k] * here[k, j]
-                    other[i, j] = total
+            _square(here, states, other)
             here, other = other, here
     growth = math.exp(exponent / 2.0**_DOUBLINGS) if largest > 0.0 else 0.0
     growth = max(growth, frequency)
@@ -307,72 +324,87 @@ def _longest_cell(rates, states, frequency, matrix):
 @compiled
 def _guards(problem, run, slot):
     """Set the guards of the present modes; returns their number."""
-    count, work = 0, run.work
-    rows, what = run.systems.guards[slot], run.systems.what[slot]
+    count, systems = 0, run.systems
+    rows, what = systems.guards[slot], systems.what[slot]
     for number in range(problem.contacts.size):
         contact, mode = problem.contacts[number], run.modes[number]
         if mode.side != 0:
-            low, high = 0.0, math.inf
-            if contact.lines_forward > 0:
-                last = contact.lines_forward
-                if mode.side < 0:
-                    last += contact.lines_backward
-                low = problem.lines[contact.first_line + mode.line].start
-                if mode.line + 1 < last:
-                    high = problem.lines[contact.first_line + mode.line + 1].start
-            speed = work.sliding[number]
-            kind = GuardKind.NEXT_LINE if low > 0.0 else GuardKind.ZERO_SPEED
-            _guard(rows[count], what[count], number, kind, -1, mode.side, speed, low)
-            count += 1
-            if high < math.inf:
-                kind = GuardKind.NEXT_LINE
-                _guard(rows[count], what[count], number, kind, 1, -mode.side, speed, -high)
-                count += 1
+            count = _speed_guards(problem, number, mode, run.work, rows, what, count)
         elif mode.clamp == 0:
-            torque = run.systems.contact[slot, number]
-            for sign in (1, -1):
-                limit = work.upper[number] if sign > 0 else work.lower[number]
-                if _is_finite(limit):
-                    kind, row = GuardKind.HOLDING_LIMIT, rows[count]
-                    _guard(row, what[count], number, kind, sign, -sign, torque, 0.0)
-                    for i in range(row.size):
-                        row[i] += sign * limit[i]
-                    count += 1
-        if contact.lines_forward > 0 or (contact.held >= 0 and contact.lag == 0):
+            torque = systems.contact[slot, number]
+            count = _holding_guards(run.work, number, torque, rows, what, count)
+        if contact.lines_forward == 0 and (contact.held < 0 or contact.lag > 0):
+            count = _force_guards(problem, number, mode, run.work, rows, what, count)
+    return count
+
+
+@compiled
+def _speed_guards(problem, number, mode, work, rows, what, count):
+    """Set the guards of the sliding speed of a contact; returns the number of guards."""
+    contact, low, high = problem.contacts[number], 0.0, math.inf
+    if contact.lines_forward > 0:
+        last = contact.lines_forward + (contact.lines_backward if mode.side < 0 else 0)
+        low = problem.lines[contact.first_line + mode.line].start
+        if mode.line + 1 < last:
+            high = problem.lines[contact.first_line + mode.line + 1].start
+    speed = work.sliding[number]
+    kind = GuardKind.NEXT_LINE if low > 0.0 else GuardKind.ZERO_SPEED
+    _guard(rows[count], what[count], number, kind, -1, mode.side, speed, low)
+    count += 1
+    if high < math.inf:
+        kind = GuardKind.NEXT_LINE
+        _guard(rows[count], what[count], number, kind, 1, -mode.side, speed, -high)
+        count += 1
+    return count
+
+
+@compiled
+def _holding_guards(work, number, torque, rows, what, count):
+    """Set the guards of the torque of a contact at rest; returns the number of guards."""
+    for sign in (1, -1):
+        limit = work.upper[number] if sign > 0 else work.lower[number]
+        if _is_finite(limit):
+            row = rows[count]
+            _guard(row, what[count], number, GuardKind.HOLDING_LIMIT, sign, -sign, torque, 0.0)
+            for i in range(row.size):
+                row[i] += sign * limit[i]
+            count += 1
+    return count
+
+
+@compiled
+def _force_guards(problem, number, mode, work, rows, what, count):
+    """Set the guards of the force of a contact before its limits; returns the number of guards.
+
+    They are above the lowest force and below the highest one, or beyond the limit that it is at.
+    """
+    contact, row, kind = problem.contacts[number], work.spare, GuardKind.FORCE_LIMIT
+    unlimited_force_row(problem, number, mode.side, work, row)
+    if not _varies(row):
+        return count
+    for sign in (-1, 1):
+        limit = contact.lowest if sign < 0 else contact.highest
+        if math.isinf(limit) or (mode.clip != 0 and mode.clip != sign):
             continue
-        row, kind = work.spare, GuardKind.FORCE_LIMIT
-        unlimited_force_row(problem, number, mode.side, work, row)
-        for sign in (-1, 1):
-            # Above the lowest force and below the highest one, or beyond the limit it is at.
-            limit = contact.lowest if sign < 0 else contact.highest
-            inside, crossing = -sign, sign
-            if mode.clip != 0:
-                limit = contact.lowest if mode.clip < 0 else contact.highest
-                inside, crossing = mode.clip, -mode.clip
-                if sign > 0:
-                    continue
-            if math.isfinite(limit) and _varies(row):
-                _guard(rows[count], what[count], number, kind, crossing, inside, row, inside * limit)
-                count += 1
+        crossing = sign if mode.clip == 0 else -sign
+        _guard(rows[count], what[count], number, kind, crossing, -crossing, row, -crossing * limit)
+        count += 1
     return count
 
 
 @compiled
 def _is_finite(row):
     """Return True if all entries of a row are finite."""
-    for value in row:
-        if not math.isfinite(value):
-            return False
-    return True
+    finite = True
+    for entry in row:
+        finite = finite and math.isfinite(entry)
+    return finite
 
 
 @compiled
 def _varies(row):
     """Return True if a row is not a constant."""
-    for i in range(row.size - 1):
-        if row[i] != 0.0:
-            return True
-    return False
+    return bool(np.any(row[: row.size - 1] != 0.0))
 
 
 @compiled

@@ -44,7 +44,7 @@ class PowerRows(NamedTuple):
     contact: Any
 
 
-def observer_of(problem, times, powers=None):
+def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Observer:
     """Room for what is recorded.
 
     times  : of the samples [s]

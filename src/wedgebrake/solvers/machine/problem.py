@@ -30,8 +30,8 @@ TERMS = 28
 # held            : input that is the force a digital controller has set, -1: there is none
 # sample_time, resolution, delay : of the controller
 CONTACT = record(
-    "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest forward"
-    " backward breakaway_forward breakaway_backward sample_time resolution",
+    "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest"
+    " forward backward breakaway_forward breakaway_backward sample_time resolution",
     whole="a b force base base_rate lag state first_line lines_forward lines_backward held delay",
 )
 

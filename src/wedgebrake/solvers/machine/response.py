@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from wedgebrake._version import __version__
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import GROUND
+from wedgebrake.model.signals import as_signal
 from wedgebrake.solvers.machine.assemble import shaft_rows
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
+from wedgebrake.solvers.machine.sticks import stick_rows
 from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS
 from wedgebrake.solvers.status import Status
 
@@ -81,7 +84,8 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
     angle, speed = observer.states[:reached, :n], observer.states[:reached, n : 2 * n]
     twist = shaft_rows(machine)
     stiffness, damping = (
-        np.array([getattr(one, name) for one in machine.shafts]) for name in ("stiffness", "damping")
+        np.array([getattr(one, name) for one in machine.shafts])
+        for name in ("stiffness", "damping")
     )
     shaft_torque = angle @ twist.T * stiffness + speed @ twist.T * damping
     torque = np.zeros((reached, n))
@@ -90,18 +94,17 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
     sticking = observer.side[:reached] == 0
     sliding = np.zeros((reached, len(machine.contacts)))
     for j, contact in enumerate(machine.contacts):
-        other = contact.base_speed
-        if contact.b != "ground":
+        if contact.b == GROUND:
+            other = as_signal(contact.base_speed)(times)
+        else:
             other = speed[:, machine.index(contact.b)]
-        elif callable(other):
-            other = other(times)
         sliding[:, j] = np.where(sticking[:, j], 0.0, speed[:, machine.index(contact.a)] - other)
     by_inertia, by_contact = ("time", "inertia"), ("time", "contact")
     return {
         "angle": (by_inertia, angle, "rad", "angle"),
         "velocity": (by_inertia, speed, "rad/s", "speed"),
         "torque": (by_inertia, torque, "N m", "external torque"),
-        "shaft_torque": (("time", "shaft"), shaft_torque, "N m", "torque of the shaft on a, reversed"),
+        "shaft_torque": (("time", "shaft"), shaft_torque, "N m", "torque of the shaft against a"),
         "brake_torque": (
             by_contact, 0.0 - observer.torque[:reached], "N m", "torque of the contact against a",
         ),
@@ -129,26 +132,21 @@ def _events(answer: MachineAnswer) -> _Table:
 
 def _sticks(answer: MachineAnswer) -> _Table:
     """Variables over the sticks, in order of their beginnings."""
-    start, end = answer.start, answer.final.time
-    rows: list[list[float]] = []
-    for contact, side in enumerate(answer.sides):
-        if side == 0:
-            rows.append([start, end, contact, 0, 0])
-        for event in answer.events[answer.events["contact"] == contact]:
-            if event["before"] == event["after"]:
-                continue
-            if event["before"] == 0:
-                last = next(row for row in reversed(rows) if row[2] == contact)
-                last[1], last[4] = event["time"], event["after"]
-            elif event["after"] == 0:
-                rows.append([event["time"], end, contact, event["before"], 0])
-    columns = np.array(sorted(rows), float).reshape(-1, 5).T
+    columns = np.array(stick_rows(answer), float).reshape(-1, 5).T
     spec = {
         "stick_start": ("s", "beginning of rest", float),
         "stick_end": ("s", "end of rest", float),
         "stick_contact": ("1", "number of the contact", np.int64),
-        "stick_entry": ("1", "sign of the sliding speed before; 0: at rest from the start", np.int8),
-        "stick_exit": ("1", "sign of the sliding speed after; 0: still at rest at the end", np.int8),
+        "stick_entry": (
+            "1",
+            "sign of the sliding speed before; 0: at rest from the start",
+            np.int8,
+        ),
+        "stick_exit": (
+            "1",
+            "sign of the sliding speed after; 0: still at rest at the end",
+            np.int8,
+        ),
     }
     return {
         name: ("stick", column.astype(kind), unit, meaning)

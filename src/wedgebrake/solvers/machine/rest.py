@@ -162,8 +162,10 @@ def _reach(problem: MachineProblem, guards: _Matrix, transient: _Matrix) -> _Mat
         elif lag == 2:
             # F''/w^2 + 2 zeta F'/w + F = 0: F^2 + (F'/w)^2 never grows.
             size = math.hypot(transient[at], transient[at + 1] / contact["lag_frequency"])
-            reach = reach + np.hypot(guards[:, at], guards[:, at + 1] * contact["lag_frequency"]) * size
-    return reach
+            reach = (
+                reach + np.hypot(guards[:, at], guards[:, at + 1] * contact["lag_frequency"]) * size
+            )
+    return np.asarray(reach)
 
 
 def _steady(signal: Signal | float, time: float) -> _Steady | None:
@@ -177,12 +179,7 @@ def _steady(signal: Signal | float, time: float) -> _Steady | None:
         rate = 2.0 * math.pi * plain.frequency
         return _sine(plain.amplitude, rate, rate * time + plain.phase)
     if isinstance(plain, Table):
-        now = float(plain(time))
-        times, values = np.array(plain.times), np.array(plain.values)
-        left = values[times > time]
-        if plain.periodic or np.any(left != now) or (plain.after == "zero" and now != 0.0):
-            return None
-        return _Steady(now, ())
+        return _steady_table(plain, time)
     if isinstance(plain, Orders):
         speed = _steady(plain.speed, time)
         if speed is None or speed.sines:
@@ -195,7 +192,9 @@ def _steady(signal: Signal | float, time: float) -> _Steady | None:
             for order, amplitude, phase in plain.orders
         ]
         return _sum(parts)
-    found = [_steady(one, time) for one in plain.signals] if isinstance(plain, Sum | Product) else []
+    found = (
+        [_steady(one, time) for one in plain.signals] if isinstance(plain, Sum | Product) else []
+    )
     parts = [one for one in found if one is not None]
     if isinstance(plain, Product) and any(one.mean == 0.0 and not one.sines for one in parts):
         return _Steady(0.0, ())
@@ -213,12 +212,21 @@ def _steady(signal: Signal | float, time: float) -> _Steady | None:
     return _Steady(factor * waves[0].mean, sines)
 
 
+def _steady_table(table: Table, time: float) -> _Steady | None:
+    """What a table is from a time on; None if it changes."""
+    now = float(table(time))
+    left = np.array(table.values)[np.array(table.times) > time]
+    return None if table.periodic or np.any(left != now) else _Steady(now, ())
+
+
 def _sine(amplitude: float, rate: float, angle: float) -> _Steady:
-    """amplitude sin(angle + rate tau), as the real part of a rotating amplitude."""
+    """Amplitude sin(angle + rate tau), as the real part of a rotating amplitude."""
     value = amplitude * complex(math.sin(angle), -math.cos(angle))
     return _Steady(value.real, ()) if rate == 0.0 else _Steady(0.0, ((rate, value),))
 
 
 def _sum(parts: list[_Steady]) -> _Steady:
     """Sum of steady signals."""
-    return _Steady(sum(one.mean for one in parts), tuple(sine for one in parts for sine in one.sines))
+    return _Steady(
+        sum(one.mean for one in parts), tuple(sine for one in parts for sine in one.sines)
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,16 +31,18 @@ def simulate_machine(
     duration: float | None,
     *,
     times: ArrayLike | None,
-    initial: FinalState | None,
+    initial: tuple[float, float] | FinalState | None,
     start_time: float,
     until: str | None,
     max_events: int,
 ) -> xr.Dataset:
     """The response of a machine; see ``wb.simulate``."""
+    state = None
     if initial is not None:
         allowed = "a final state, as wb.final_state returns it"
         check_instance("initial", initial, FinalState, allowed)
-        start_time = initial.time
+        state = cast("FinalState", initial)
+        start_time = state.time
     check_number("start_time", start_time, -_LONGEST, _LONGEST)
     if until is not None:
         check_choice("until", until, ["rest"])
@@ -60,7 +62,7 @@ def simulate_machine(
 
     from wedgebrake.solvers.machine.solve import MachineTask
 
-    task = MachineTask(start_time, end, wanted, initial, until == "rest", max_events)
+    task = MachineTask(start_time, end, wanted, state, until == "rest", max_events)
     if until is not None and times is None:
         found = solved(machine, dataclasses.replace(task, times=wanted[:0])).final.time
         task = dataclasses.replace(task, times=np.linspace(start_time, found, _SAMPLES))
@@ -73,10 +75,10 @@ def simulate_machine(
 
 def solved(machine: Machine, task: MachineTask, **options: Any) -> MachineAnswer:
     """The answer of the solver; Ctrl-C stops it."""
-    from wedgebrake.solvers.machine.solve import solve
+    from wedgebrake.solvers.machine.solve import solve_machine
 
     return interruptible(
-        lambda: solve(machine, task, **options), stop=lambda: task.stop.fill(True)
+        lambda: solve_machine(machine, task, **options), stop=lambda: task.stop.fill(True)
     )
 
 

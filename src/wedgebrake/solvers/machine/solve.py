@@ -60,7 +60,7 @@ class MachineAnswer(NamedTuple):
     final: FinalState
 
 
-def solve(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
+def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
     """Simulate a machine exactly (docs/theory.md, section 13).
 
     powers : whether to integrate the work of every part too, in the order of ``power_rows``
@@ -96,7 +96,15 @@ def solve(machine: Machine, task: MachineTask, *, powers: bool = False) -> Machi
         end = task.end
     final = state_of(machine, problem, run)
     return MachineAnswer(
-        assembled, observer, np.concatenate(events), task.start, sides, outcome, at_rest, cells, final
+        assembled,
+        observer,
+        np.concatenate(events),
+        task.start,
+        sides,
+        outcome,
+        at_rest,
+        cells,
+        final,
     )
 
 

@@ -150,7 +150,7 @@ def _after_knot(problem, run, cell, log, count):
 
 
 @compiled
-def _is_locked(problem, run, slot):
+def _is_locked(run, slot):
     """Return True if a contact slides in a direction in which its brake locks itself."""
     for number in range(run.modes.size):
         if run.modes[number].side != 0:
@@ -163,10 +163,10 @@ def _is_locked(problem, run, slot):
 @compiled
 def _all_at_rest(modes):
     """Return True if no contact slides."""
+    resting = True
     for mode in modes:
-        if mode.side != 0:
-            return False
-    return True
+        resting = resting and mode.side == 0
+    return resting
 
 
 @compiled
@@ -213,7 +213,7 @@ def move(problem, run, span, log, observer):
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
     outcome = Outcome.STEP_LIMIT
     while not span.stop[0]:
-        if not answer or again > _CASCADE * (contacts + 1) or _is_locked(problem, run, slot):
+        if not answer or again > _CASCADE * (contacts + 1) or _is_locked(run, slot):
             outcome = Outcome.NO_FORWARD_SOLUTION
             break
         if count >= span.events:
