@@ -307,7 +307,7 @@ def example(
     """Example study files of wedgebrake, to run and to edit.
 
     paper is the wedge brake of the source paper; sweep varies the slope of its actuation
-    force. Without a name, lists all.
+    force; driveline is a machine of four inertias and a brake. Without a name, lists all.
     """
     from wedgebrake.cli import examples
 

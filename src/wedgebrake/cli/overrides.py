@@ -62,12 +62,16 @@ def load_any(path: Path, changes: Iterable[str] | None, method: str | None = Non
     if not is_of_machine(study):
         return _changed(study, changes, method, {}, {})
     wanted = parse_changes(changes or (), study.system)
-    if method is not None:
-        wanted["method"] = method
+    if method is not None and "method" in wanted:
+        raise InputError("--method and --set method: both given. Give one of them.")
     try:
-        return study.changed(**wanted)
+        study = study.changed(**wanted)
     except InputError as error:
         raise InputError(f"--set: {error}") from None
+    try:
+        return study if method is None else study.changed(method=method)
+    except InputError as error:
+        raise InputError(f"--method: {error}") from None
 
 
 def is_of_machine(study: Study) -> bool:
