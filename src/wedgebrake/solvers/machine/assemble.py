@@ -210,7 +210,7 @@ def _contact(
     low, high = given.limits or (-math.inf, math.inf)
     row["lowest"] = max(low, 0.0) if given.release else low
     row["highest"] = high
-    mu = friction.reference
+    mu = friction.nodes()[0][1]  # at vanishing speed
     for name, m in (
         ("forward", mu), ("backward", -mu),
         ("breakaway_forward", friction.breakaway), ("breakaway_backward", -friction.breakaway),

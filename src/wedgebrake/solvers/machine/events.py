@@ -28,10 +28,11 @@ _TOGETHER = 1e-13
 
 
 class Cell(NamedTuple):
-    """Length [s] and number of terms of a cell."""
+    """Length of a cell [s], its number of terms, and how much of it has elapsed [s]."""
 
     length: float
     terms: int
+    elapsed: float
 
 
 @internal
@@ -296,7 +297,7 @@ def apply_event(problem, run, what, cell):
     count = 0
     for other in range(modes.size):
         at_rest = modes[other].side == 0 or other == arrived
-        if at_rest or _has_arrived(problem, run, other, cell):
+        if at_rest or _arrives_too(problem, run, other, cell):
             run.resting[count] = other
             count += 1
     run.pending[0] = count
@@ -315,6 +316,25 @@ def _has_arrived(problem, run, number, cell):
                 reach = reach * cell.length + abs(z[k, j])
             scale += abs(row[j]) * reach
     return abs(value(row, z)) <= _TOGETHER * scale
+
+
+@internal
+def _arrives_too(problem, run, number, cell):
+    """Return True if a contact comes to rest at the same instant as others, and has not just left.
+
+    Its speed has become zero, and fallen at the end of the cell.
+    """
+    mode, row, z = run.modes[number], problem.sliding[number], run.z
+    if mode.fresh & bit(GuardKind.ZERO_SPEED, -1) != 0:
+        return False
+    trend = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            part = 0.0
+            for k in range(cell.terms - 1, 0, -1):
+                part = part * cell.elapsed + k * z[k, j]
+            trend += row[j] * part
+    return mode.side * trend < 0.0 and _has_arrived(problem, run, number, cell)
 
 
 @inlined

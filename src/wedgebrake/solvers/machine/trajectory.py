@@ -265,11 +265,11 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
             continue
         _expand_inputs(problem, run, clock, few)
         if at_knot:
-            _after_knot(problem, run, Cell(h, terms), clock.time)
+            _after_knot(problem, run, Cell(h, terms, tau), clock.time)
             knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
         else:
             what = run.systems.what[slot, first]
-            if apply_event(problem, run, what, Cell(h, terms)):
+            if apply_event(problem, run, what, Cell(h, terms, tau)):
                 bent = what.contact
     run.clock[0], run.clock[1] = clock.time, clock.rest
     return Ended(outcome, count, cells, clock.time)
