@@ -163,7 +163,7 @@ def assemble(machine: Machine, start: float) -> Assembled:
         lines += [*found[0], *found[1]]
     inputs = len(programs.ends)
     for row in contacts:
-        if row["base"] >= 0:
+        if row["base_input"] >= 0:
             row["base_rate"], inputs = inputs, inputs + 1
         if row["sample_time"] > 0.0:
             row["held"], inputs = inputs, inputs + 1
@@ -175,8 +175,8 @@ def assemble(machine: Machine, start: float) -> Assembled:
     sliding = np.zeros((count, state + inputs + 1))
     sliding[:, n : 2 * n], sliding[:, -1] = contact_rows(machine), -contacts["base_speed"]
     for row, one in zip(sliding, contacts, strict=True):
-        if one["base"] >= 0:
-            row[state + one["base"]] = -1.0
+        if one["base_input"] >= 0:
+            row[state + one["base_input"]] = -1.0
     problem = MachineProblem(
         1.0 / np.array([one.inertia for one in machine.inertias]), free, sliding, contacts,
         np.array(lines or [(0.0, 0.0, 0.0)], LINE), programs.numbers_of(start),
@@ -199,7 +199,7 @@ def _contact(
     row["a"] = machine.index(contact.a)
     row["b"] = -1 if contact.b == GROUND else machine.index(contact.b)
     row["force"], row["initial_force"] = _input(given.initial_force, start, programs)
-    row["base"], row["base_speed"] = _input(contact.base_speed, start, programs)
+    row["base_input"], row["base_speed"] = _input(contact.base_speed, start, programs)
     row["base_bound"] = as_signal(contact.base_speed).bound
     row["base_rate"] = row["held"] = -1
     row["slope"] = given.slope

@@ -124,7 +124,7 @@ def settle(problem, run):
         contact, mode = problem.contacts[contacts[i]], run.modes[contacts[i]]
         mode.side, mode.clamp = pattern.side[i], pattern.clamp[i]
         mode.line = contact.lines_forward if mode.side < 0 else 0
-        _, mode.clip = _limited_force(problem, contacts[i], run, mode.side)
+        _, mode.limit = _limited_force(problem, contacts[i], run, mode.side)
         if mode.side != 0:
             if math.isinf(pattern.torque[i]):
                 return False
@@ -186,7 +186,7 @@ def classify(problem, run):
         if mode.side == 0:
             run.resting[count] = number
             count += 1
-        _, mode.clip = _limited_force(problem, number, run, mode.side)
+        _, mode.limit = _limited_force(problem, number, run, mode.side)
     run.pending[0] = count
 
 
@@ -199,7 +199,7 @@ def follow_bases(problem, run):
     jumped = False
     for number in range(run.modes.size):
         contact, mode = problem.contacts[number], run.modes[number]
-        if contact.base < 0:
+        if contact.base_input < 0:
             continue
         speed = value(problem.sliding[number], run.z)
         room = _JUMP * contact.base_bound
@@ -286,7 +286,7 @@ def apply_event(problem, run, what, cell):
         if what.kind == GuardKind.NEXT_LINE:
             mode.line += what.sign
         else:
-            mode.clip += what.sign
+            mode.limit += what.sign
         mode.fresh |= bit(what.kind, -what.sign)
         return True
     for one in modes:

@@ -15,7 +15,7 @@ from wedgebrake.solvers.machine.problem import MachineProblem, Run
 if TYPE_CHECKING:
     import xarray as xr
 
-_MODE = ("side", "line", "clip", "clamp", "fresh")
+_MODE = ("side", "line", "limit", "clamp", "fresh")
 
 
 @dataclass(frozen=True)

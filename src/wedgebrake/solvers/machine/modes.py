@@ -35,7 +35,7 @@ def bit(kind, sign):
 @inlined
 def _key(mode):
     """A number that differs between modes of a contact with different systems."""
-    return 27 * mode.line + 9 * mode.side + 3 * mode.clip + mode.clamp
+    return 27 * mode.line + 9 * mode.side + 3 * mode.limit + mode.clamp
 
 
 @internal
@@ -115,9 +115,9 @@ def _is_released(problem, contact, mode):
 def _force_row(problem, number, mode, row):
     """Set the row of the actuation force of a contact."""
     contact = problem.contacts[number]
-    if mode.clip != 0:
+    if mode.limit != 0:
         row[:] = 0.0
-        row[-1] = contact.lowest if mode.clip < 0 else contact.highest
+        row[-1] = contact.lowest if mode.limit < 0 else contact.highest
     elif mode.side != 0 and contact.lines_forward > 0 and _is_released(problem, contact, mode):
         row[:] = 0.0
     else:
@@ -385,9 +385,9 @@ def _force_guards(problem, number, mode, spare, rows, what, count):
         return count
     for sign in (-1, 1):
         limit = contact.lowest if sign < 0 else contact.highest
-        if math.isinf(limit) or (mode.clip != 0 and mode.clip != sign):
+        if math.isinf(limit) or (mode.limit != 0 and mode.limit != sign):
             continue
-        crossing = sign if mode.clip == 0 else -sign
+        crossing = sign if mode.limit == 0 else -sign
         _guard(rows[count], what[count], number, kind, crossing, -crossing, row, -crossing * limit)
         count += 1
     return count

@@ -18,7 +18,7 @@ TERMS = 28
 # A contact between inertia ``a`` and inertia ``b`` (-1: ground or a moving base).
 #
 # force           : input that is the actuation force at rest, -1: ``initial_force``
-# base, base_rate : inputs that are the speed of the base and its rate, -1: ``base_speed``
+# base_input, base_rate : inputs that are the speed of the base and its rate, -1: ``base_speed``
 # base_bound      : bound of that speed
 # slope           : of the force against the sliding speed
 # lag             : order of the actuator's lag, 0 to 2; its first state is ``state``
@@ -32,16 +32,16 @@ TERMS = 28
 CONTACT = record(
     "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest"
     " forward backward breakaway_forward breakaway_backward sample_time resolution",
-    whole="a b force base base_rate lag state first_line lines_forward lines_backward held delay",
+    whole="a b force base_input base_rate lag state first_line lines_forward lines_backward held delay",
 )
 
 # Mode of a contact. side: direction of sliding, 0 in a stick; line: of the torque over the speed;
-# clip: -1 or 1 where the force is at a limit; clamp: -1 or 1 where a stick has its largest torque,
+# limit: -1 or 1 where the force is at a limit; clamp: -1 or 1 where a stick has its largest torque,
 # since others hold the rest; fresh: bits of the guards that it has just been at, by ``bit``;
 # limited: -1 or 1 where its holding torque has just reached a limit; before, first: side before an
 # event, and at the start;
 # first_sample, samples: time of the first sampling of its controller, and number of them so far.
-MODE = record("first_sample", whole="side line clip clamp fresh limited before first samples")
+MODE = record("first_sample", whole="side line limit clamp fresh limited before first samples")
 
 # A guard of a mode: a linear quantity that is positive inside. sign: of the limit that it is about.
 GUARD = record(whole="contact kind sign")

@@ -135,8 +135,8 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
         if one["b"] >= 0:
             heat[n + one["b"]] = 1.0
         base[-1] = one["base_speed"]
-        if one["base"] >= 0:
-            base[states + one["base"]] = 1.0
+        if one["base_input"] >= 0:
+            base[states + one["base_input"]] = 1.0
         heat += base
     for row, shaft, twist in zip(
         range(2 * count, parts), machine.shafts, shaft_rows(machine), strict=False

@@ -34,6 +34,8 @@ from wedgebrake.solvers.machine.problem import TERMS
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
+# Relative size of a difference of two times that is rounding.
+_TOGETHER = 4e-15
 # Modes of no length at one instant, per contact, after which the run gives up.
 _CASCADE = 12
 
@@ -88,7 +90,7 @@ def _expand_inputs(problem, run, clock, terms):
     expand(problem.signals, clock.time, clock.rest, terms, z, states)
     for contact in problem.contacts:
         if contact.base_rate >= 0:
-            base, rate = states + contact.base, states + contact.base_rate
+            base, rate = states + contact.base_input, states + contact.base_rate
             for k in range(terms - 1):
                 z[k, rate] = (k + 1.0) * z[k + 1, base]
             z[terms - 1, rate] = 0.0
@@ -254,22 +256,25 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         clock = later(clock, tau)
         cells += 1
         again = 0 if tau > 0.0 else again + 1
-        bent, at_knot = -1, False
-        if first < 0 and tau >= remaining:
-            clock, at_knot = Clock(min(span.end, knot), 0.0), True
-            if clock.time >= span.end:
+        bent = -1
+        # An event within rounding of a knot is at the knot.
+        at_knot = remaining - tau <= (_TOGETHER * max(abs(knot), h) if first >= 0 else 0.0)
+        if at_knot:
+            clock = Clock(min(span.end, knot), 0.0)
+            if clock.time >= span.end and first < 0:
                 outcome = Outcome.COMPLETED
                 break
-            pass_knots(problem.signals, knot)
+            pass_knots(problem.signals, clock.time)
         elif first < 0:
             continue
         _expand_inputs(problem, run, clock, few)
+        cell = Cell(h, terms, tau)
         if at_knot:
-            _after_knot(problem, run, Cell(h, terms, tau), clock.time)
+            _after_knot(problem, run, cell, clock.time)
             knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
-        else:
+        if first >= 0:
             what = run.systems.what[slot, first]
-            if apply_event(problem, run, what, Cell(h, terms, tau)):
+            if apply_event(problem, run, what, cell):
                 bent = what.contact
     run.clock[0], run.clock[1] = clock.time, clock.rest
     return Ended(outcome, count, cells, clock.time)
