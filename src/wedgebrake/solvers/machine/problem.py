@@ -32,7 +32,8 @@ TERMS = 28
 CONTACT = record(
     "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest"
     " forward backward breakaway_forward breakaway_backward sample_time resolution",
-    whole="a b force base_input base_rate lag state first_line lines_forward lines_backward held delay",
+    whole="a b force base_input base_rate lag state first_line lines_forward lines_backward held"
+    " delay",
 )
 
 # Mode of a contact. side: direction of sliding, 0 in a stick; line: of the torque over the speed;

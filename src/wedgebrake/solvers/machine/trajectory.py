@@ -244,7 +244,8 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
             if count + contacts > log.size:
                 outcome = Outcome.LOG_FULL
                 break
-        remaining = (min(span.end, knot) - clock.time) - clock.rest
+        ahead = min(span.end, knot)
+        remaining = (ahead - clock.time) - clock.rest
         longest = run.systems.longest[slot]
         h = min(longest, remaining)
         terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
@@ -258,9 +259,9 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         again = 0 if tau > 0.0 else again + 1
         bent = -1
         # An event within rounding of a knot is at the knot.
-        at_knot = remaining - tau <= (_TOGETHER * max(abs(knot), h) if first >= 0 else 0.0)
+        at_knot = remaining - tau <= (_TOGETHER * max(abs(ahead), h) if first >= 0 else 0.0)
         if at_knot:
-            clock = Clock(min(span.end, knot), 0.0)
+            clock = Clock(ahead, 0.0)
             if clock.time >= span.end and first < 0:
                 outcome = Outcome.COMPLETED
                 break
