@@ -9,6 +9,8 @@ from wedgebrake.solvers.machine.problem import TERMS
 
 # Terms that a series needs to reach rounding, by 16 times the product of cell and growth: the
 # largest term left out, product^n/n!, is below 1e-18.
+# Share of its change in a cell below which a value that has just been zero is zero.
+_FRESH = 1e-7
 _FEWEST = 6  # so that products of two tables are exact
 _NEEDED = np.array(
     [_FEWEST] + [
@@ -94,17 +96,21 @@ def advance_states(z, states, terms, tau):
 
 
 @internal
-def first_zero(g, terms, h, zero, flat):
+def first_zero(g, terms, h, room, fresh, flat):
     """First zero of the polynomial g in [0, h]; inf: there is none.
 
     Each step is one within which a bound of the second derivative excludes a zero (Newton's step
     from the safe side).
 
-    zero : g begins at zero;  flat : so does its derivative, up to rounding
+    room  : size of a value at the begin that is rounding
+    fresh : g has just been zero, so that a small value at the begin is zero
+    flat  : so is its derivative
     """
     reach = 0.0
     for k in range(terms - 1, 0, -1):
         reach = (reach + abs(g[k])) * h
+    small = room + (_FRESH * reach if fresh else 0.0)
+    zero = abs(g[0]) <= small or (fresh and reach == 0.0)
     offset = g[0] if zero else 0.0
     start = g[0] - offset
     if start > reach:

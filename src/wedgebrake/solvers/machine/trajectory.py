@@ -104,10 +104,10 @@ def _first_event(run, slot, terms, longest):
     for number in range(systems.counts[slot]):
         what = systems.what[slot, number]
         scale = combine(systems.guards[slot, number], z, terms, g)
-        fresh = run.modes[what.contact].fresh
-        zero = fresh & bit(what.kind, what.sign) != 0 or abs(g[0]) <= _ROUNDING * scale
-        flat = what.kind == GuardKind.ZERO_SPEED and fresh & FLAT != 0
-        found = first_zero(g, terms, tau, zero, flat)
+        marks = run.modes[what.contact].fresh
+        fresh = marks & bit(what.kind, what.sign) != 0
+        flat = what.kind == GuardKind.ZERO_SPEED and marks & FLAT != 0
+        found = first_zero(g, terms, tau, _ROUNDING * scale, fresh, flat)
         if found <= tau:
             tau, first = found, number
     return tau, first
