@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import re
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -210,6 +213,35 @@ def _tutorial() -> wb.BrakedDriveline:
     return wb.read_study(page.split("```toml\n")[1].split("```")[0]).system
 
 
+def _gallery(name: str) -> Figure:
+    """The figure of a program of the gallery."""
+    page = Path(__file__).with_name("gallery.md").read_text(encoding="utf-8")
+    [program] = re.findall(rf"```python\n(# gallery: {name}\n.*?)```", page, flags=re.DOTALL)
+    found: dict[str, Figure] = {}
+    with contextlib.chdir(Path(__file__).parents[1]), contextlib.redirect_stdout(None):
+        exec(program, found)  # noqa: S102 - our own text
+    return found["figure"]
+
+
+GALLERY = ("belt", "blocks", "clutch", "judder", "stop", "controller")
+
+
+def line() -> Figure:
+    """The run of the tutorial of machines."""
+    return wb.plot(wb.simulate(_line(), duration=4.0))
+
+
+def line_modes() -> Figure:
+    """The modes of the machine of that tutorial."""
+    return wb.plot(wb.stability(_line()))
+
+
+def _line() -> wb.Machine:
+    """The machine that the tutorial of machines writes into its last file."""
+    page = Path(__file__).with_name("tutorial_machine.md").read_text(encoding="utf-8")
+    return wb.read_study(page.split("```toml\n")[-1].split("```")[0]).system
+
+
 DRAWN = {
     "amplification": amplification,
     "stability": stability,
@@ -218,6 +250,9 @@ DRAWN = {
     "creep": creep,
     "run": run,
     "slope": slope,
+    "line": line,
+    "line_modes": line_modes,
+    **{name: partial(_gallery, name) for name in GALLERY},
 }
 
 

@@ -58,7 +58,7 @@ def parameters(part: type[BaseModel]) -> str:
 def _facts(field: FieldInfo) -> str:
     extra = labels(field)
     symbol, unit = extra.get("symbol"), extra.get("unit")
-    facts = [f"{symbol} [{unit}]"] if symbol else []
+    facts = [f"{symbol} [{unit}]"] if symbol and (symbol, unit) != ("-", "-") else []
     bounds = [
         f"{sign}{getattr(one, key):.6g}"
         for one in field.metadata

@@ -3,7 +3,7 @@
 from . import paper as paper
 from ._version import __version__
 from .analysis.energy import energy
-from .analysis.linear_stability import stability, stability_map
+from .analysis.linear_stability import hopf, stability, stability_map
 from .analysis.motion import Motion, motion
 from .analysis.poincare import poincare
 from .analysis.spectral_peaks import spectral_lines
@@ -34,7 +34,13 @@ from .model.friction import (
     TabulatedFriction,
 )
 from .model.groups import Groups
+from .model.machine import Machine
+from .model.machine_parts import Contact, Inertia, Shaft, Torque
 from .model.part import parameter
+from .model.signal_orders import Orders
+from .model.signal_tables import Ramp, Table
+from .model.signals import Constant, Harmonic, Signal
+from .model.stribeck import StribeckFriction
 from .model.study import Study, load_study, read_study
 from .model.study_text import save_study
 from .model.system import BrakedDriveline
@@ -43,6 +49,7 @@ from .orbits.codim2 import boundaries, boundary
 from .orbits.diagram import branches
 from .orbits.orbit import BranchPoint, Orbit
 from .orbits.shooting import orbit
+from .solvers.machine.final_state import FinalState, final_state
 from .solvers.simulate import simulate
 from .solvers.status import Status
 from .sweeps.basins import basins
@@ -57,24 +64,37 @@ __all__ = [
     "Branch",
     "BranchPoint",
     "Characteristic",
+    "Constant",
+    "Contact",
     "ConventionalBrake",
     "CoulombFriction",
     "CustomFriction",
     "Driveline",
+    "FinalState",
     "Groups",
+    "Harmonic",
     "HarmonicTorque",
+    "Inertia",
     "InputError",
     "LeadingShoeBrake",
     "LeverBrake",
+    "Machine",
     "Motion",
     "Orbit",
+    "Orders",
     "OutputError",
+    "Ramp",
     "SetValuedFriction",
+    "Shaft",
+    "Signal",
     "SmoothFriction",
     "SmoothedFriction",
     "Status",
+    "StribeckFriction",
     "Study",
+    "Table",
     "TabulatedFriction",
+    "Torque",
     "WedgeBrake",
     "WedgebrakeError",
     "__version__",
@@ -87,6 +107,8 @@ __all__ = [
     "continuation",
     "energy",
     "explore",
+    "final_state",
+    "hopf",
     "load_study",
     "motion",
     "orbit",

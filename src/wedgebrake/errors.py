@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import difflib
+import re
 from collections.abc import Iterable
+from typing import Any
+
+# "name = value: must be what is allowed. ..."; the value may be missing.
+_FORM = re.compile(
+    r"(?P<name>[^\s:=]+)(?: = (?P<value>.+?))?: (?P<rest>must be (?P<allowed>.+?)\.(?:\s|$))?"
+)
 
 
 class WedgebrakeError(Exception):
@@ -11,7 +19,38 @@ class WedgebrakeError(Exception):
 
 
 class InputError(WedgebrakeError, ValueError):
-    """An argument or a study file is wrong; the message names it and the way out."""
+    """An argument or a study file is wrong; the message names it and the way out.
+
+    name    : the argument, as "disc.inertia"; None if it is not known
+    value   : its value; None if it is missing or not known
+    allowed : what it must be, in words, or a tuple of the allowed words; None if not known
+
+    Of several errors in one message they describe the first.
+    """
+
+    def __init__(
+        self,
+        message: str = "",
+        *,
+        name: str | None = None,
+        value: Any = None,
+        allowed: str | tuple[str, ...] | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.name, self.value, self.allowed = name, value, allowed
+        if name is None:
+            self._read(message)
+
+    def _read(self, message: str) -> None:
+        """Take the attributes from a message of the usual form."""
+        found = _FORM.match(message)
+        if found is None or (found["value"] is None and found["allowed"] is None):
+            return
+        self.name, self.allowed = found["name"], found["allowed"]
+        try:
+            self.value = ast.literal_eval(found["value"] or "None")
+        except (ValueError, SyntaxError, MemoryError, RecursionError):
+            self.value = None
 
 
 class OutputError(WedgebrakeError, OSError):
@@ -24,8 +63,15 @@ _MEANT = {
     **dict.fromkeys(("j", "mass", "moment_of_inertia"), ("inertia",)),
     **dict.fromkeys(("c", "damper", "viscosity"), ("damping",)),
     **dict.fromkeys(("k", "spring"), ("stiffness",)),
-    "omega": ("drive_speed", "frequency"),
+    "omega": ("drive_speed", "frequency", "speed"),
     **dict.fromkeys(("speed", "rpm", "shaft_speed"), ("drive_speed", "initial_velocity")),
+    "omega_b": ("base_speed",),
+    **dict.fromkeys(("t_a", "time_constant"), ("lag",)),
+    "omega_a": ("frequency",),
+    "zeta_a": ("damping_ratio",),
+    **dict.fromkeys(("t_s", "sampling_time", "sample_period"), ("sample_time",)),
+    "v_0": ("width", "speed"),
+    "epsilon": ("tolerance",),
     "r": ("radius",),
     **dict.fromkeys(("alpha_w", "wedge_angle", "alpha"), ("angle", "brake_angle", "alpha")),
     "beta": ("wrap_angle",),

@@ -68,7 +68,7 @@ class TestContents:
         examples = set()
         with zipfile.ZipFile(next(built.glob("*.whl"))) as wheel:
             names = {name for name in wheel.namelist() if ".dist-info/" not in name}
-            for path in (ROOT / "examples").glob("*.toml"):
+            for path in [*(ROOT / "examples").glob("*.toml"), *(ROOT / "examples").glob("*.csv")]:
                 examples.add(f"wedgebrake/examples/{path.name}")
                 assert wheel.read(f"wedgebrake/examples/{path.name}") == path.read_bytes()
         assert names == files_of_the_package() | examples

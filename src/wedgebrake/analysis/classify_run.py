@@ -86,7 +86,7 @@ class _Run:
         self.system, self.protocol = system, protocol
         self.state, self.work, self.status = initial, 0, Status.COMPLETED
         self.points = np.array([initial], dtype=float)
-        self.period = system.excitation.period
+        self.period = 1.0 / system.excitation.frequency
         # Of the periods observed last; ``resting``: no slip in the last period.
         self.sums, self.size, self.resting = empty_sums(), 1.0, False
         # Weight of an angle in distances: without a spring it does not matter.

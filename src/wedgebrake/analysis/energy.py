@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.datasets import attributes, dataset_over
+from wedgebrake.analysis.datasets import attributes, dataset_over, is_of_machine
 from wedgebrake.analysis.dense_motion import DenseMotion
 from wedgebrake.analysis.segments import (
     ResponseSystem,
     Segments,
+    machine_from_response,
     segments_between,
     system_from_response,
 )
@@ -52,6 +53,8 @@ _INTEGRALS = (*_BALANCE[:4], "amplification_time", "amplification_integral", "pe
 def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     """Energy balance of every whole period of the torque (docs/theory.md, section 10).
 
+    Of a machine, which may have no period: the balance of the whole run, part by part.
+
     With v = drive_speed + theta' the sliding velocity,
 
         torque_work + drive_work = viscous_loss + friction_heat + stored_change + residual
@@ -89,17 +92,22 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         "samples": where the torque between the samples comes from; method, status and
         message of the response.
 
+        Of a machine: friction_heat and base_work over ``contact``, viscous_loss over ``shaft``,
+        torque_work over ``torque``, stored_change and residual [J]; ``attrs``: start, stop [s].
+
     Raises
     ------
     InputError
-        For a dataset that is not a response, a start outside it, less than one whole period,
-        or samples too far apart: more than a tenth of the torque's period or a quarter of
-        the natural one.
+        For a dataset that is not a response, a start for that of a machine, a start outside it,
+        less than one whole period, or samples too far apart: more than a tenth of the torque's
+        period or a quarter of the natural one.
     """
+    if is_of_machine(response):
+        return _of_machine(response, start)
     given = system_from_response(response)
     begin, end = span(response)
     low = begin if start is None else inside(start, begin, end)
-    period = given.excitation.period
+    period = 1.0 / given.excitation.frequency
     first, last = _periods(response, low, period)
     times, angle, velocity, numbers = (
         response[name].to_numpy()[first : last + 1]
@@ -134,6 +142,18 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         **attributes(response, "method", "status", "message"),
     }
     return dataset
+
+
+def _of_machine(response: xr.Dataset, start: float | None) -> xr.Dataset:
+    """The balance of a whole run of a machine."""
+    from wedgebrake.analysis.machine_energy import machine_energy
+
+    if start is not None:
+        raise InputError(
+            f"start = {start!r}: must be None for a machine, whose balance covers the whole run."
+            " Simulate the first part alone, and continue from wb.final_state(response)."
+        )
+    return machine_energy(machine_from_response(response), response)
 
 
 def _integrals(

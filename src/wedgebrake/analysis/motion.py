@@ -8,8 +8,7 @@ from typing import Any, Literal
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.model.display import Result
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.simulate import check_state, choose_method
 
@@ -145,7 +144,7 @@ def motion(
     InputError
         For arguments that are invalid or do not fit the friction law.
     """
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     chosen = choose_method(system, method)
     state = check_state("initial", initial)
     wanted = protocol(

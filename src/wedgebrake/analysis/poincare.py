@@ -10,8 +10,8 @@ import numpy as np
 
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_number, check_whole
+from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.validation import check_number, check_whole
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def poincare(
     InputError
         For invalid arguments, and as ``simulate``.
     """
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     _check_options(options)
     check_whole("periods", periods, 1, _MOST)
     check_whole("transient", transient, 0, _MOST)

@@ -8,18 +8,22 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.datasets import check_machine_response, refuse_machine_response
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import parse_study
-from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.system import PARTS, BrakedDriveline, check_plain
+from wedgebrake.model.tables import make_part
+from wedgebrake.model.validation import check_instance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,14 +135,15 @@ class ResponseSystem:
 def system_from_response(response: xr.Dataset) -> ResponseSystem:
     """Read the system of a response from its attributes.
 
-    Raises ``InputError`` if the response does not describe one.
+    Raises ``InputError`` if the response does not describe one, or a machine.
     """
+    refuse_machine_response(response)
     try:
         tables: dict[str, Any] = json.loads(response.attrs["system"])
         parts = (
             Driveline(**tables["driveline"]),
             Actuation(**tables["actuation"]),
-            HarmonicTorque(**tables["excitation"]),
+            cast("HarmonicTorque", make_part("excitation", tables["excitation"])),
         )
         radius, kind = float(tables["brake"]["radius"]), tables["friction"]["kind"]
     except (AttributeError, KeyError, TypeError, ValueError):
@@ -146,6 +151,7 @@ def system_from_response(response: xr.Dataset) -> ResponseSystem:
             f"response = {type(response).__name__}: must be a dataset that describes its system in"
             " attrs['system']. Use the result of wb.simulate(...)."
         ) from None
+    check_plain(*parts)
     try:
         system = parse_study({name: tables[name] for name in PARTS}).system
     except InputError:  # custom laws, which tables do not contain
@@ -153,3 +159,21 @@ def system_from_response(response: xr.Dataset) -> ResponseSystem:
         set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)
         return ResponseSystem(*parts, radius, set_valued, None)
     return ResponseSystem(*parts, radius, isinstance(system.friction, SetValuedFriction), system)
+
+
+def machine_from_response(response: xr.Dataset) -> Machine:
+    """Read the machine of a response from its attributes.
+
+    Raises ``InputError`` for other datasets, and for machines with parts that have no name in study
+    files.
+    """
+    check_machine_response(response)
+    try:
+        machine: Any = parse_study(dict(json.loads(response.attrs["system"]))).system
+    except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
+        raise InputError(
+            "response: does not say, in attrs['system'], what was simulated, or with a part that"
+            " has no name in study files."
+        ) from None
+    found: Machine = check_instance("response", machine, Machine, "that of a machine")
+    return found

@@ -140,6 +140,16 @@ def is_driven(response: xr.Dataset) -> bool:
         return True
 
 
+def _refuse_several(response: xr.Dataset, quantity: str) -> None:
+    """Refuse a variable of several parts of a machine."""
+    for part in response[quantity].dims[1:]:
+        first = str(response[part].to_numpy()[0]) if response.sizes[part] else "NAME"
+        raise InputError(
+            f"quantity = {quantity!r}: is given for each {part}, must be that of one. Select it,"
+            f" for example response.sel({part}={first!r})."
+        )
+
+
 def _samples(
     response: xr.Dataset, quantity: str, start: float | None, stop: float | None
 ) -> tuple[FloatArray, FloatArray]:
@@ -150,6 +160,8 @@ def _samples(
             " result of wb.simulate(...)."
         )
     over_time = [str(name) for name, v in response.data_vars.items() if v.dims == ("time",)]
+    if quantity in response.data_vars and response[quantity].dims[:1] == ("time",):
+        _refuse_several(response, quantity)
     if quantity not in over_time:
         hint = nearest(str(quantity), over_time)
         raise InputError(f"quantity = {quantity!r}: no such variable over time. {hint}")

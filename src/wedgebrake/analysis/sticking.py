@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.datasets import attributes, dataset_over
+from wedgebrake.analysis.datasets import attributes, dataset_over, refuse_machine_response
 from wedgebrake.dynamics.enums import StickClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.validation import SECONDS, check_number
@@ -108,6 +108,7 @@ def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
 
 def span(response: xr.Dataset) -> tuple[float, float]:
     """Return the first and last time of a response [s], whether sampled or not."""
+    refuse_machine_response(response)
     if "stick_start" not in getattr(response, "data_vars", {}):
         raise InputError(
             f"response = {type(response).__name__}: must be a dataset with stick_start,"

@@ -55,7 +55,7 @@ def brake_torque(
     natural one.
     """
     given = system_from_response(response)
-    period = given.excitation.period
+    period = 1.0 / given.excitation.frequency
     low, high = _window(response, start, stop, period)
     times = response["time"].to_numpy()
     segments = segments_between(response, times[0], times[-1], _SAME * period)

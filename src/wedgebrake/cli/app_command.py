@@ -9,9 +9,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from wedgebrake.cli.main import USUAL_COLLECTIONS, say
-from wedgebrake.cli.overrides import in_options
+from wedgebrake.cli.overrides import in_options, is_of_machine
 from wedgebrake.errors import InputError
-from wedgebrake.model.study import load_study
+from wedgebrake.model.study import Study, load_study
 from wedgebrake.model.validation import shown
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -38,12 +38,15 @@ def explore(
             )
     study = None if path is None else load_study(path)
     from wedgebrake.explorer.core.presets import START, preset
+    from wedgebrake.explorer.core.state import PageState
     from wedgebrake.explorer.core.studies import opened
     from wedgebrake.explorer.ui.server import serve
 
     gc.set_threshold(*USUAL_COLLECTIONS)  # a server that runs for days must free its memory
 
-    state = preset(START).state() if study is None else opened(study)
+    state: PageState | Study = preset(START).state()
+    if study is not None:
+        state = study if is_of_machine(study) else opened(study)
 
     def ready(url: str) -> None:
         say(f"The explorer is at {url} until Ctrl-C.")

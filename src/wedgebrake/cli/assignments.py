@@ -8,6 +8,8 @@ from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind
@@ -52,19 +54,42 @@ def _refuse_table(option: str, text: str, name: str, tables: Collection[str]) ->
         )
 
 
-def parse_changes(texts: Iterable[str]) -> dict[str, Any]:
+def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> dict[str, Any]:
     """The changes of several ``--set`` options, values written as in a study file.
+
+    system : of the study; names of a machine have dots, as in brake.slope=-40
 
     Raises ``InputError`` for a text that is not NAME=VALUE, or a name given twice.
     """
     changes: dict[str, Any] = {}
     for text in texts:
         name, value = _parted("--set", text, "NAME=VALUE, for example --set eta=-30")
-        _check_changed(text, name)
+        if isinstance(system, BrakedDriveline):
+            _check_changed(text, name)
+        else:
+            _check_dotted(text, name, system)
         if name in changes:
             raise InputError(f"--set {as_typed(name)}: given twice. Give it once.")
         changes[name] = _value(text, value)
     return changes
+
+
+def _check_dotted(text: str, name: str, machine: Machine) -> None:
+    """Raise ``InputError`` for a name that is no parameter of a machine and no run setting."""
+    parts = name.split(".")
+    if name in MachineRun.model_fields or (len(parts) > 1 and parts[0] in machine.parts()):
+        return
+    allowed = [*machine.parameters(), *MachineRun.model_fields]
+    hint = nearest(name, allowed) if len(parts) > 1 else _owners(name, allowed)
+    raise InputError(f"--set {as_typed(text)}: no such parameter or run setting. {hint}")
+
+
+def _owners(name: str, allowed: Collection[str]) -> str:
+    """A sentence with the dotted names that end with a name, else with the nearest ones."""
+    found = [one for one in allowed if one.rpartition(".")[2] == name]
+    if not found:
+        return nearest(name, allowed)
+    return f"Name its part too: {', '.join(found)}."
 
 
 def _check_changed(text: str, name: str) -> None:
@@ -164,11 +189,14 @@ def _check_varied(
     refused: str,
 ) -> None:
     """Refuse a name that is not allowed, and suggest the nearest allowed name."""
-    _refuse_table(option, text, name, (*PARTS, "groups"))
+    where = f"{option} {as_typed(text)}: "
+    if isinstance(system, BrakedDriveline):
+        _refuse_table(option, text, name, (*PARTS, "groups"))
+        if name not in allowed:
+            refuse_of_another_kind(name, system, where)
     if name not in allowed:
-        where = f"{option} {as_typed(text)}: "
-        refuse_of_another_kind(name, system, where)
-        raise InputError(f"{where}{refused} on this brake and driveline. {nearest(name, allowed)}")
+        what = "brake and driveline" if isinstance(system, BrakedDriveline) else "machine"
+        raise InputError(f"{where}{refused} on this {what}. {nearest(name, allowed)}")
 
 
 def _read(where: str, name: str, values: str) -> dict[str, Any] | list[float]:

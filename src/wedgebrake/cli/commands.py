@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -57,14 +57,30 @@ def stability(
 
     Prints the eigenvalues, the bifurcation points (Hopf and node-focus, in eta and as slopes of
     the actuation force), for a wedge also the angles of Hopf points and of self-locking, and a
-    verdict. Nothing is simulated.
+    verdict. Of a machine with several inertias it prints the modes at the speeds at the start, with
+    frequency, damping and shape. Nothing is simulated.
     """
     from wedgebrake.analysis.linear_stability import stability as evaluate
     from wedgebrake.cli.output import put
-    from wedgebrake.cli.overrides import load
+    from wedgebrake.cli.overrides import is_of_machine, load_any
     from wedgebrake.cli.report import stability_report, stability_text
 
-    system = load(study, changes).system
+    loaded = load_any(study, changes)
+    if is_of_machine(loaded):
+        from wedgebrake.cli.machine_report import (
+            machine_stability_report,
+            machine_stability_text,
+        )
+
+        machine: Any = loaded.system
+        found = evaluate(machine)
+        put(
+            as_json,
+            machine_stability_report(machine, found),
+            lambda: machine_stability_text(machine, found),
+        )
+        return
+    system = loaded.system
     verdict = evaluate(system)
     put(as_json, stability_report(system, verdict), lambda: stability_text(system, verdict))
 
@@ -82,6 +98,9 @@ def simulate(
     as_json: options.AsJson = False,
 ) -> None:
     """The response in time: 250 periods of the torque, unless the study sets another duration.
+
+    Of a machine with several inertias: 10 s by default. Prints how each contact sticks and slides,
+    how the run ended, and its energy.
 
     Prints how the brake vibrates in the last fifth of the run, the class of stick-slip, the
     events, and the final state. With --json: parameters, groups, status, sticks, Poincare
@@ -288,7 +307,7 @@ def example(
     """Example study files of wedgebrake, to run and to edit.
 
     paper is the wedge brake of the source paper; sweep varies the slope of its actuation
-    force. Without a name, lists all.
+    force; driveline is a machine of four inertias and a brake. Without a name, lists all.
     """
     from wedgebrake.cli import examples
 

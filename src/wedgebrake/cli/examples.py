@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import wedgebrake
@@ -13,6 +14,9 @@ from wedgebrake.model.files import write
 _PACKAGE = Path(wedgebrake.__file__).parent
 # Folders in an installed package and in a clone.
 _FOLDERS = (_PACKAGE / "examples", _PACKAGE.parents[1] / "examples")
+
+
+_RECORD = r'(?m)^file = "([^"/]+)"'
 
 
 def listing() -> str:
@@ -38,16 +42,25 @@ def example(name: str) -> str:
 
 
 def written(name: str, path: Path) -> Path:
-    """Write an example to a new file; returns its full path.
+    """Write an example to a new file, its records beside it; returns its full path.
 
-    Raises ``InputError`` for an unknown name and if the file exists or cannot exist, and
-    ``OutputError`` if it cannot be written; no incomplete file remains.
+    Raises ``InputError`` for an unknown name and if a file exists or cannot exist, and
+    ``OutputError`` if one cannot be written; no incomplete file remains.
     """
     text = example(name)
     check_target("--out", path, (".toml",))
     if os.path.lexists(path):
         raise InputError(f"--out {path}: already exists. Choose another name.")
+    records = [_paths()[name].with_name(record) for record in re.findall(_RECORD, text)]
+    for record in records:
+        beside = path.with_name(record.name)
+        if os.path.lexists(beside) and beside.read_bytes() != record.read_bytes():
+            raise InputError(
+                f"--out {path}: its record {beside} already exists. Choose another folder."
+            )
     try:
+        for record in records:
+            write(path.with_name(record.name), record.read_bytes())
         write(path, text.encode())
     except OutputError as error:
         raise of_option(error, "--out", path) from None

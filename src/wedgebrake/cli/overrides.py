@@ -10,6 +10,7 @@ from typing import Any
 
 from wedgebrake.cli.assignments import parse_axes, parse_changes
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import METHODS, Study, load_study
 from wedgebrake.model.sweep_settings import Sweep
 from wedgebrake.model.validation import as_typed
@@ -39,14 +40,53 @@ def load(
     unused: Mapping[str, str] = MappingProxyType({}),
     options: Mapping[str, Any] = MappingProxyType({}),
 ) -> Study:
-    """Read a study file and apply ``--set`` and ``--method``.
+    """Read the study file of a braked driveline and apply ``--set`` and ``--method``.
 
     unused  : settings that the command does not use, and their replacements
     options : of the command; their names must not be set as well
 
-    Raises ``InputError``.
+    Raises ``InputError``, also for the study of a machine.
     """
-    wanted = parse_changes(changes or ())
+    study = load_study(path)
+    if is_of_machine(study):
+        raise InputError(
+            f"{path}: describes a machine ([[inertia]] ...). This command is for a BrakedDriveline"
+            " ([driveline] ...) so far; machines are taken by simulate, stability and app."
+        )
+    return _changed(study, changes, method, unused, options)
+
+
+def load_any(path: Path, changes: Iterable[str] | None, method: str | None = None) -> Study:
+    """As ``load``, for the study of a braked driveline or of a machine."""
+    study = load_study(path)
+    if not is_of_machine(study):
+        return _changed(study, changes, method, {}, {})
+    wanted = parse_changes(changes or (), study.system)
+    if method is not None and "method" in wanted:
+        raise InputError("--method and --set method: both given. Give one of them.")
+    try:
+        study = study.changed(**wanted)
+    except InputError as error:
+        raise InputError(f"--set: {error}") from None
+    try:
+        return study if method is None else study.changed(method=method)
+    except InputError as error:
+        raise InputError(f"--method: {error}") from None
+
+
+def is_of_machine(study: Study) -> bool:
+    """Return True for the study of a machine with several inertias and contacts."""
+    return isinstance(study.system, Machine)
+
+
+def _changed(
+    study: Study,
+    changes: Iterable[str] | None,
+    method: str | None,
+    unused: Mapping[str, str],
+    options: Mapping[str, Any],
+) -> Study:
+    wanted = parse_changes(changes or (), study.system)
     if method is not None:
         if method not in METHODS:
             raise InputError(f"--method {method}: not known. {nearest(method, METHODS)}")
@@ -57,7 +97,6 @@ def load(
             raise InputError(f"--set {name}: {unused[name]}")
         if options.get(name) is not None:
             raise InputError(f"--{name} and --set {name}: both given. Give one of them.")
-    study = load_study(path)
     try:
         study = study.changed(**wanted)
     except InputError as error:

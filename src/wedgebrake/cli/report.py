@@ -16,7 +16,7 @@ from wedgebrake.analysis.linear_stability import DirectionStability, Stability, 
 from wedgebrake.analysis.sticking import AT_REST, span, steady_start, sticks
 from wedgebrake.analysis.torque import brake_torque
 from wedgebrake.cli.output import check_files, describe, finish, header
-from wedgebrake.cli.overrides import load
+from wedgebrake.cli.overrides import is_of_machine, load_any
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
@@ -98,7 +98,12 @@ def run(
     from wedgebrake.solvers.simulate import simulate
 
     check_files(out, plot)
-    loaded = load(study, changes, method)
+    loaded = load_any(study, changes, method)
+    if is_of_machine(loaded):
+        from wedgebrake.cli.machine_report import run_machine
+
+        run_machine(loaded, out, plot, as_json)
+        return
     system = loaded.system
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:

@@ -18,6 +18,8 @@ class Outcome(IntEnum):
     STEP_LIMIT = 4
     LOG_FULL = 5
     """The log has no room for another row; the run can be continued."""
+    PAUSED = 6
+    """All contacts of a machine have come to rest; the run can be continued."""
 
 
 class EventKind(IntEnum):

@@ -73,6 +73,14 @@ def inlined(function: Callable[..., Any]) -> Any:
     return compiled(function, forceinline=True)
 
 
+def internal(function: Callable[..., Any]) -> Any:
+    """Compile a kernel that kernels alone call, without what calls from Python need.
+
+    Converting large named tuples takes most of the compile time otherwise.
+    """
+    return compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
 def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a kernel at once, for one signature, with laws as function pointers.
 

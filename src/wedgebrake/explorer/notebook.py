@@ -10,15 +10,18 @@ from concurrent.futures import Future
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import Run, Study, load_study
+from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_whole, shown
 
 if TYPE_CHECKING:
     from wedgebrake.explorer.core.state import PageState
+    from wedgebrake.explorer.ui.machine_page import MachinePage
     from wedgebrake.explorer.ui.session import Explorer
 
 _LEAST_HEIGHT, _MOST_HEIGHT = 200, 5000
@@ -29,10 +32,10 @@ class Cell:
     """The explorer as a notebook cell shows it.
 
     url   : address of the page, for a separate window
-    state : of the page that was opened last: study and view; immutable
+    state : of the page that was opened last: study and view, immutable; of a machine, its study
     """
 
-    def __init__(self, state: PageState, port: int, height: int) -> None:
+    def __init__(self, state: PageState | Study, port: int, height: int) -> None:
         self._state, self._height = state, height
         self._explorer: Explorer | None = None
         # Other users of this computer must not be able to guess it.
@@ -41,27 +44,34 @@ class Cell:
         _CELLS[key] = self
 
     @property
-    def state(self) -> PageState:
-        """The study and its view, as currently set on the page; immutable."""
+    def state(self) -> PageState | Study:
+        """The study and its view as set on the page, immutable; of a machine its study."""
         return self._state if self._explorer is None else self._explorer.state
 
     @property
     def study(self) -> Study:
         """The study as set on the page."""
-        return self.state.study
+        state = self.state
+        return state if isinstance(state, Study) else state.study
 
     @property
-    def system(self) -> BrakedDriveline:
+    def system(self) -> BrakedDriveline | Machine:
         """The machine as set on the page."""
-        return self.state.system
+        return self.study.system
 
-    def page(self) -> Explorer:
+    def page(self) -> Explorer | MachinePage:
         """A page for a browser; a second one begins with the state of the first."""
         import panel as pn
 
+        from wedgebrake.explorer.ui.machine_page import MachinePage
         from wedgebrake.explorer.ui.session import Explorer
 
-        explorer = self._explorer = Explorer(self.state)
+        state = self.state
+        if isinstance(state, Study):
+            shown = MachinePage(state)
+            pn.state.on_session_destroyed(lambda _: shown.close())
+            return shown
+        explorer = self._explorer = Explorer(state)
 
         def gone(_: Any) -> None:
             if self._explorer is explorer:  # its state is kept, its page is not
@@ -85,7 +95,7 @@ _CELLS: dict[str, Cell] = {}
 
 
 def explore(
-    subject: BrakedDriveline | Study | str | os.PathLike[str] | None = None,
+    subject: BrakedDriveline | Machine | Study | str | os.PathLike[str] | None = None,
     *,
     port: int = 0,
     height: int = 900,
@@ -93,7 +103,7 @@ def explore(
     """The explorer in a notebook cell: the page of ``wedgebrake app``, served by this process.
 
     subject : the machine, a study, or the path of a study file; by default the brake of the
-              source paper
+              source paper. A ``Machine`` is shown, not edited
     port    : port of this process, at 127.0.0.1 only; 0 takes any free port
     height  : of the page in the cell [px]
 
@@ -118,7 +128,8 @@ def explore(
     return Cell(_state_of(subject), port, height)
 
 
-def _state_of(subject: Any) -> PageState:
+def _state_of(subject: Any) -> PageState | Study:
+    from wedgebrake.explorer.core.machine_view import is_machine
     from wedgebrake.explorer.core.presets import START, preset
     from wedgebrake.explorer.core.studies import opened
 
@@ -126,13 +137,16 @@ def _state_of(subject: Any) -> PageState:
         return preset(START).state()
     if isinstance(subject, BrakedDriveline):
         return opened(Study(subject, Run()))
-    if isinstance(subject, Study):
-        return opened(subject)
     if isinstance(subject, str | os.PathLike):
-        return opened(load_study(Path(subject)))
+        subject = load_study(Path(subject))
+    if isinstance(subject, Machine):
+        run: Any = MachineRun()
+        subject = Study(cast("Any", subject), run)
+    if isinstance(subject, Study):
+        return subject if is_machine(subject) else opened(subject)
     raise InputError(
-        f"subject = {shown(subject)}: must be a BrakedDriveline, a Study or the path of a study"
-        " file."
+        f"subject = {shown(subject)}: must be a BrakedDriveline, a Machine, a Study or the path of"
+        " a study file."
     )
 
 

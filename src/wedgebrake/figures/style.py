@@ -30,6 +30,10 @@ STICKS = {
     0: (GREY, "rest from the start"),
 }
 
+# Parts of a machine: contacts, whose sticks are shaded, and inertias or shafts.
+CONTACTS = (ORANGE, GREEN, PURPLE, "#B8A800", "#8C510A", GREY)
+PARTS = (BLUE, VERMILLION, BLACK, "#56B4E9", "#8A8A8A", "#1A0F7A")
+
 # Two more shades of blue, so that T, 2T and 4T become darker in this order; and greys.
 PALE_BLUE = "#9FC0FF"
 NAVY = "#1A0F7A"
@@ -85,6 +89,8 @@ SYMBOLS = {
     "decay": r"\varsigma",
     "steepness": r"\xi",
     "width": "v_0",
+    "speed": "v_0",
+    "tolerance": r"\varepsilon",
     "initial_force": "F_{a0}",
     "slope": r"\delta",
     "amplitude": "T_e",

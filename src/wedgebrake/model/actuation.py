@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, Any, ClassVar
+
+from pydantic import field_validator, model_validator
 
 from wedgebrake.dynamics import actuator
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.model.part import Member, parameter
+from wedgebrake.model.signals import OrSignal, Signal, number_of
+from wedgebrake.model.validation import wrong
+
+_Limits = tuple[float, float]
 
 
 class Actuation(Member):
@@ -14,12 +20,20 @@ class Actuation(Member):
 
     A brake pushed by a negative force has lost contact. ``release=False`` is the law as
     the paper prints it, with which every case of its section 4 below eta = -6 diverges.
+
+    The actuator follows this command in the following order: a digital controller samples it every
+    ``sample_time``, rounds it to the ``resolution`` and applies it ``delay`` samples later; a lag
+    of the first order (``lag``) or of the second one (``frequency`` and ``damping_ratio``) follows;
+    then come the ``limits`` and the release.
     """
 
     table: ClassVar[str] = "actuation"
+    later: ClassVar[frozenset[str]] = frozenset(
+        ("lag", "frequency", "damping_ratio", "limits", "sample_time", "delay", "resolution")
+    )
 
-    initial_force: float = parameter(
-        "actuation force at rest F_a0", symbol="F_a0", unit="N", example=300.0, ge=0, le=1e12
+    initial_force: Annotated[float | Signal, OrSignal(0.0, 1e12)] = parameter(
+        "actuation force at rest F_a0", symbol="F_a0", unit="N", example=300.0
     )
     slope: float = parameter(
         "slope of the actuation force against speed", symbol="delta", unit="N s/rad",
@@ -29,11 +43,95 @@ class Actuation(Member):
         "whether a force below zero releases the brake", symbol="-", unit="1", example=True,
         default=True,
     )  # fmt: skip
+    lag: float = parameter(
+        "time constant of a lag of first order", symbol="T_a", unit="s", example=0.02,
+        default=0.0, ge=0, le=1e6,
+    )  # fmt: skip
+    frequency: float | None = parameter(
+        "natural frequency of a lag of second order", symbol="omega_a", unit="rad/s",
+        example=200.0, default=None, gt=0, le=1e9,
+    )  # fmt: skip
+    damping_ratio: float | None = parameter(
+        "damping ratio of a lag of second order", symbol="zeta_a", example=0.7, default=None,
+        ge=0, le=1e3,
+    )  # fmt: skip
+    limits: _Limits | None = parameter(
+        "lowest and highest force", unit="N", example=[0.0, 2000.0], default=None
+    )
+    sample_time: float | None = parameter(
+        "time between the samples of a digital controller", symbol="T_s", unit="s", example=0.001,
+        default=None, gt=0, le=1e6,
+    )  # fmt: skip
+    delay: int = parameter(
+        "number of samples after which a sample acts", example=1, default=0, ge=0, le=10_000
+    )
+    resolution: float | None = parameter(
+        "step to which a sampled force is rounded", unit="N", example=0.5, default=None, gt=0,
+        le=1e12,
+    )  # fmt: skip
+
+    @field_validator("limits", mode="before")
+    @classmethod
+    def _pair(cls, value: Any) -> Any:
+        return tuple(value) if isinstance(value, list) else value
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Actuation:
+        if (self.frequency is None) != (self.damping_ratio is None):
+            one = "frequency" if self.frequency is None else "damping_ratio"
+            raise wrong(
+                f"actuation.{one}", None, "given together with the other one",
+                "A lag of second order has a frequency and a damping_ratio.",
+            )  # fmt: skip
+        if self.lag > 0.0 and self.frequency is not None:
+            raise wrong(
+                "actuation.lag", self.lag, "0 where a frequency is given",
+                "A lag is of the first order (lag) or of the second (frequency, damping_ratio).",
+            )  # fmt: skip
+        if self.limits is not None and not self.limits[0] < self.limits[1]:
+            raise wrong("actuation.limits", self.limits, "a lowest and a higher force, (low, high)")
+        if self.limits is not None and self.release and self.limits[1] <= 0.0:
+            allowed = "limits whose highest force is above 0"
+            raise wrong("actuation.limits", self.limits, allowed, "This brake would never act.")
+        for one, empty in (("delay", 0), ("resolution", None)):
+            if self.sample_time is None and getattr(self, one) != empty:
+                raise wrong(
+                    f"actuation.{one}", getattr(self, one), "left out without a sample_time",
+                    "Give the time between two samples, for example sample_time=0.001.",
+                )  # fmt: skip
+        if not self.release and not self.immediate:
+            raise wrong(
+                "actuation.release", False, "True with a signal, lag, limits or sampling",
+                "The law without release is for a force that follows the speed at once.",
+            )  # fmt: skip
+        return self
+
+    @property
+    def immediate(self) -> bool:
+        """True if the force is F_a0 + slope |v| at once, with a number as F_a0."""
+        plain = not isinstance(self.initial_force, Signal) or not self.initial_force.varies
+        return plain and self.order == 0 and self.limits is None and self.sample_time is None
+
+    @property
+    def order(self) -> int:
+        """Order of the lag: 0, 1 or 2."""
+        if self.frequency is not None:
+            return 2
+        return 1 if self.lag > 0.0 else 0
 
     @property
     def law(self) -> Actuator:
-        """The numbers of the law, as the kernels take them."""
-        return Actuator(self.initial_force, self.slope, self.release)
+        """The numbers of the law, as the kernels of one inertia take them.
+
+        Raises ``InputError`` for a force that does not follow the speed at once.
+        """
+        force = number_of(self.initial_force)
+        if force is None or not self.immediate:
+            allowed = "a number as initial_force, without lag, limits or sampling"
+            raise wrong(
+                "actuation", self, allowed, "Use wb.simulate, which takes them, or leave them out."
+            )
+        return Actuator(force, self.slope, self.release)
 
     def force(self, speed: float) -> float:
         """Actuation force [N] at the sliding speed |v| [rad/s]."""

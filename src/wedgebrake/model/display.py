@@ -9,6 +9,7 @@ from html import escape
 from typing import Any
 
 import numpy as np
+from pydantic.fields import FieldInfo
 
 from wedgebrake.model.part import Part
 from wedgebrake.model.validation import is_number, labels, shown
@@ -58,8 +59,13 @@ class Result(Tabular):
 def part_rows(name: str, part: Part, fields: Iterable[str]) -> Iterator[tuple[str, Any, str]]:
     """Table rows of the given fields of a part of the machine or of a study."""
     for one in fields:
-        unit = str(labels(type(part).model_fields[one]).get("unit", ""))
-        yield f"{name}.{one}", getattr(part, one), "" if unit in ("1", "-") else unit
+        yield f"{name}.{one}", getattr(part, one), unit_of(type(part).model_fields[one])
+
+
+def unit_of(field: FieldInfo) -> str:
+    """Return the SI unit of a field; empty for none."""
+    unit = str(labels(field).get("unit", ""))
+    return "" if unit in ("1", "-") else unit
 
 
 def _table(of: Tabular) -> str:

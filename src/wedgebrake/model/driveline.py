@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from wedgebrake.model.part import Member, parameter
+from wedgebrake.model.signal_base import OrSignal, Signal
+
+# For type checkers a number: all that computes with one inertia refuses signals where it is called.
+if TYPE_CHECKING:
+    _Speed = float
+else:
+    _Speed = float | Signal
 
 
 class Driveline(Member):
     """J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
 
-    ``drive_speed`` is the mean speed of the shaft: the brake slides at
-    ``drive_speed + theta'``. The paper is ``drive_speed = 0``.
+    ``drive_speed`` is the mean speed of the shaft, a number or a signal: the brake slides at
+    ``drive_speed + theta'``. The paper is ``drive_speed = 0``. Where it is a signal, the base of
+    the brake turns at -drive_speed, and the shaft's other end stays.
     """
 
     table: ClassVar[str] = "driveline"
@@ -26,10 +34,9 @@ class Driveline(Member):
     stiffness: float = parameter(
         "torsional stiffness k", symbol="k", unit="N m/rad", example=1e4, ge=0, le=1e15
     )
-    drive_speed: float = parameter(
-        "mean speed of the shaft", symbol="Omega", unit="rad/s", example=0.0, default=0.0,
-        ge=-1e6, le=1e6,
-    )  # fmt: skip
+    drive_speed: Annotated[_Speed, OrSignal(-1e6, 1e6)] = parameter(
+        "mean speed of the shaft", symbol="Omega", unit="rad/s", example=0.0, default=0.0
+    )
 
     @property
     def natural_frequency(self) -> float:

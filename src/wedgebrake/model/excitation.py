@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, field_validator
 
-from wedgebrake.model.part import Member, parameter
+from wedgebrake.model import signal_calculus as calculus
+from wedgebrake.model.part import parameter
+from wedgebrake.model.signal_orders import Order, checked_orders
+from wedgebrake.model.signals import Harmonic, Signal, Sum
 
 FloatArray = NDArray[np.float64]
 
 
-class HarmonicTorque(Member):
-    """T(t) = amplitude sin(2 pi frequency t).
+class HarmonicTorque(Signal):
+    """T(t) = amplitude [sin(2 pi frequency t) + sum of r sin(n 2 pi frequency t + phase)].
 
     The frequency also fixes the period of Poincare sections where the amplitude is zero.
+
+    orders : (n, r, phase [rad]) of each further order: its order, which may be a fraction, its
+             amplitude relative to the first one, and its phase
     """
 
     table: ClassVar[str] = "excitation"
+    kind: ClassVar[str] = "harmonic_torque"
+    later: ClassVar[frozenset[str]] = frozenset(("orders",))
 
     amplitude: float = parameter(
         "torque amplitude T_e", symbol="T_e", unit="N m", example=500.0, ge=0, le=1e15
@@ -27,9 +37,41 @@ class HarmonicTorque(Member):
     frequency: float = parameter(
         "torque frequency f_e", symbol="f_e", unit="Hz", example=10.03, gt=0, ge=1e-9, le=1e9
     )
+    orders: tuple[Order, ...] = Field(
+        description="(order, relative amplitude, phase [rad]) of each further order",
+        json_schema_extra={"symbol": "-", "unit": "-", "example": [[2.0, 0.5, 0.0]]},
+        default=(), max_length=10_000, strict=False,
+    )  # fmt: skip
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, amplitude: float, frequency: float, orders: Sequence[Sequence[float]] = ()
+        ) -> None: ...
+
+    @field_validator("orders", mode="before")
+    @classmethod
+    def _tuples(cls, value: Any) -> Any:
+        rows = checked_orders(value)
+        if isinstance(rows, tuple) and any(_is_below(row[0]) for row in rows):
+            raise ValueError("must have orders of at least 1e-6.")
+        return rows
+
+    def primitive(self) -> Signal:
+        """The sine, or the sum of all orders."""
+        first = Harmonic(self.amplitude, self.frequency)
+        if not self.orders:
+            return first
+        others = (
+            Harmonic(self.amplitude * share, n * self.frequency, phase)
+            for n, share, phase in self.orders
+        )
+        return Sum(signals=(first, *others))
 
     def torque(self, time: FloatArray) -> FloatArray:
         """Torque T [N m] at an array of ``time`` [s]."""
+        if self.orders:
+            return self(time)
         return np.asarray(self.amplitude * np.sin(self.angular_frequency * time))
 
     @property
@@ -38,6 +80,17 @@ class HarmonicTorque(Member):
         return 2.0 * math.pi * self.frequency
 
     @property
-    def period(self) -> float:
-        """1/f_e [s]."""
-        return 1.0 / self.frequency
+    def period(self) -> float | None:
+        """1/f_e [s], or the common period of all orders; None if they have none.
+
+        It does not depend on the amplitude, which may be zero.
+        """
+        if not self.orders:
+            return 1.0 / self.frequency
+        others = (n * self.frequency for n, share, _ in self.orders if share != 0.0)
+        return calculus.common_period((self.frequency, *others))
+
+
+def _is_below(order: object) -> bool:
+    """Return True for an order that is too low, or below zero."""
+    return isinstance(order, int | float) and order < 1e-6

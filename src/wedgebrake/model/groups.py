@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Tabular
+from wedgebrake.model.excitation import HarmonicTorque
+from wedgebrake.model.signals import number_of
 from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
@@ -44,8 +46,10 @@ class Groups(Tabular):
         return asdict(self)
 
 
-def _ratio(numerator: float, denominator: float) -> float | None:
-    return numerator / denominator if denominator > 0.0 else None
+def _ratio(numerator: float | None, denominator: float | None) -> float | None:
+    if numerator is None or denominator is None or denominator <= 0.0:
+        return None
+    return numerator / denominator
 
 
 def compute(system: BrakedDriveline) -> Groups:
@@ -54,17 +58,21 @@ def compute(system: BrakedDriveline) -> Groups:
     mu = system.friction.reference
     static = getattr(system.friction, "static", mu)
     impedance = math.sqrt(line.stiffness * line.inertia)
-    amplitude = system.excitation.amplitude
+    torque = system.excitation
+    sine = isinstance(torque, HarmonicTorque)
+    amplitude = torque.amplitude if sine else None
+    speed = number_of(line.drive_speed)
+    initial = number_of(force.initial_force)
     tangent = math.tan(brake.angle) if isinstance(brake, WedgeBrake) else None
     return Groups(
         eta=_ratio(force.slope * brake.radius * mu, line.damping),
-        f=_ratio(system.excitation.angular_frequency, line.natural_frequency),
-        F0=_ratio(force.initial_force * mu * brake.radius, amplitude),
+        f=_ratio(torque.angular_frequency if sine else None, line.natural_frequency),
+        F0=_ratio(None if initial is None else initial * mu * brake.radius, amplitude),
         alpha=None if tangent is None else _ratio(tangent, mu),
         loss_factor=_ratio(line.damping, impedance),
         kinetic=mu,
         static_ratio=_ratio(static, mu),
-        drive=_ratio(line.drive_speed * impedance, amplitude),
+        drive=_ratio(None if speed is None else speed * impedance, amplitude),
     )
 
 
@@ -81,21 +89,32 @@ def _slope(system: BrakedDriveline, eta: float) -> float:
     return eta * system.driveline.damping / lever
 
 
+def _check_sine(system: BrakedDriveline, group: str) -> None:
+    if not isinstance(system.excitation, HarmonicTorque):
+        kind = type(system.excitation).__name__
+        raise _undefined(group, f"the torque is a {kind}, not a HarmonicTorque")
+
+
 def _frequency(system: BrakedDriveline, f: float) -> float:
     if system.driveline.stiffness == 0.0:
         raise _undefined("f", "driveline.stiffness is 0: there is no natural frequency")
+    _check_sine(system, "f")
     if f <= 0.0:
         raise InputError(f"groups.f = {f!r}: must be greater than 0. It is f_e / f_n.")
     return f * system.driveline.natural_frequency / (2.0 * math.pi)
 
 
 def _amplitude(system: BrakedDriveline, initial: float) -> float:
+    _check_sine(system, "F0")
     if initial <= 0.0:
         raise InputError(
             f"groups.F0 = {initial!r}: must be greater than 0. It is F_a0 mu_k R / T_e; for a"
             " driveline without torque set excitation.amplitude = 0."
         )
-    force = system.actuation.initial_force * system.friction.reference * system.brake.radius
+    at_rest = number_of(system.actuation.initial_force)
+    if at_rest is None:
+        raise _undefined("F0", "initial_force varies in time and F0 = F_a0 mu_k R / T_e")
+    force = at_rest * system.friction.reference * system.brake.radius
     if force == 0.0:
         raise _undefined("F0", "initial_force or kinetic is 0 and F0 = F_a0 mu_k R / T_e")
     return force / initial
@@ -121,12 +140,14 @@ class Setter(NamedTuple):
     """The meaning of a group, and how it is set.
 
     meaning : in words, with its definition
-    target  : the SI parameter that it changes
+    part    : the part of the machine that it changes
+    target  : the SI parameter of that part
     reads   : the SI parameters that the new value is computed from
     value   : the new value of the target, from a system and the group
     """
 
     meaning: str
+    part: str
     target: str
     reads: tuple[str, ...]
     value: Callable[[BrakedDriveline, float], float]
@@ -135,13 +156,18 @@ class Setter(NamedTuple):
 _SLOPE = ("damping", "radius", "kinetic")
 _FORCE = ("initial_force", "radius", "kinetic")
 SETTERS = {
-    "eta": Setter("slope of the actuation force, delta R mu_k / c", "slope", _SLOPE, _slope),
+    "eta": Setter(
+        "slope of the actuation force, delta R mu_k / c", "actuation", "slope", _SLOPE, _slope
+    ),
     "f": Setter(
         "forcing frequency over natural frequency, f_e / f_n",
+        "excitation",
         "frequency",
         ("stiffness", "inertia"),
         _frequency,
     ),
-    "F0": Setter("initial actuation force, F_a0 mu_k R / T_e", "amplitude", _FORCE, _amplitude),
-    "alpha": Setter("tan(wedge angle) / mu_k", "angle", ("kinetic",), _angle),
+    "F0": Setter(
+        "initial actuation force, F_a0 mu_k R / T_e", "excitation", "amplitude", _FORCE, _amplitude
+    ),
+    "alpha": Setter("tan(wedge angle) / mu_k", "brake", "angle", ("kinetic",), _angle),
 }

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from types import UnionType
+from typing import Any, ClassVar, Union, get_args, get_origin
 
 import numpy as np
 from pydantic import (
@@ -15,6 +16,7 @@ from pydantic import (
     field_validator,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.validation import explain
@@ -55,12 +57,19 @@ class Part(BaseModel):
 
     table: ClassVar[str] = ""
     """Name of the part in a study file and in error messages."""
+    later: ClassVar[frozenset[str]] = frozenset()
+    """Fields that plain tables of the part leave out at their default."""
 
     def __init__(self, /, **data: Any) -> None:  # a study may say self = 1
         try:
             super().__init__(**data)
         except ValidationError as error:
-            raise InputError(explain(error, self.table, type(self).model_fields)) from None
+            raise explain(error, self._label(data), type(self).model_fields) from None
+
+    @classmethod
+    def _label(cls, data: dict[str, Any]) -> str:  # noqa: ARG003 - parts with names use it
+        """What stands before the names of fields in messages."""
+        return cls.table
 
     @model_validator(mode="before")
     @classmethod
@@ -80,6 +89,43 @@ def given(part: Part) -> dict[str, Any]:
     return {name: getattr(part, name) for name in names if name in part.model_fields_set}
 
 
+def is_numeric(field: FieldInfo) -> bool:
+    """Return True for a field that always holds a float, or a signal instead."""
+    union = get_origin(field.annotation) in (Union, UnionType)
+    kinds = get_args(field.annotation) if union else (field.annotation,)
+    return float in kinds and type(None) not in kinds
+
+
+def plain_fields(part: Part) -> dict[str, Any]:
+    """The values of a part as numbers, texts, lists and tables; without functions.
+
+    Parts in it become tables, with their kind. Fields that a part names in ``later`` are left out
+    at their default.
+    """
+    fields = type(part).model_fields
+    return {
+        name: _plain(value)
+        for name, value in dict(part).items()
+        if not _is_function(value) and (name not in part.later or value != fields[name].default)
+    }
+
+
+def plain_table(part: Part) -> dict[str, Any]:
+    """``plain_fields`` with the kind of the part before, where it is of several kinds."""
+    kind = {"kind": part.kind_or_class} if isinstance(part, Chosen) else {}
+    return kind | plain_fields(part)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Part):
+        return plain_table(value)
+    return [_plain(one) for one in value] if isinstance(value, tuple | list) else value
+
+
+def _is_function(value: Any) -> bool:
+    return callable(value) and not isinstance(value, Part)
+
+
 class Member(Part):
     """A part of the machine itself, with parameters in the range that the solvers can handle."""
 
@@ -97,6 +143,27 @@ class Member(Part):
                     " outside the range of floating-point numbers."
                 )
         return value
+
+
+class Positional(Member):
+    """A part whose values can be given by position too, in the order of its fields."""
+
+    def __init__(self, /, *values: Any, **data: Any) -> None:
+        super().__init__(**_by_position(type(self), values, data))
+
+
+def _by_position(part: type[Part], values: tuple[Any, ...], data: dict[str, Any]) -> dict[str, Any]:
+    names = list(part.model_fields)
+    given = dict(zip(names, values, strict=False))
+    twice = [name for name in given if name in data]
+    if len(values) > len(names) or twice:
+        what = f"{twice[0]}: given twice." if twice else f"{len(values)} values given."
+        raise InputError(
+            f"{part.__name__}: {what} It takes {', '.join(names)}, each once, by position or name.",
+            name=twice[0] if twice else part.__name__, allowed=tuple(names),
+            value=data[twice[0]] if twice else values,
+        )  # fmt: skip
+    return {**given, **data}
 
 
 class Chosen(Member):

@@ -1,97 +1,54 @@
-"""A study file: the machine, the run and the sweep, with the names of the Python objects."""
+"""A study file: the machine, the run and the sweep, with the names of the Python objects.
+
+``study_run`` has the [run] table, ``study_schema`` the schema, ``study_text`` writes studies,
+``machine_study`` and ``records`` read the tables of machines.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, get_args
-
-from pydantic import Field, model_validator
+from typing import Any, cast
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import toml
 from wedgebrake.model.display import Tabular, part_rows
 from wedgebrake.model.groups import SETTERS, check_group
-from wedgebrake.model.part import Part, given, parameter
-from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, parse_sweep, sweep_schema
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_study import (
+    TABLES,
+    beside_machine,
+    flat_axes,
+    is_machine,
+    parse_machine,
+)
+from wedgebrake.model.part import Part, given
+from wedgebrake.model.records import with_records
+from wedgebrake.model.study_run import METHODS, MachineRun, Method, Run
+from wedgebrake.model.study_schema import schema
+from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, parse_sweep
 from wedgebrake.model.system import PARTS, BrakedDriveline
-from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
-from wedgebrake.model.validation import check_choice, check_instance, named, shown
+from wedgebrake.model.tables import CHOSEN, FIXED, make_part, refuse_of_another_kind
+from wedgebrake.model.validation import check_instance, named, shown
 
-Method = Literal["exact", "smooth", "ode14x"]
-METHODS: tuple[str, ...] = get_args(Method)
-_State = Annotated[float, Field(ge=-1e12, le=1e12)]
+__all__ = [
+    "METHODS", "Method", "Run", "Study", "load_study", "parse_study", "read_study", "schema",
+]  # fmt: skip
+
 # SI values until the group that sets them is applied: those of wb.paper.system, so that the same
 # groups give the same system there, to the last bit.
 _PLACEHOLDERS = {"slope": 0.0, "frequency": 10.0, "amplitude": 500.0, "angle": 0.34}
 
 
-class Run(Part):
-    """Arguments of ``wb.simulate``, with its defaults."""
-
-    table: ClassVar[str] = "run"
-
-    duration: float | None = parameter(
-        "length of the run", unit="s", example=25.0, default=None, ge=0, le=1e12
-    )
-    periods: int | None = parameter(
-        "length of the run in periods of the torque (250, without duration)",
-        example=250, default=None, gt=0, le=1_000_000_000,
-    )  # fmt: skip
-    initial: tuple[_State, _State] = parameter(
-        "angle [rad] and velocity [rad/s] at the start", symbol="theta, theta'", unit="-",
-        example=[0.0, 0.0], default=(0.0, 0.0), strict=False,
-    )  # fmt: skip
-    start_time: float = parameter(
-        "time of the start (it sets the phase of the torque)", symbol="t_0", unit="s",
-        example=0.0, default=0.0, ge=0, le=1e12,
-    )  # fmt: skip
-    method: Method | None = parameter(
-        "the solver (default: by the friction law)", unit="-", example="exact", default=None
-    )
-    samples_per_period: int = parameter(
-        "samples in a period of the torque", example=200, default=200, gt=0, le=50_000_000
-    )
-    rtol: float = parameter(
-        "relative tolerance of the method smooth", example=1e-9, default=1e-9, ge=1e-13, le=1e-2
-    )
-    step: float = parameter(
-        "fixed step of the method ode14x", unit="s", example=1e-4, default=1e-4, ge=1e-9, le=1
-    )
-    max_events: int = parameter(
-        "most events of the method exact", example=10_000_000, default=10_000_000,
-        gt=0, le=1_000_000_000_000,
-    )  # fmt: skip
-    max_steps: int = parameter(
-        "most steps of the methods smooth and ode14x", example=100_000_000, default=100_000_000,
-        gt=0, le=1_000_000_000_000,
-    )  # fmt: skip
-
-    @model_validator(mode="after")
-    def _one_length(self) -> Run:
-        if self.duration is not None and self.periods is not None:
-            raise ValueError(
-                f"run.duration = {self.duration!r} and run.periods = {self.periods!r}: both"
-                " given, but one says how long. Remove one of them."
-            )
-        return self
-
-    def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of ``wb.simulate``."""
-        without = self.duration is None and self.periods is None
-        return {**dict(self), "periods": 250} if without else dict(self)
-
-
-_FIXED: dict[str, type[Part]] = {**FIXED, "run": Run}
-
-
 @dataclass(frozen=True)
 class Study(Tabular):
-    """A system, the settings of a run, and a sweep."""
+    """A system, a braked driveline or a machine, the settings of a run, and a sweep."""
 
+    # A Machine and its MachineRun too; what computes with one inertia alone refuses machines where
+    # it is called.
     system: BrakedDriveline
     run: Run
     sweep: Sweep = field(default_factory=Sweep)
@@ -99,18 +56,20 @@ class Study(Tabular):
     def changed(self, /, **changes: Any) -> Study:
         """A copy with other parameters, groups or run settings (``eta=-30, periods=50``).
 
-        changes : the new values, by name
+        changes : the new values, by name; of a machine by dotted name, as in
+                  ``study.changed(**{"brake.slope": -40.0})``
 
         ``duration`` and ``periods`` are those of the run and replace each other. Of the sweep,
         ``transient``, ``limit``, ``follow`` and ``keep_points`` can be changed by name, and all
         of it by ``sweep=Sweep(...)``.
         """
+        kind = type(self.run)
         for name, value in changes.items():
             self._check(name)
-            if name in SETTERS:
+            if kind is Run and name in SETTERS:
                 check_group(name, value)
         for_sweep = {name: changes.pop(name) for name in _CHANGED if name in changes}
-        for_run = {name: changes.pop(name) for name in Run.model_fields if name in changes}
+        for_run = {name: changes.pop(name) for name in kind.model_fields if name in changes}
         settings = given(self.run)
         for one, other in (("duration", "periods"), ("periods", "duration")):
             if one in for_run and other not in for_run:
@@ -118,7 +77,8 @@ class Study(Tabular):
         sweep = for_sweep.pop("sweep", self.sweep)
         check_instance("sweep", sweep, Sweep)
         system = self.system.replace(**changes) if changes else self.system
-        return Study(system, Run(**{**settings, **for_run}), Sweep(**{**given(sweep), **for_sweep}))
+        run = kind(**{**settings, **for_run})
+        return Study(system, run, Sweep(**{**given(sweep), **for_sweep}))
 
     def _headline(self) -> str:
         return self.system._headline()
@@ -138,6 +98,8 @@ class Study(Tabular):
 
     def _check(self, name: str) -> None:
         """Refuse an unknown name, with the nearest of all that can be changed."""
+        if isinstance(self.system, Machine):
+            return  # it does so itself
         parts = self.system.parts().values()
         fields = [name for part in parts for name in type(part).model_fields]
         allowed = [*fields, *SETTERS, *PARTS, *Run.model_fields, *_CHANGED]
@@ -159,13 +121,14 @@ def load_study(path: str | Path) -> Study:
 
     Tables ``driveline``, ``brake``, ``friction``, ``actuation``, ``excitation``; optional
     ``groups`` (eta, f, F0, alpha instead of the SI values that they set), ``run`` and
-    ``sweep``.
+    ``sweep``. Or, of a machine, lists of tables ``inertia``, ``shaft``, ``contact`` and
+    ``torque``, with ``run`` and ``sweep``; its records are CSV files beside the study.
 
     Raises ``InputError`` that names the file and what is wrong in it.
     """
     path = Path(check_instance("path", path, str | os.PathLike, "the path of a study file (TOML)"))
     with _about(str(path)):
-        return parse_study(toml.read(_content(path)))
+        return parse_study(toml.read(_content(path)), path.parent)
 
 
 def read_study(content: bytes | str) -> Study:
@@ -189,7 +152,7 @@ def _about(what: str) -> Iterator[None]:
     except InputError as error:
         lines = str(error).split("\n")
         text = "\n  ".join((f"{what}:", *lines)) if lines[1:] else f"{what}: {error}"
-        raise InputError(text) from None
+        raise InputError(text, name=error.name, value=error.value, allowed=error.allowed) from None
 
 
 def _content(path: Path) -> bytes:
@@ -208,11 +171,16 @@ def _content(path: Path) -> bytes:
         raise InputError(f"cannot be read ({why}). Give the path of a study file.") from None
 
 
-def parse_study(tables: dict[str, Any]) -> Study:
+def parse_study(tables: dict[str, Any], folder: Path | None = None) -> Study:
     """A study from its tables, as ``tomllib`` gives them.
+
+    folder : of the study file, where its records are
 
     Raises ``InputError`` that names the table, the parameter, the value and the way out.
     """
+    tables = with_records(tables, folder)
+    if is_machine(tables):
+        return _machine_study(tables)
     _check_tables(tables)
     chosen = _chosen_groups(tables.get("groups", {}), tables)
     made: dict[str, Any] = {}
@@ -228,6 +196,23 @@ def parse_study(tables: dict[str, Any]) -> Study:
     system = BrakedDriveline(**made)
     system = system.replace(**chosen) if chosen else system
     return Study(system, run, parse_sweep(tables.get("sweep", {}), system))
+
+
+def _machine_study(tables: dict[str, Any]) -> Study:
+    allowed = [*TABLES, "run", "sweep"]
+    for name, value in tables.items():
+        if name in allowed and (name in TABLES or isinstance(value, dict)):
+            continue
+        if name in (*PARTS, "groups"):
+            raise InputError(beside_machine(name), name=name, value=value, allowed=tuple(allowed))
+        raise InputError(
+            f"[{named(name)}]: no such table of a machine. {nearest(name, allowed)}",
+            name=name, value=value, allowed=tuple(allowed),
+        )  # fmt: skip
+    machine = parse_machine(tables)
+    run = MachineRun(**tables.get("run", {}))
+    sweep = parse_sweep(flat_axes(tables.get("sweep", {}), machine), machine)
+    return Study(cast("Any", machine), cast("Any", run), sweep)
 
 
 def _check_tables(tables: dict[str, Any]) -> None:
@@ -261,10 +246,10 @@ def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, 
             raise InputError(f"groups.{named(name)}: no such group to set. {near}")
         check_group(name, value)
         target = SETTERS[name].target
-        doubled = [part for part in PARTS if target in tables[part]]
-        if doubled:
+        part = SETTERS[name].part
+        if target in tables[part]:
             raise InputError(
-                f"groups.{name} and {doubled[0]}.{target}: both given, but {name} sets {target}."
+                f"groups.{name} and {part}.{target}: both given, but {name} sets {target}."
                 " Remove one of them."
             )
     return dict(groups)
@@ -272,48 +257,13 @@ def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, 
 
 def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
     values = dict(table)
-    if name in _FIXED:
-        model = _FIXED[name]
-    else:
-        kinds = CHOSEN[name]
-        if "kind" not in values:
-            words = ", ".join(repr(kind) for kind in sorted(kinds))
-            raise InputError(f"{name}.kind: missing. Allowed: {words}.")
-        model = kinds[check_choice(f"{name}.kind", values.pop("kind"), kinds)]
+    if name == "run":
+        return Run(**values)
+    kinds: Mapping[str, type[Part]] = CHOSEN.get(name, {})
+    kind = values.get("kind")
+    model = FIXED.get(name) or kinds.get(kind if isinstance(kind, str) else "")
     for group in chosen:
         target = SETTERS[group].target
-        if target in model.model_fields:
+        if name == SETTERS[group].part and model is not None and target in model.model_fields:
             values.setdefault(target, _PLACEHOLDERS[target])
-    return model(**values)
-
-
-def schema() -> dict[str, Any]:
-    """JSON schema of study files."""
-    properties: dict[str, Any] = {name: table_schema(model) for name, model in _FIXED.items()}
-    for name, kinds in CHOSEN.items():
-        choices = []
-        for kind, model in sorted(kinds.items()):
-            one = table_schema(model)
-            one["properties"] = {"kind": {"const": kind}, **one["properties"]}
-            one["required"] = ["kind", *one.get("required", [])]
-            choices.append(one)
-        properties[name] = {"oneOf": choices}
-    properties["groups"] = {
-        "type": "object",
-        "description": "normalised groups, each instead of the SI parameter that it sets",
-        "properties": {
-            name: {"type": "number", "description": f"{setter.meaning}; sets {setter.target}"}
-            for name, setter in SETTERS.items()
-        },
-        "additionalProperties": False,
-    }
-    properties["sweep"], definitions = sweep_schema()
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "wedgebrake study",
-        "type": "object",
-        "properties": {name: properties[name] for name in [*PARTS, "groups", "run", "sweep"]},
-        "required": list(PARTS),
-        "additionalProperties": False,
-        "$defs": definitions,
-    }
+    return make_part(name, values)

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from wedgebrake.errors import InputError
 from wedgebrake.model import toml
+from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.files import write
 from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_study import comments, kind_of, machine_text, plain_given
 from wedgebrake.model.part import Chosen, Part, given
+from wedgebrake.model.records import Records
 from wedgebrake.model.study import Study, parse_study
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
-from wedgebrake.model.validation import check_instance, labels, shown
+from wedgebrake.model.validation import check_instance, shown
 
 _Tables = dict[str, dict[str, Any]]
 
 
 def save_study(study: Study, path: str | os.PathLike[str]) -> Path:
     """Write a study file (TOML), completely or not at all; ``load_study`` gives the study back.
+
+    Tables of more than 100 points become CSV files beside it, named after it and their part.
 
     Returns the path.
 
@@ -32,7 +37,12 @@ def save_study(study: Study, path: str | os.PathLike[str]) -> Path:
     if not isinstance(path, str | os.PathLike) or not Path(path).name:
         raise InputError(f"path = {shown(path)}: must name a file, for example 'study.toml'.")
     target = Path(path)
-    write(target, study_text(study).encode())
+    records = Records(target.stem)
+    text = _text(study, records)
+    for name, record in records.files.items():
+        write(target.with_name(name), record.encode())
+    _check(text, study, target.parent)
+    write(target, text.encode())
     return target
 
 
@@ -45,33 +55,54 @@ def study_text(study: Study) -> str:
     Raises ``InputError`` for what a study file cannot hold: parts without a kind, values
     that are no numbers and no text, or too many of them.
     """
-    tables = _tables(study)
-    _state_groups(tables, study.system)
-    comments = _comments(study)
-    text = "\n".join(toml.table(name, table, comments[name]) for name, table in tables.items())
+    text = _text(study, None)
     _check(text, study)
     return text
+
+
+def _text(study: Study, records: Records | None) -> str:
+    if isinstance(study.system, Machine):
+        return _machine_study_text(study, records)
+    tables = _tables(study)
+    _state_groups(tables, study.system)
+    if records is not None:
+        tables = {name: records.kept(table, name) for name, table in tables.items()}
+    words = _comments(study)
+    return "\n".join(toml.table(name, table, words[name]) for name, table in tables.items())
+
+
+def _machine_study_text(study: Study, records: Records | None) -> str:
+    texts = [machine_text(cast("Any", study.system), records)]
+    axes = sweepable(study.system)
+    meanings = {name: _with_unit(*one) for name, one in axes.items()}
+    for name, table, told in (
+        ("run", _given(study.run), comments(study.run)),
+        ("sweep", _of_sweep(study.sweep), meanings | comments(study.sweep)),
+    ):
+        if table:
+            texts.append(toml.table(name, table, told))
+    return "\n".join(texts)
+
+
+def _with_unit(unit: str, meaning: str) -> str:
+    return meaning if unit in ("1", "-") else f"{meaning} [{unit}]"
 
 
 def _tables(study: Study) -> _Tables:
     """Everything in SI values."""
     tables: _Tables = {}
     for name, part in study.system.parts().items():
-        kind = {"kind": _kind(name, part)} if isinstance(part, Chosen) else {}
-        tables[name] = {**kind, **_given(part)}
+        tables[name] = {**_kind(name, part), **plain_given(part)}
     tables["groups"] = {}
     tables["run"] = _given(study.run)
     tables["sweep"] = _of_sweep(study.sweep)
     return {name: table for name, table in tables.items() if table or name in (*PARTS, "groups")}
 
 
-def _kind(name: str, part: Chosen) -> str:
-    if not part.kind:
-        raise InputError(
-            f"{name} = {part.kind_or_class}: has no kind, so that no study file can name it. Use a"
-            " brake or friction law with a kind, or keep the program that makes it."
-        )
-    return part.kind
+def _kind(name: str, part: Part) -> dict[str, str]:
+    if not isinstance(part, Chosen) or isinstance(part, HarmonicTorque):
+        return {}
+    return {"kind": kind_of(name, part)}
 
 
 def _given(part: Part) -> dict[str, Any]:
@@ -88,7 +119,7 @@ def _of_sweep(sweep: Sweep) -> dict[str, Any]:
 
 def _state_groups(tables: _Tables, system: BrakedDriveline) -> None:
     """Write the groups that were given instead of the values that they set, where that is exact."""
-    places = {name: system.owner(SETTERS[name].target) for name in system.stated}
+    places = {name: SETTERS[name].part for name in system.stated}
     trial: _Tables = {part: dict(tables[part]) for part in PARTS}
     for name, part in places.items():
         trial[part].pop(SETTERS[name].target, None)
@@ -106,27 +137,19 @@ def _state_groups(tables: _Tables, system: BrakedDriveline) -> None:
 def _comments(study: Study) -> dict[str, dict[str, str]]:
     """The comments of the values of each table: the unit, or the meaning."""
     parts = {**study.system.parts(), "run": study.run}
-    comments = {name: dict(_words(part)) for name, part in parts.items()}
-    comments["groups"] = {name: setter.meaning for name, setter in SETTERS.items()}
+    found = {name: comments(part) for name, part in parts.items()}
+    found["groups"] = {name: setter.meaning for name, setter in SETTERS.items()}
     axes = {
-        name: meaning if unit == "1" else f"{meaning} [{unit}]"
-        for name, (unit, meaning) in sweepable(study.system).items()
+        name: _with_unit(unit, meaning) for name, (unit, meaning) in sweepable(study.system).items()
     }
-    comments["sweep"] = {**axes, **dict(_words(study.sweep))}
-    return comments
+    found["sweep"] = {**axes, **comments(study.sweep)}
+    return found
 
 
-def _words(part: Part) -> Iterator[tuple[str, str]]:
-    for name, field in type(part).model_fields.items():
-        unit = labels(field).get("unit", "1")
-        words = (field.description or "").split(";")[0]
-        yield name, words if unit in ("1", "-") else str(unit)
-
-
-def _check(text: str, study: Study) -> None:
+def _check(text: str, study: Study, folder: Path | None = None) -> None:
     """Refuse a text that does not give the study back, as for some parts of a user's own."""
     try:
-        read = parse_study(toml.read(text))
+        read = parse_study(toml.read(text), folder)
     except InputError as error:
         raise InputError(f"study: a study file cannot hold it. {error}") from None
     if read != study:

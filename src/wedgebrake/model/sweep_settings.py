@@ -11,7 +11,9 @@ from pydantic import PlainValidator, WithJsonSchema, create_model
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_names import numbers
+from wedgebrake.model.part import Part, is_numeric, parameter
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
 from wedgebrake.model.validation import check_number, labels, named, shown
@@ -35,8 +37,14 @@ INITIAL = {
 }
 
 
-def sweepable(system: BrakedDriveline) -> dict[str, tuple[str, str]]:
+def sweepable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
     """Return (unit, meaning) of everything that can be swept on a system, by name."""
+    if isinstance(system, Machine):
+        found = numbers(system.parts())
+        return {
+            name: (str(labels(one.field).get("unit", "1")), one.field.description or name)
+            for name, one in found.items()
+        }
     quantities = _quantities(map(type, system.parts().values()))
     return {name: (one.unit, one.meaning) for name, one in quantities.items()}
 
@@ -46,7 +54,7 @@ def _quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
     found: dict[str, Quantity] = {}
     for model in models:
         for name, field in model.model_fields.items():
-            if field.annotation is float:
+            if is_numeric(field) and name not in model.later:
                 extra = labels(field)
                 symbol, unit = extra.get("symbol", "-"), extra.get("unit", "1")
                 # The symbol is shown separately.
@@ -185,7 +193,7 @@ def _expanded(values: Part | tuple[float, ...]) -> NDArray[np.float64]:
     return np.asarray(spread(span["from"], span["to"], span["points"]))
 
 
-def parse_sweep(table: dict[str, Any], system: BrakedDriveline) -> Sweep:
+def parse_sweep(table: dict[str, Any], system: BrakedDriveline | Machine) -> Sweep:
     """Parse the [sweep] table: settings, and everything else is a swept parameter.
 
     Raises ``InputError`` with the first few errors.
@@ -216,9 +224,10 @@ def parse_sweep(table: dict[str, Any], system: BrakedDriveline) -> Sweep:
     return sweep
 
 
-def _check_name(name: str, allowed: Collection[str], system: BrakedDriveline) -> None:
+def _check_name(name: str, allowed: Collection[str], system: BrakedDriveline | Machine) -> None:
     if name not in allowed:
-        refuse_of_another_kind(name, system, "sweep.")
+        if isinstance(system, BrakedDriveline):
+            refuse_of_another_kind(name, system, "sweep.")
         raise InputError(
             f"sweep.{named(name)}: neither a parameter that can be swept nor a setting."
             f" {nearest(name, [*allowed, *SWEEP_SETTINGS])}"

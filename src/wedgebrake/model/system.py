@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
-from typing import Any, ClassVar
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from pydantic import ConfigDict, PrivateAttr, SerializeAsAny
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import groups as _groups
+from wedgebrake.model import signal_tables, stribeck  # noqa: F401 - files name their kinds
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.characteristic import Characteristic, characteristic
@@ -18,8 +19,11 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.part import Chosen, Part, given
-from wedgebrake.model.validation import check_instance
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
+from wedgebrake.model.part import Chosen, Part, given, plain_fields, plain_table
+from wedgebrake.model.signals import Signal, SignalField, as_signal
+from wedgebrake.model.validation import check_instance, is_number, wrong
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
 BASES: dict[str, type[Part]] = {base.table: base for base in _BASES}
@@ -33,10 +37,19 @@ _EXAMPLES = {
 }
 
 
+# For type checkers the torque of the normalised groups: all that computes with one inertia refuses
+# other signals where it is called.
+if TYPE_CHECKING:
+    _Torque = HarmonicTorque
+else:
+    _Torque = SignalField
+
+
 class BrakedDriveline(Part, Tabular):
     """A driveline with a brake: J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
 
-    Immutable, in SI units. ``groups`` gives the normalised groups of the paper;
+    The torque, the drive speed and the initial force may be signals. ``machine`` is the same as a
+    ``Machine``. Immutable, in SI units. ``groups`` gives the normalised groups of the paper;
     ``replace`` gives a changed copy, by SI name, group name or whole part.
     """
 
@@ -47,7 +60,7 @@ class BrakedDriveline(Part, Tabular):
     brake: SerializeAsAny[Brake]
     friction: SerializeAsAny[Friction]
     actuation: Actuation
-    excitation: HarmonicTorque
+    excitation: _Torque
 
     # Groups as they were given: eta reads back to the last bit, although the slope that stores it
     # is rounded.
@@ -90,6 +103,33 @@ class BrakedDriveline(Part, Tabular):
             )
         return characteristic(self.brake, self.friction, self.actuation)
 
+    @property
+    def machine(self) -> Machine:
+        """The same as a machine of one inertia, "driveline".
+
+        It has the shaft "shaft" to the ground, the contact "brake", whose base turns at
+        -drive_speed, and the torque "torque".
+        """
+        line, speed = self.driveline, self.driveline.drive_speed
+        return Machine(
+            inertias=[Inertia("driveline", line.inertia)],
+            shafts=[Shaft("driveline", GROUND, line.stiffness, line.damping, name="shaft")],
+            contacts=[
+                Contact(
+                    a="driveline", name="brake", brake=self.brake, friction=self.friction,
+                    actuation=self.actuation,
+                    base_speed=-speed if isinstance(speed, Signal) else 0.0 - speed,
+                )
+            ],
+            torques=[Torque("driveline", self.excitation, name="torque")],
+        )  # fmt: skip
+
+    @property
+    def plain(self) -> bool:
+        """True for one sine as torque, numbers elsewhere, and a force that acts at once."""
+        parts = self.driveline, self.actuation, self.excitation
+        return next(_not_plain(*parts), None) is None
+
     def replace(self, **changes: Any) -> BrakedDriveline:
         """A copy with other values.
 
@@ -103,7 +143,7 @@ class BrakedDriveline(Part, Tabular):
         """
         parts = {name: changes.get(name, getattr(self, name)) for name in PARTS}
         _check_parts(parts)
-        owners = {field: name for name in PARTS for field in type(parts[name]).model_fields}
+        owners = _owners(parts)
         stated = {name: value for name, value in changes.items() if name in _groups.SETTERS}
         others = (*PARTS, *stated)
         si = {name: value for name, value in changes.items() if name not in others}
@@ -136,7 +176,7 @@ class BrakedDriveline(Part, Tabular):
             return self
         target = _groups.SETTERS[name].target
         si = _groups.SETTERS[name].value(self, value)
-        owner = self.owner(target)
+        owner = _groups.SETTERS[name].part
         try:
             part = _changed(getattr(self, owner), {target: si})
         except InputError as error:
@@ -149,7 +189,7 @@ class BrakedDriveline(Part, Tabular):
 
     def owner(self, name: str) -> str:
         """The name of the part that has a parameter."""
-        return next(key for key, part in self.parts().items() if name in type(part).model_fields)
+        return _owners(self.parts())[name]
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """The system as plain tables, as a study file holds them.
@@ -159,12 +199,8 @@ class BrakedDriveline(Part, Tabular):
         """
         tables: dict[str, dict[str, Any]] = {}
         for name, part in self.parts().items():
-            kind = {"kind": part.kind_or_class} if isinstance(part, Chosen) else {}
-            tables[name] = kind | {
-                key: list(value) if isinstance(value, tuple) else value
-                for key, value in dict(part).items()
-                if not callable(value)
-            }
+            told = isinstance(part, Chosen) and not isinstance(part, HarmonicTorque)
+            tables[name] = plain_table(part) if told else plain_fields(part)
         return tables
 
     def _headline(self) -> str:
@@ -177,11 +213,53 @@ class BrakedDriveline(Part, Tabular):
             yield from part_rows(name, part, type(part).model_fields)
 
 
+def check_driveline(system: Any) -> BrakedDriveline:
+    """Return a braked driveline with one sine as its torque, and numbers elsewhere.
+
+    Raises ``InputError`` for anything else, as for signals.
+    """
+    if isinstance(system, Machine):
+        raise wrong(
+            "system", system, "a BrakedDriveline here",
+            "Machines are taken by wb.simulate, wb.stability, wb.energy and wb.plot so far.",
+        )  # fmt: skip
+    check_instance("system", system, BrakedDriveline)
+    check_plain(system.driveline, system.actuation, system.excitation)
+    return cast("BrakedDriveline", system)
+
+
+def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
+    """Raise ``InputError`` for signals, and for a force that does not act at once."""
+    for error in _not_plain(line, actuation, torque):
+        raise error
+
+
+def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterator[InputError]:
+    """The errors of what has no closed form for one inertia."""
+    way_out = "This takes no other signals; wb.simulate does."
+    if not isinstance(torque, HarmonicTorque) or any(share for _, share, _ in torque.orders):
+        yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
+    speed: float | Signal = line.drive_speed
+    if isinstance(speed, Signal):
+        yield wrong("driveline.drive_speed", speed, "a number here", way_out)
+    if isinstance(actuation.initial_force, Signal) or not actuation.immediate:
+        allowed = "a number as initial_force here, without lag, limits or sampling"
+        yield wrong("actuation", actuation, allowed, way_out)
+
+
 def _check_parts(parts: dict[str, Any]) -> None:
-    for name, base in BASES.items():
+    if is_number(parts.get("excitation")):
+        parts["excitation"] = as_signal(parts["excitation"])
+    bases: dict[str, type[Part]] = {**BASES, "excitation": Signal}
+    for name, base in bases.items():
         if name in parts:
             allowed = f"a {base.__name__}, for example {_EXAMPLES[name]}"
             check_instance(name, parts[name], base, allowed)
+
+
+def _owners(parts: Mapping[str, Part]) -> dict[str, str]:
+    """The part of each field; of two parts the later one, such as the torque's frequency."""
+    return {field: name for name in PARTS for field in type(parts[name]).model_fields}
 
 
 def _changed(part: Part, values: dict[str, Any]) -> Part:

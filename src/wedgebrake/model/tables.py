@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Chosen, Part
+from wedgebrake.model.signal_base import signal_from
 from wedgebrake.model.system import BASES, BrakedDriveline
+from wedgebrake.model.validation import check_choice, moved
 
 CHOSEN: dict[str, dict[str, type[Part]]] = {
-    name: base.kinds for name, base in BASES.items() if issubclass(base, Chosen)
+    name: base.kinds
+    for name, base in BASES.items()
+    if issubclass(base, Chosen) and "kinds" in vars(base)  # a base of several kinds
 }
 FIXED: dict[str, type[Part]] = {name: base for name, base in BASES.items() if name not in CHOSEN}
 
@@ -25,6 +31,35 @@ def refuse_of_another_kind(name: str, system: BrakedDriveline, where: str = "") 
                 f"{where}{name}: no parameter of the {table} of this study, of kind {kind!r}, but"
                 f" of kind {' and '.join(others)}. Change the kind in the study first."
             )
+
+
+def make_part(name: str, table: Mapping[str, Any]) -> Part:
+    """The part of a table of a study file, of the kind that it names.
+
+    Raises ``InputError`` for an unknown kind or wrong values.
+    """
+    values = dict(table)
+    if name == "excitation" and "kind" in values:
+        return _named_excitation(values)
+    if name in FIXED:
+        return FIXED[name](**values)
+    kinds = CHOSEN[name]
+    if "kind" not in values:
+        words = ", ".join(repr(kind) for kind in sorted(kinds))
+        raise InputError(
+            f"{name}.kind: missing. Allowed: {words}.", name=f"{name}.kind", allowed=tuple(kinds)
+        )
+    return kinds[check_choice(f"{name}.kind", values.pop("kind"), kinds)](**values)
+
+
+def _named_excitation(values: dict[str, Any]) -> Part:
+    if values["kind"] == HarmonicTorque.kind:
+        del values["kind"]
+        return HarmonicTorque(**values)
+    try:
+        return signal_from(values)
+    except InputError as error:
+        raise moved(error, "excitation") from None
 
 
 def table_schema(model: type[Part]) -> dict[str, Any]:

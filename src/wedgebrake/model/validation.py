@@ -9,6 +9,7 @@ what pydantic finds wrong in a ``Part``.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Mapping
 from functools import lru_cache
 from typing import Annotated, Any, TypeVar, get_args
@@ -62,7 +63,10 @@ def _checked(kind: type, name: str, value: Any, low: Any, high: Any, allowed: st
     try:
         return _adapter(kind, low, high).validate_python(plain(value))
     except ValidationError:
-        raise InputError(f"{name} = {shown(value)}: must be {allowed}") from None
+        raise InputError(
+            f"{name} = {shown(value)}: must be {allowed}",
+            name=name, value=value, allowed=allowed.split(". ")[0].rstrip("."),
+        ) from None  # fmt: skip
 
 
 @lru_cache(maxsize=128)
@@ -75,15 +79,27 @@ def check_instance(name: str, value: _T, kind: Any, allowed: str = "") -> _T:
     """Return an instance of a class, or of a union of classes; ``allowed`` describes it."""
     if not isinstance(value, kind):
         what = allowed or ("True or False" if kind is bool else f"a {kind.__name__}")
-        raise InputError(f"{name} = {shown(value)}: must be {what}.")
+        raise wrong(name, value, what)
     return value
 
 
 def check_choice(name: str, value: Any, allowed: Collection[str]) -> str:
     """Return one of the allowed words."""
     if not isinstance(value, str) or value not in allowed:
-        raise InputError(f"{name} = {shown(value)}: not known. {nearest(str(value), allowed)}")
+        raise unknown(name, value, allowed)
     return value
+
+
+def wrong(name: str, value: Any, allowed: str, way_out: str = "") -> InputError:
+    """Return the error "name = value: must be allowed. Way out", with these as attributes."""
+    text = f"{name} = {shown(value)}: must be {allowed}. {way_out}".rstrip()
+    return InputError(text, name=name, value=value, allowed=allowed)
+
+
+def unknown(name: str, value: Any, allowed: Collection[str], what: str = "not known") -> InputError:
+    """Return the error of a word that is none of the allowed ones, with the nearest of them."""
+    text = f"{name} = {shown(value)}: {what}. {nearest(str(value), allowed)}"
+    return InputError(text, name=name, value=value, allowed=tuple(allowed))
 
 
 def is_number(value: object) -> bool:
@@ -111,7 +127,7 @@ def shown(value: object) -> str:
 
 def named(name: str) -> str:
     """Return a name as it was given, in quotation marks if it is not a plain word."""
-    word = name.replace("-", "").replace("_", "").isalnum() and len(name) <= 60
+    word = re.sub(r"[-_.]", "", name).isalnum() and len(name) <= 60
     return name if word and name.isascii() else shown(name)
 
 
@@ -125,7 +141,7 @@ def labels(field: FieldInfo) -> dict[str, Any]:
     return field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
 
 
-def explain(error: ValidationError, table: str, fields: Mapping[str, FieldInfo]) -> str:
+def explain(error: ValidationError, table: str, fields: Mapping[str, FieldInfo]) -> InputError:
     """Word a validation error: one line for each wrong field, the first few of them.
 
     table  : what stands before the names, as "driveline"; "" for nothing
@@ -138,28 +154,53 @@ def explain(error: ValidationError, table: str, fields: Mapping[str, FieldInfo])
     ]
     # A misspelt name first: it explains what is missing.
     details.sort(key=lambda detail: detail["type"] != "extra_forbidden")
-    lines = [_line(detail, table, fields) for detail in details[:_MOST_LINES]]
+    errors = [_error(detail, table, fields) for detail in details[:_MOST_LINES]]
+    lines = [str(one) for one in errors]
     if len(details) > _MOST_LINES:
         lines.append(f"... and {len(details) - _MOST_LINES} more.")
-    return "\n".join(lines)
+    first = errors[0]
+    return InputError("\n".join(lines), name=first.name, value=first.value, allowed=first.allowed)
 
 
-def _line(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) -> str:
+def _error(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) -> InputError:
     location, kind, value = detail["loc"], detail["type"], detail["input"]
     name = _path(table, location)
     field = fields.get(str(location[0])) if location else None
     way_out = _way_out(field)
     if kind == "extra_forbidden":
-        return f"{name}: no such parameter. {nearest(str(location[-1]), fields)}"
+        text = f"{name}: no such parameter. {nearest(str(location[-1]), fields)}"
+        return InputError(text, name=name, value=value, allowed=tuple(fields))
     if kind == "value_error":
-        why = str(detail["ctx"]["error"])
-        return f"{name} = {shown(value)}: {why}{way_out}" if location else why
+        why = detail["ctx"]["error"]
+        if not location:
+            return why if isinstance(why, InputError) else InputError(str(why))
+        if isinstance(why, InputError) and why.name:
+            return moved(why, name)
+        allowed = str(why).removeprefix("must be ").split(". ")[0].rstrip(".")
+        text = f"{name} = {shown(value)}: {why}{way_out}"
+        return InputError(text, name=name, value=value, allowed=allowed)
     if kind == "missing" and len(location) == 1:
-        return f"{name}: missing.{way_out}"
+        meaning = field.description if field is not None else None
+        return InputError(f"{name}: missing.{way_out}", name=name, allowed=meaning)
     if kind == "missing":  # in a list of fixed length; the input is the list
         name = _path(table, location[:-1])
     allowed = _allowed(detail, field)
-    return f"{name} = {shown(value)}: must be {allowed}.{_slip(kind, location, value)}{way_out}"
+    slip = _slip(kind, location, value)
+    text = f"{name} = {shown(value)}: must be {allowed}.{slip}{way_out}"
+    return InputError(text, name=name, value=value, allowed=allowed)
+
+
+def moved(error: InputError, path: str) -> InputError:
+    """The error of a part, with a path in place of the part's name."""
+    part, _, rest = (error.name or "").partition(".")
+    if not rest or part == path:
+        return error
+    joint = "" if rest.startswith("[") else "."
+    text = "\n".join(
+        f"{path}{joint}{line.removeprefix(f'{part}.')}" if line.startswith(f"{part}.") else line
+        for line in str(error).split("\n")
+    )
+    return InputError(text, name=f"{path}{joint}{rest}", value=error.value, allowed=error.allowed)
 
 
 def _path(table: str, location: tuple[int | str, ...]) -> str:

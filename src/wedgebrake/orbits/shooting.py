@@ -12,8 +12,8 @@ from wedgebrake.analysis.classify_run import classify_run
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_whole
+from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.validation import check_whole
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
 from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
@@ -128,7 +128,7 @@ def orbit_to_follow(
 
 def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
     """Name of the solver; raises ``InputError`` for arguments with which no orbit can be found."""
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     chosen = choose_method(system, method)
     if chosen == "ode14x":
         raise InputError(

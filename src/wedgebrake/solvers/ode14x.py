@@ -149,7 +149,7 @@ def _speed_scale(system: BrakedDriveline, task: Task) -> float:
     line, force, release = system.driveline, system.actuation, system.actuation.release_speed
     mu = system.friction.reference
     gains = [abs(system.brake.amplification(m)) for m in (-mu, mu)]
-    held = system.brake.radius * force.initial_force * max(filter(math.isfinite, gains))
+    held = system.brake.radius * force.law.initial_force * max(filter(math.isfinite, gains))
     push = system.excitation.amplitude + held
     fastest = max(line.natural_frequency, system.excitation.angular_frequency)
     scale = abs(task.velocity) + line.natural_frequency * abs(task.angle) + abs(line.drive_speed)

@@ -9,7 +9,7 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS, Trajectory
+from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS, FloatArray, Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +24,11 @@ _FLAGS: dict[str, dict[str, Any]] = {
 }
 
 
+def _sections(system: BrakedDriveline, trajectory: Trajectory) -> FloatArray:
+    """Times of the sections of a torque that is a signal [s]; none if it has no period."""
+    return np.asarray(trajectory.returns.period * (system.excitation.period or 0.0))
+
+
 def assemble(
     system: BrakedDriveline, trajectory: Trajectory, method: str, options: dict[str, Any]
 ) -> xr.Dataset:
@@ -32,13 +37,14 @@ def assemble(
 
     t, events, sticks = trajectory, trajectory.events, trajectory.sticks
     torque = system.excitation
-    section = t.returns.period / torque.frequency
+    section = t.returns.period / torque.frequency if system.plain else _sections(system, t)
+    drive = torque.torque(t.times) if system.plain else torque(t.times)
     side = "stick: side of entry; otherwise: direction of motion after the event"
     table: dict[str, tuple[Any, str, str]] = {
         "angle": (t.angle, "rad", "angle of the driveline"),
         "velocity": (t.velocity, "rad/s", "velocity of the driveline"),
         "brake_torque": (t.brake_torque, "N m", "torque of the brake R F_mu"),
-        "drive_torque": (torque.torque(t.times), "N m", "torque on the driveline T(t)"),
+        "drive_torque": (drive, "N m", "torque on the driveline T(t)"),
         "sticking": (t.sticking.astype(np.int8), "1", "at rest relative to the brake"),
         "poincare_time": (section, "s", "time of the section, period / f_e"),
         "poincare_angle": (t.returns.angle, "rad", "angle at the section"),
@@ -78,7 +84,7 @@ def assemble(
         "method": method,
         "options": json.dumps(options),
         "system": json.dumps(system.as_dict()),
-        "groups": json.dumps(system.groups.as_dict()),
+        "groups": json.dumps(system.groups.as_dict() if system.plain else {}),
         "status": t.status.value,
         "message": message,
         "final_time": t.final[0],

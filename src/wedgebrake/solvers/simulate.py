@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.model.validation import (
     check_choice,
     check_instance,
@@ -20,10 +21,13 @@ from wedgebrake.model.validation import (
     shown,
 )
 from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.solvers.solution import Clock, FloatArray, Task, Trajectory
+from wedgebrake.solvers.solution import Clock, Task, Trajectory
+from wedgebrake.solvers.times import wanted_times
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.solvers.machine.final_state import FinalState
 
 METHODS: dict[str, str] = {
     "exact": "closed forms from event to event; Coulomb or tabulated friction",
@@ -39,12 +43,13 @@ _MAX_PHASE = 1e15  # periods before the start that leave the phase some digits
 
 
 def simulate(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     duration: float | None = None,
     *,
     periods: int | None = None,
-    initial: tuple[float, float] = (0.0, 0.0),
+    initial: tuple[float, float] | FinalState | None = None,
     start_time: float = 0.0,
+    until: str | None = None,
     method: str | None = None,
     times: ArrayLike | None = None,
     samples_per_period: int = 200,
@@ -53,25 +58,31 @@ def simulate(
     max_events: int = 10_000_000,
     max_steps: int = 100_000_000,
 ) -> xr.Dataset:
-    """The response of a braked driveline.
+    """The response of a braked driveline or of a machine of several inertias and contacts.
 
     Parameters
     ----------
-    system : BrakedDriveline
-        The machine.
+    system : BrakedDriveline or Machine
+        What is simulated.
     duration : float
-        How long [s]. Give either this or ``periods``.
+        How long [s]. For a driveline give either this or ``periods``.
     periods : int
-        How long, in periods of the torque.
-    initial : (float, float)
-        Angle theta [rad] and velocity theta' [rad/s] at the start.
+        How long, in periods of the torque of a driveline.
+    initial : (float, float) or FinalState
+        Of a driveline: angle theta [rad] and velocity theta' [rad/s] at the start, by default 0.
+        Of a machine: the state in which another run ended (``wb.final_state``), by default the
+        angles and speeds of its inertias.
     start_time : float
-        Time of the start [s]; it sets the phase of the torque.
+        Time of the start [s]; it sets the phase of the torque. With a ``FinalState`` its time.
+    until : {"rest"}
+        End the run of a machine where all contacts are at rest and provably stay so; ``duration``
+        is then the longest one.
     method : {"exact", "smooth", "ode14x"}
-        Default: "exact" for Coulomb and tabulated friction, "smooth" for smooth laws.
+        Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws.
+        "exact" for machines, and for drivelines with signals, a lag, limits or sampling.
     times : array of float
-        Times at which the response is wanted [s], ascending; default
-        ``samples_per_period`` equally spaced times in each period of the torque.
+        Times at which the response is wanted [s], ascending; default 2 000 equally spaced times
+        for a machine, ``samples_per_period`` in each period of the torque for a driveline.
     samples_per_period : int
         See ``times``.
     rtol : float
@@ -87,19 +98,36 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Over ``time``: angle [rad], velocity [rad/s], brake_torque, drive_torque [N m],
-        sticking. Over ``period``: the Poincare section. Over ``event`` and ``stick``: the
-        events, and the intervals of rest. How it ended is in ``attrs["status"]`` and
-        ``attrs["message"]``: divergence and self-locking are answers, not exceptions.
+        Of a driveline, over ``time``: angle [rad], velocity [rad/s], brake_torque, drive_torque
+        [N m], sticking. Over ``period``: the Poincare section. Over ``event`` and ``stick``: the
+        events, and the intervals of rest. Of a machine, over (``time``, ``inertia``): angle,
+        velocity, torque; over (``time``, ``shaft``): shaft_torque; over (``time``, ``contact``):
+        brake_torque, actuation_force [N], sliding_velocity, sticking; over ``event`` and ``stick``
+        those of all contacts. How it ended is in ``attrs["status"]`` and ``attrs["message"]``:
+        divergence and self-locking are answers, not exceptions.
 
     Raises
     ------
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
-    check_instance("system", system, BrakedDriveline)
+    if isinstance(system, Machine):
+        _refuse_for_machines(periods, method)
+        from wedgebrake.solvers.machine.simulate import simulate_machine
+
+        return simulate_machine(
+            system, duration, times=times, initial=initial, start_time=start_time, until=until,
+            max_events=max_events,
+        )  # fmt: skip
+    if until is not None:
+        raise InputError(
+            f"until = {until!r}: must be None for a BrakedDriveline. Simulate its machine,"
+            " system.machine."
+        )
+    check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
     method = choose_method(system, method)
-    task = _task(system, duration, periods, initial, start_time, times, samples_per_period)
+    state = (0.0, 0.0) if initial is None else initial
+    task = _task(system, duration, periods, state, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)
     options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
     choices: dict[str, dict[str, Any]] = {
@@ -110,7 +138,8 @@ def simulate(
     limits = choices[method]
 
     def solve() -> Trajectory:
-        solver = import_module(f"wedgebrake.solvers.{_MODULES[method]}")  # and with it Numba
+        name = _MODULES[method] if system.plain else "machine.driveline"
+        solver = import_module(f"wedgebrake.solvers.{name}")  # and with it Numba
         trajectory: Trajectory = solver.solve(system, task, **limits)
         return trajectory
 
@@ -120,12 +149,25 @@ def simulate(
     return assemble(system, trajectory, method, {**options, **limits})
 
 
+def _refuse_for_machines(periods: int | None, method: str | None) -> None:
+    """Raise ``InputError`` for arguments that a machine does not have."""
+    if periods is not None:
+        raise InputError(
+            f"periods = {periods!r}: must be None for a machine, which may have no period. Give"
+            " duration, in seconds."
+        )
+    if method not in (None, "exact"):
+        raise InputError(f"method = {method!r}: must be 'exact' for a machine.")
+
+
 def choose_method(system: BrakedDriveline, method: str | None) -> str:
     """The solver's name: the given one, checked, or the friction law's default.
 
     Raises ``InputError`` for one that is unknown or does not fit the friction law.
     """
     set_valued = isinstance(system.friction, SetValuedFriction)
+    if not system.plain and (not set_valued or method not in (None, "exact")):
+        check_driveline(system)  # which says what is in the way
     if method is None:
         return "exact" if set_valued else "smooth"
     check_choice("method", method, METHODS)
@@ -142,21 +184,35 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     return method
 
 
+def _clock(system: BrakedDriveline, duration: float | None) -> Clock:
+    """The clock of a run, by the period of the torque; without one, by a tenth of the duration."""
+    if system.plain:
+        return Clock(system.excitation.angular_frequency)
+    period = system.excitation.period
+    if not period and duration is None:
+        raise InputError(
+            "periods: must be None, as the torque has no period. Give duration, in seconds."
+        )
+    if not period:
+        period = 0.1 * check_number("duration", duration, 0.0, 1e12) or 1.0
+    return Clock(2.0 * math.pi / period)
+
+
 def _task(
     system: BrakedDriveline,
     duration: float | None,
     periods: int | None,
-    initial: tuple[float, float],
+    initial: tuple[float, float] | FinalState,
     start_time: float,
     times: ArrayLike | None,
     samples: int,
 ) -> Task:
-    clock = Clock(system.excitation.angular_frequency)
     if (duration is None) == (periods is None):
         raise InputError(
             f"duration = {duration!r} and periods = {periods!r}: give exactly one of them,"
             " for example duration=25.0 (seconds) or periods=250 (of the torque)."
         )
+    clock = _clock(system, duration)
     check_number("start_time", start_time, 0.0, min(1e12, _MAX_PHASE * clock.period))
     angle, velocity = check_state("initial", initial)
     number, rest = clock.split(start_time)
@@ -184,7 +240,7 @@ def _task(
             )
         wanted = np.linspace(start_time, stop, count + 1)
     else:
-        wanted = _wanted(times, start_time, stop)
+        wanted = wanted_times(times, start_time, stop)
     return Task(clock, start, end, angle, velocity, wanted)
 
 
@@ -205,20 +261,3 @@ def check_state(name: str, state: Any) -> tuple[float, float]:
         )
     angle = check_number(f"{name}[0]", state[0], -_FARTHEST, _FARTHEST)
     return angle, check_number(f"{name}[1]", state[1], -_FARTHEST, _FARTHEST)
-
-
-def _wanted(times: ArrayLike, start: float, stop: float) -> FloatArray:
-    try:
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-    except (TypeError, ValueError):
-        raise InputError("times: must be an array of numbers [s].") from None
-    slack = 1e-9 * max(abs(stop), 1e-9)
-    inside = wanted.size == 0 or (wanted.min() >= start - slack and wanted.max() <= stop + slack)
-    if wanted.ndim != 1 or not np.all(np.isfinite(wanted)) or not inside:
-        raise InputError(
-            f"times: must be finite, one-dimensional and between {start:g} s (start_time) and"
-            f" {stop:g} s (the end). Lengthen duration, or drop the times outside."
-        )
-    if np.any(np.diff(wanted) < 0.0):
-        raise InputError("times: must ascend. Sort them, for example with numpy.sort.")
-    return np.asarray(np.clip(wanted, start, stop))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,9 +13,9 @@ from wedgebrake.analysis.spectrum import frequencies
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.sweep_settings import INITIAL
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.sweeps.results import PointStatus
-from wedgebrake.sweeps.sweep import execute, make_plan, split_options
+from wedgebrake.sweeps.sweep import execute, joined, make_plan, split_options
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,13 +36,17 @@ _CLOUD = 4.0
 _MEMBERS = 20
 
 
-def basins(system: BrakedDriveline, **options: Any) -> xr.Dataset:
+def basins(
+    system: BrakedDriveline, over: Mapping[str, Any] | None = None, **options: Any
+) -> xr.Dataset:
     """Compute the map over initial angle and velocity of the attractor reached.
 
     Parameters
     ----------
     system : BrakedDriveline
         The system.
+    over : mapping
+        Swept values by name, instead of keywords.
     **options
         ``initial_angle`` [rad] and ``initial_velocity`` [rad/s] with their values, and
         arguments of ``sweep``; ``transient`` is "auto" by default.
@@ -56,7 +61,9 @@ def basins(system: BrakedDriveline, **options: Any) -> xr.Dataset:
 
     Raises ``InputError`` as ``sweep``, and unless both initial conditions are swept.
     """
+    check_driveline(system)
     parameters, settings, execution = split_options(options)
+    parameters = joined(over, parameters)
     if set(parameters) != set(INITIAL):
         raise InputError(
             f"basins: swept {', '.join(parameters) or 'nothing'}, must be initial_angle and"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import warnings
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import nullcontext
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,8 +14,8 @@ import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_whole, shown
+from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
 from wedgebrake.solvers.simulate import check_state, choose_method
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
@@ -38,6 +38,7 @@ class StoreWarning(UserWarning):
 
 def sweep(
     system: BrakedDriveline,
+    over: Mapping[str, Any] | None = None,
     *,
     periods: int | None = None,
     transient: int | Literal["auto"] = 200,
@@ -63,6 +64,8 @@ def sweep(
     ----------
     system : BrakedDriveline
         The system whose parameters are changed.
+    over : mapping
+        Swept values by name, instead of keywords.
     **parameters : array of float
         The swept values by name: SI parameters (``slope``, ``frequency``, ...), groups
         (``eta``, ``f``, ``F0``, ``alpha``), ``initial_angle``, ``initial_velocity``. Several
@@ -111,6 +114,7 @@ def sweep(
     WedgebrakeError
         If the Dask cluster is lost. The store remains valid.
     """
+    parameters = joined(over, parameters)
     plan = make_plan(
         "sweep", system, parameters, periods=periods, transient=transient, limit=limit,
         initial=initial, follow=follow, method=method, keep_points=keep_points, rtol=rtol,
@@ -121,13 +125,21 @@ def sweep(
     )
 
 
-def bifurcation(system: BrakedDriveline, *, follow: bool = False, **options: Any) -> xr.Dataset:
+def bifurcation(
+    system: BrakedDriveline,
+    over: Mapping[str, Any] | None = None,
+    *,
+    follow: bool = False,
+    **options: Any,
+) -> xr.Dataset:
     """Compute the bifurcation diagram over one parameter.
 
     Parameters
     ----------
     system : BrakedDriveline
         The system whose parameters are changed.
+    over : mapping
+        Swept values by name, instead of keywords.
     follow : bool
         Each point starts where its neighbour ended, once up and once down: branches that
         differ show hysteresis.
@@ -142,7 +154,9 @@ def bifurcation(system: BrakedDriveline, *, follow: bool = False, **options: Any
 
     Raises ``InputError`` as ``sweep``, and for more than one parameter.
     """
+    check_driveline(system)
     parameters, settings, execution = split_options(options)
+    parameters = joined(over, parameters)
     example = "eta=np.linspace(-60, 12, 400). For two use regime_map, for any number sweep."
     _check_count("bifurcation", parameters, 1, f"one, for example {example}")
     check_instance("follow", follow, bool)
@@ -151,7 +165,9 @@ def bifurcation(system: BrakedDriveline, *, follow: bool = False, **options: Any
     return execute(plan, **execution)
 
 
-def regime_map(system: BrakedDriveline, **options: Any) -> xr.Dataset:
+def regime_map(
+    system: BrakedDriveline, over: Mapping[str, Any] | None = None, **options: Any
+) -> xr.Dataset:
     """Compute the map over two parameters of motion, stick-slip, exponent and peak torque.
 
     The zero line of ``sliding_damping`` is the limit of linear stability. The Poincare
@@ -161,6 +177,8 @@ def regime_map(system: BrakedDriveline, **options: Any) -> xr.Dataset:
     ----------
     system : BrakedDriveline
         The system whose parameters are changed.
+    over : mapping
+        Swept values by name, instead of keywords.
     **options
         Two parameters with their values, for example ``eta=..., F0=...``, and arguments of
         ``sweep``.
@@ -172,7 +190,9 @@ def regime_map(system: BrakedDriveline, **options: Any) -> xr.Dataset:
 
     Raises ``InputError`` as ``sweep``, and for other than two parameters.
     """
+    check_driveline(system)
     parameters, settings, execution = split_options(options)
+    parameters = joined(over, parameters)
     example = "eta=np.linspace(-60, 12, 200), F0=np.linspace(0.01, 0.1, 100)."
     _check_count("regime_map", parameters, 2, f"two, for example {example}")
     settings.setdefault("keep_points", False)
@@ -202,7 +222,7 @@ def make_plan(
     """Return the definition of a sweep after validation of its arguments."""
     from wedgebrake.sweeps.plan import Plan
 
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     chosen = choose_method(system, method)
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
@@ -267,7 +287,7 @@ def split_options(
     options: dict[str, Any],
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """Divide keyword arguments into parameters, settings of the plan, and of its execution."""
-    known = set(inspect.signature(sweep).parameters) - {"system", "parameters", "follow"}
+    known = set(inspect.signature(sweep).parameters) - {"system", "over", "parameters", "follow"}
     if "follow" in options:
         raise InputError("follow: only bifurcation and sweep follow a parameter.")
     parameters: dict[str, Any] = {}
@@ -277,6 +297,24 @@ def split_options(
         part = parameters if name not in known else execution if name in _EXECUTION else settings
         part[name] = value
     return parameters, settings, execution
+
+
+def joined(over: Any, parameters: dict[str, Any]) -> dict[str, Any]:
+    """Swept parameters, given as a mapping and as keywords.
+
+    Raises ``InputError`` for anything but a mapping, or a parameter given twice.
+    """
+    if over is None:
+        return parameters
+    if not isinstance(over, Mapping):
+        raise wrong(
+            "over", over, "a mapping of parameters to their values",
+            'For example {"slope": np.linspace(-60, 0, 50)}.',
+        )  # fmt: skip
+    for name in over:
+        if name in parameters:
+            raise InputError(f"{name}: given twice, in the mapping and as a keyword. Give it once.")
+    return {**over, **parameters}
 
 
 _Work = Callable[[Chunks, list[ChunkIndex]], Iterator[tuple[ChunkIndex, Any]]]

@@ -1,19 +1,34 @@
-"""Linear stability of steady sliding (section 3 of the paper).
+"""Linear stability of steady sliding (section 3 of the paper), of drivelines and of machines.
 
-damping : definition of steady sliding and of its damping
-verdict : ``stability``: eigenvalues, bifurcation points, margins and the verdict in words
-maps    : ``stability_map``: stability over a grid of groups
+front             : ``stability``, for a driveline or a machine
+damping           : definition of steady sliding of a driveline and of its damping
+verdict           : eigenvalues, bifurcation points, margins and the verdict in words
+maps              : ``stability_map``: stability over a grid of groups
+sliding_contact   : a contact of a machine, linearised about steady sliding
+linear_system     : the linear system of a machine, also with controllers that sample
+modes             : its eigenvalues and modes
+machine_stability : every case of steady sliding of a machine
+hopf              : ``hopf``: the value of a parameter at which the verdict changes
 """
 
 from wedgebrake.analysis.linear_stability.damping import damping_at, sliding_damping
+from wedgebrake.analysis.linear_stability.front import stability
+from wedgebrake.analysis.linear_stability.hopf import StabilityLimit, hopf
+from wedgebrake.analysis.linear_stability.machine_stability import MachineStability, SlidingCase
 from wedgebrake.analysis.linear_stability.maps import AXES, stability_map
-from wedgebrake.analysis.linear_stability.verdict import DirectionStability, Stability, stability
+from wedgebrake.analysis.linear_stability.modes import Mode
+from wedgebrake.analysis.linear_stability.verdict import DirectionStability, Stability
 
 __all__ = [
     "AXES",
     "DirectionStability",
+    "MachineStability",
+    "Mode",
+    "SlidingCase",
     "Stability",
+    "StabilityLimit",
     "damping_at",
+    "hopf",
     "sliding_damping",
     "stability",
     "stability_map",

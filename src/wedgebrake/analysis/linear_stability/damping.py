@@ -164,7 +164,7 @@ def lines_over_slope(system: BrakedDriveline, at: Sliding) -> list[DampingLine]:
     actuation, brake, friction = system.actuation, system.brake, system.friction
     edges = [-math.inf, math.inf]
     if actuation.release and at.actuated > 0.0:
-        edges[0] = -actuation.initial_force / at.actuated
+        edges[0] = -actuation.law.initial_force / at.actuated
     if not isinstance(friction, SetValuedFriction):
         pass
     elif friction.constant:
@@ -175,7 +175,7 @@ def lines_over_slope(system: BrakedDriveline, at: Sliding) -> list[DampingLine]:
     elif actuation.release:
         nodes = (speed / brake.radius for speed, _ in friction.nodes())
         end = next((node for node in nodes if node > at.speed), math.inf)
-        edges.insert(1, -actuation.initial_force / end)
+        edges.insert(1, -actuation.law.initial_force / end)
     found = []
     for low, high in pairwise(edges):
         begin, end = max(low, min(high, 0.0) - 4.0), min(high, max(low, 0.0) + 4.0)

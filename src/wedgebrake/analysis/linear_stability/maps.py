@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.linear_stability.damping import is_constant
-from wedgebrake.analysis.linear_stability.verdict import stability
+from wedgebrake.analysis.linear_stability.verdict import driveline_stability
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,7 +45,7 @@ def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     """
     import xarray as xr
 
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     values = _grid(system, axes)
     sliding = system.brake.radius * abs(system.driveline.drive_speed)
     constant = is_constant(system.friction, sliding)
@@ -93,7 +92,7 @@ def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict
     forward, backward = _widths(system, values)
     damping = loss * math.sqrt(line.stiffness * line.inertia)
     slope = eta * damping / (system.brake.radius * kinetic)
-    force = system.actuation.initial_force + slope * abs(line.drive_speed)
+    force = system.actuation.law.initial_force + slope * abs(line.drive_speed)
     limit = (force == 0.0) & (slope >= 0.0) & (line.drive_speed == 0.0)  # pressed next to rest
     pressed = (force > 0.0) | limit | (not system.actuation.release)
     locked = ~(forward > 0.0) & pressed
@@ -125,7 +124,7 @@ def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, Fl
             changes["kinetic"] = point["kinetic"]
             if ratio is not None and "static" in type(system.friction).model_fields:
                 changes["static"] = ratio * point["kinetic"]
-        one = stability(system.replace(**changes))
+        one = driveline_stability(system.replace(**changes))
         roots = [root.real for way in (one.forward, one.backward) for root in way.eigenvalues or ()]
         margin = math.nan if one.margin_eta is None else one.margin_eta
         growth = max(roots, default=math.nan) / line.natural_frequency

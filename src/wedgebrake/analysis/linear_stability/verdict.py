@@ -26,7 +26,6 @@ from wedgebrake.analysis.linear_stability.damping import (
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Result
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance
 
 
 @dataclass(frozen=True, repr=False)
@@ -145,17 +144,8 @@ class Stability(Result):
         return {name: value for name, value in vars(self).items() if name not in ways} | ways
 
 
-def stability(system: BrakedDriveline) -> Stability:
-    """Linear stability of steady sliding (eqs. 8 to 13, 23 to 29).
-
-    On a turning shaft sliding is evaluated at the speed of the shaft, otherwise near rest in both
-    directions, with the slope of the friction law and the release at that speed.
-
-    system : the machine
-
-    Raises ``InputError`` if the system is not a ``BrakedDriveline``.
-    """
-    check_instance("system", system, BrakedDriveline)
+def driveline_stability(system: BrakedDriveline) -> Stability:
+    """Linear stability of a ``BrakedDriveline``; see ``wb.stability``."""
     forward, backward = (_direction(system, side) for side in (1, -1))
     existing = [d for d in (forward, backward) if d.damping is not None]
     coefficients = _locking_coefficients(system)

@@ -17,7 +17,7 @@ from wedgebrake.figures.data.axes import ParameterAxis, plain
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part
+from wedgebrake.model.part import Part, is_numeric
 from wedgebrake.model.sweep_settings import INITIAL, sweepable
 from wedgebrake.model.validation import labels
 
@@ -48,6 +48,8 @@ _WORDS: dict[str, tuple[str, str]] = {
     "static": ("μₛ", "static"),
     "decay": ("ς", "peak decay"),
     "steepness": ("ξ", "steepness"),
+    "speed": ("v₀", "decay speed"),
+    "tolerance": ("ε", "largest error of the lines"),
     "speeds": ("vᵣ", "speeds"),
     "coefficients": ("μₖ", "coefficients"),
     "inertia": ("J", "inertia"),
@@ -62,6 +64,7 @@ _WORDS: dict[str, tuple[str, str]] = {
 _KINDS = {
     "leading-shoe": "leading shoe",
     "coulomb": "Coulomb, exact",
+    "stribeck": "Stribeck, exact",
     "smoothed": "smoothed (tanh)",
     "tabulated": "table over speed",
 }
@@ -161,14 +164,15 @@ def parameter_axis(state: PageState, name: str) -> ParameterAxis:
 
 def _of_part(state: PageState, part: Part) -> list[Row]:
     """Return rows of all fields of a part; the radius, common to all brakes, is last."""
-    names = list(type(part).model_fields)
+    # What the solvers of the page do not take is at its default.
+    names = [name for name in type(part).model_fields if name not in part.later]
     if isinstance(part, Brake):
         names.sort(key=lambda name: name == "radius")
     return [_of_field(state, name, type(part).model_fields[name]) for name in names]
 
 
 def _of_field(state: PageState, name: str, one: FieldInfo) -> Row:
-    if one.annotation is float:
+    if is_numeric(one):
         return _number(state, name)
     value, hint = state.value(name), _sentence(one)
     if one.annotation is bool:

@@ -34,6 +34,8 @@ _SPANS: dict[str, Span] = {
     "static": (0.05, 0.8),
     "decay": (0.0, 20.0),
     "steepness": (10.0, 1000.0),
+    "speed": (0.01, 1.0),
+    "tolerance": (1e-6, 1e-2),
     "periods": (20.0, float(MOST_PERIODS)),
     "shown": (1.0, float(MOST_SHOWN)),
 }
@@ -46,7 +48,9 @@ _WITHOUT_GROUP: dict[str, Span] = {
 }
 _GROUP_OF = {setter.target: name for name, setter in SETTERS.items()}
 # Parameters with logarithmic sliders. 0, where it is allowed, is entered as a number.
-_LOGARITHMIC = frozenset({"inertia", "damping", "stiffness", "steepness", "periods", "shown"})
+_LOGARITHMIC = frozenset(
+    {"inertia", "damping", "stiffness", "steepness", "speed", "tolerance", "periods", "shown"}
+)
 # Factors from the example to the ends of the range, for parameters without a range above.
 _DOWN, _UP = 0.2, 5.0
 # If the beginning of a logarithmic range is not positive, it is the end divided by this factor.
@@ -89,7 +93,7 @@ def reaching(usual: Span, value: Any, how: str) -> Span:
 
 def field(system: BrakedDriveline, name: str) -> FieldInfo | None:
     """The field of a parameter of the machine or its run; None for groups and other names."""
-    models: list[type[Part]] = [*(type(getattr(system, part)) for part in PARTS), Run]
+    models: list[type[Part]] = [*(type(getattr(system, part)) for part in reversed(PARTS)), Run]
     for model in models:
         if name in model.model_fields:
             return model.model_fields[name]

@@ -16,7 +16,7 @@ from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part
 from wedgebrake.model.study import Run, Study
 from wedgebrake.model.sweep_settings import INITIAL, sweepable
-from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.system import PARTS, BrakedDriveline, check_driveline
 from wedgebrake.model.tables import refuse_of_another_kind
 from wedgebrake.model.validation import check_whole, is_finite, is_number, labels, named, shown
 
@@ -75,6 +75,7 @@ class PageState:
 
         Raises ``InputError`` for brakes and friction laws that a study file cannot name.
         """
+        check_driveline(study.system)
         for table, part in (("brake", study.system.brake), ("friction", study.system.friction)):
             if not part.kind:
                 raise InputError(
@@ -128,7 +129,8 @@ class PageState:
         groups = self.system.groups.as_dict()
         if name in groups and name != "kinetic":
             return groups[name]
-        for part in (*(getattr(self.system, part) for part in PARTS), self.study.run):
+        parts = (getattr(self.system, part) for part in reversed(PARTS))  # as in replace
+        for part in (*parts, self.study.run):
             if name in type(part).model_fields:
                 return getattr(part, name)
         raise InputError(f"{name}: no such parameter of this machine. Choose one that it has.")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.machine_view import is_machine
 from wedgebrake.explorer.core.program import picture
 from wedgebrake.explorer.core.state import PageState, View
 from wedgebrake.model.study import Study
@@ -19,8 +20,13 @@ _SPAN = ("from", "to", "points", "scale")
 def opened(study: Study, view: View | None = None) -> PageState:
     """The state of a study, in the same view, with its sweep as the open plot.
 
-    Raises ``InputError`` for a machine that the explorer cannot show.
+    Raises ``InputError`` for a machine that the explorer cannot edit.
     """
+    if is_machine(study):
+        raise InputError(
+            "describes a machine ([[inertia]] ...), whose parameters cannot be edited on this page"
+            " so far. Show it with wedgebrake app STUDY.toml, or wb.explore(machine)."
+        )
     state = PageState.of(study)
     for name in (one.name for one in fields(View) if one.name != "spans"):
         try:

@@ -20,12 +20,15 @@ from tornado.websocket import WebSocketClosedError
 
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_MESSAGE, MOST_SESSIONS
+from wedgebrake.explorer.core.machine_view import take_machine_view
 from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.ui.machine_page import MachinePage
 from wedgebrake.explorer.ui.request_filter import Names, guard, own_names
 from wedgebrake.explorer.ui.session import Explorer
 from wedgebrake.explorer.ui.widgets.controls import PageDesign, page_styles
+from wedgebrake.model.study import Study
 
 _TITLE = "wedgebrake explorer"
 _FULL = (
@@ -38,7 +41,7 @@ _CHECK, _KEEP = 5_000, 15_000
 
 
 def serve(
-    state: PageState,
+    state: PageState | Study,
     *,
     address: str = "127.0.0.1",
     port: int = 5006,
@@ -47,7 +50,7 @@ def serve(
 ) -> None:
     """Serve the explorer until the event loop is stopped.
 
-    state   : of a new page
+    state   : of a new page; or the study of a machine, which is shown
     address : to listen on; port : 0 takes any free one
     origins : "host:port" of pages that may connect, beside the server's own
     ready   : called with the URL once browsers can connect
@@ -58,13 +61,14 @@ def serve(
     settings.perform_document_validation = False
     scheduler = Scheduler()
     server, url = started(
-        lambda: Explorer(state, scheduler), address=address, port=port, origins=origins
+        lambda: page_of(state, scheduler), address=address, port=port, origins=origins
     )
     loop = IOLoop.current()
     loop.add_callback(ready, url)
     # Compile the kernels of the first page before it is requested.
     slot = scheduler.slot(lambda call: call())
-    slot.start((take_snapshot(one) for one in [state]), lambda _: None, lambda _: None)
+    take: Callable[[Any], Any] = take_machine_view if isinstance(state, Study) else take_snapshot
+    slot.start((take(one) for one in [state]), lambda _: None, lambda _: None)
     # The objects that exist now are permanent; the garbage collector need not scan them again.
     gc.collect()
     gc.freeze()
@@ -74,6 +78,13 @@ def serve(
     finally:
         scheduler.close()
         server.stop()
+
+
+def page_of(state: PageState | Study, scheduler: Scheduler | None = None) -> Explorer | MachinePage:
+    """A new page: of a state, or of the study of a machine."""
+    if isinstance(state, Study):
+        return MachinePage(state, scheduler)
+    return Explorer(state, scheduler)
 
 
 def started(
@@ -100,7 +111,7 @@ def started(
         if len(pages) >= MOST_SESSIONS:
             return pn.pane.Alert(_FULL)
         opened = new()
-        if isinstance(opened, Explorer):
+        if isinstance(opened, Explorer | MachinePage):
             pages.add(opened)
 
             def gone(_: Any) -> None:

@@ -1,6 +1,8 @@
 """Contents of pictures as plain data, computed once and drawn by Matplotlib or Bokeh.
 
 motion          one response: history, phase portrait, Poincaré section, spectrum
+machine         response of a machine with several inertias: panels over time
+modes           shapes of small vibration of a machine
 bifurcation     bifurcation diagram: points, classes and exponents over one parameter
 class_map       map over two parameters: class of motion, any other result, linear stability
 basins          basins of attraction, with the attractors

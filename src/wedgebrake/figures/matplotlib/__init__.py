@@ -1,6 +1,8 @@
 """Pictures for files and notebooks. Matplotlib is imported when one is drawn.
 
 motion          one response: history, phase portrait, Poincare section, spectrum, and an overview
+machine         response of a machine: speeds, sticks, torques and forces over time
+modes           shapes of small vibration of a machine, with frequency and damping
 bifurcation     Poincare points against a parameter, with classes of motion and of stick-slip
 maps            over two parameters: regimes, basins, linear stability, curves of bifurcations
 orbit_branches  periodic orbits over a parameter, stable and unstable, with their bifurcations

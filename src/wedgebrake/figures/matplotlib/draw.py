@@ -15,23 +15,26 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from wedgebrake.analysis.linear_stability import MachineStability
+
 # Smallest and largest width of a figure [inch] for its type size.
 _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
-    "wb.simulate(...), wb.poincare(...), wb.spectrum(...), wb.bifurcation(...),"
-    " wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
+    "wb.simulate(...), wb.stability(machine), wb.poincare(...), wb.spectrum(...),"
+    " wb.bifurcation(...), wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
     " wb.stability_map(...), or wb.sweep(...) over one or two parameters"
 )
 
 
-def plot(dataset: xr.Dataset, **options: Any) -> Figure:
+def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
     """The picture of a result: a new figure, without pyplot.
 
     ======================================  =============================================
     result of                               picture
     ======================================  =============================================
     ``simulate``                            overview: history, phase portrait, Poincare
-                                            section, spectrum
+                                            section, spectrum; of a machine speeds, sticks,
+                                            torques and forces
     ``poincare``                            Poincare section
     ``spectrum``                            amplitude spectrum
     ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram
@@ -40,9 +43,10 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
     ``branches``                              branches of periodic orbits, bifurcations
     ``boundary``                            line of a bifurcation over two parameters
     ``stability_map`` (two axes)            map of linear stability
+    ``stability`` of a machine              modes: shape, frequency, damping ratio
     ======================================  =============================================
 
-    dataset : xarray.Dataset
+    dataset : xarray.Dataset, or the stability of a machine
     options : of the picture, see ``wedgebrake.figures.matplotlib``; for example ``quantity``,
               ``width`` [inch], ``beneath`` (of orbits), ``boundaries`` (of a map)
 
@@ -73,10 +77,20 @@ def plot(dataset: xr.Dataset, **options: Any) -> Figure:
 
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
+    from wedgebrake.analysis.linear_stability import MachineStability
     from wedgebrake.figures.data.axes import swept_parameters
     from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
-    from wedgebrake.figures.matplotlib import bifurcation, maps, motion, orbit_branches
+    from wedgebrake.figures.matplotlib import (
+        bifurcation,
+        machine,
+        maps,
+        modes,
+        motion,
+        orbit_branches,
+    )
 
+    if isinstance(dataset, MachineStability):
+        return modes.modes, (dataset,)
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind")
     swept = swept_parameters(dataset)
@@ -86,6 +100,8 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
             f" two parameters. Choose values of the others, for example"
             f" dataset.isel({swept[-1]}=0)."
         )
+    if "stick_contact" in names:
+        return machine.history, (dataset,)
     if "stick_start" in names and "time" in dataset.coords:
         return motion.overview, (_system(dataset), dataset)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)

@@ -19,8 +19,7 @@ from wedgebrake.figures.data.limits import extent
 from wedgebrake.figures.data.motion import History, Level, Phase, Section, Spectrum, last_periods
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import write_caption
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance
+from wedgebrake.model.system import BrakedDriveline, check_driveline
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,7 +117,7 @@ def overview(
 
     Raises ``InputError`` for a dataset that is not a response or a start outside it.
     """
-    check_instance("system", system, BrakedDriveline)
+    check_driveline(system)
     free = _is_free(system, response)
     periods = None if free else PERIODS
     usual = span(response)[0] if free else steady_start(response)

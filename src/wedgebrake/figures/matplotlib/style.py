@@ -156,3 +156,9 @@ def legend_above(axes: Axes, handles: list[Any], columns: int = 4) -> None:
     """Add a legend in one row above the axes, at the right."""
     if handles:
         axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.02), ncols=columns)
+
+
+def inches_wide(axes: Axes) -> float:
+    """Width of the figure of axes [inch]."""
+    figure: Any = axes.figure
+    return float(figure.get_figwidth())

@@ -69,7 +69,7 @@ def problem(
     fastest = max(line.natural_frequency, torque.angular_frequency)
     # Torque of the brake near rest; a locking brake gives none.
     gain = system.brake.radius * system.brake.amplification(-friction.reference)
-    held = abs(gain * system.actuation.initial_force)
+    held = abs(gain * system.actuation.law.initial_force)
     push = torque.amplitude + float(np.max(np.abs(offsets[np.isfinite(offsets)]))) + held
     speed = push / (line.inertia * fastest)
     band = friction.transition / system.brake.radius
@@ -161,7 +161,7 @@ def _stretches(
         found.append(_Stretch(layer))
     if math.isfinite(far):
         gain = radius * brake.amplification(side * friction.limit)
-        constant = (gain * force.initial_force, gain * force.slope)
+        constant = (gain * force.law.initial_force, gain * force.slope)
         found.append(_Stretch(far, True, *(constant if math.isfinite(gain) else (math.inf, 0.0))))
     if math.isfinite(release):
         found = [one for one in found if one.start < release]

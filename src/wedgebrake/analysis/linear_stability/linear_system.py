@@ -1,0 +1,231 @@
+"""The linear system of a machine about steady sliding.
+
+The state x holds the twists e of the directions in which shafts hold the inertias, the speeds w
+and the states of the actuators' lags; u holds the forces that controllers command:
+
+    e' = Q' w,   M w' = -K Q e - C w + torques of the contacts,   x' = A x + B u.
+
+Rotations that no shaft holds do not appear as angles. So A has no eigenvalue 0 of them, which
+would be a defective one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.linear_stability.sliding_contact import SlidingContact
+from wedgebrake.errors import InputError
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import (
+    FloatArray,
+    contact_rows,
+    shaft_matrices,
+    shaft_rows,
+)
+
+# Relative size below which a singular value, or the share of a row in a subspace, is rounding.
+_RANK = 1e-10
+# Relative size below which damping of a free rotation is rounding.
+_NEUTRAL = 1e-13
+_MOST_STATES = 2000
+# Parts of the time between two samples; even, for Simpson's rule.
+INTERVALS = 16
+
+
+class LinearSystem(NamedTuple):
+    """A machine about steady sliding: x' = A x + B u, of which u is sampled.
+
+    rates       : (N, N + U) A and B
+    torques     : (contacts, N + U) torque of each contact on its first inertia [N m]
+    sliding     : (contacts, N) sliding speed of each contact [rad/s]
+    commands    : (U, N) commanded force of each sampled contact [N]
+    delays      : (U,) of the samples
+    sample_time : [s]; None if nothing is sampled
+    speeds      : the part of the state that holds the speeds
+    weights     : (N, N) energy of a state, x' weights x / 2, without the actuators
+    free        : (n, r) rotations that no shaft holds
+    neutral     : number of these whose speed nothing restrains
+    """
+
+    rates: FloatArray
+    torques: FloatArray
+    sliding: FloatArray
+    commands: FloatArray
+    delays: tuple[int, ...]
+    sample_time: float | None
+    speeds: slice
+    weights: FloatArray
+    free: FloatArray
+    neutral: int
+
+    @property
+    def matrix(self) -> FloatArray:
+        """(N, N) the system matrix A."""
+        return self.rates[:, : self.rates.shape[0]]
+
+
+def linear_system(machine: Machine, contacts: Sequence[SlidingContact]) -> LinearSystem:
+    """The linear system of a machine whose contacts slide.
+
+    Raises ``InputError`` if controllers have different sample times or delays that are too long.
+    """
+    n = len(machine.inertias)
+    held, free = _directions(machine)
+    p = held.shape[1]
+    sampled = [
+        number
+        for number, (contact, one) in enumerate(zip(machine.contacts, contacts, strict=True))
+        if contact.actuation.sample_time is not None and one.follows and one.feedback != 0.0
+    ]
+    lags = [contact.actuation.order for contact in machine.contacts]
+    size = p + n + sum(lags)
+    width = size + len(sampled)
+    inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
+    stiffness, damping = shaft_matrices(machine)
+    rows = contact_rows(machine)
+    sliding = np.zeros((len(contacts), size))
+    sliding[:, p : p + n] = rows
+    rates, torques = np.zeros((size, width)), np.zeros((len(contacts), width))
+    rates[:p, p : p + n] = held.T
+    rates[p : p + n, :p] = -inverse[:, None] * (stiffness @ held)
+    rates[p : p + n, p : p + n] = -inverse[:, None] * damping
+    state = p + n
+    for number, one in enumerate(contacts):
+        given = machine.contacts[number].actuation
+        command = np.zeros(width)
+        if number in sampled:
+            command[size + sampled.index(number)] = 1.0
+        elif given.sample_time is None:
+            command[:size] = one.feedback * sliding[number]
+        force = command
+        if given.order > 0:
+            _lag(rates[state : state + given.order], given, command, state)
+            force = np.eye(width)[state]
+            state += given.order
+        torques[number, :size] = -one.slope * sliding[number]
+        if one.follows:
+            torques[number] -= one.gain * force
+        rates[p : p + n] += inverse[:, None] * np.outer(rows[number], torques[number])
+    weights = np.zeros((size, size))
+    weights[:p, :p] = held.T @ stiffness @ held
+    weights[p : p + n, p : p + n] = np.diag(1.0 / inverse)
+    return LinearSystem(
+        rates, torques, sliding,
+        np.array([contacts[i].feedback * sliding[i] for i in sampled]).reshape(-1, size),
+        tuple(machine.contacts[i].actuation.delay for i in sampled),
+        _sample_time(machine, sampled), slice(p, p + n), weights, free,
+        _neutral(machine, contacts, free),
+    )  # fmt: skip
+
+
+def held_step(system: LinearSystem) -> FloatArray:
+    """The matrix that takes (x, u) through 1/``INTERVALS`` of the time between two samples."""
+    from scipy.linalg import expm
+
+    assert system.sample_time is not None  # noqa: S101 - only systems with controllers
+    size, inputs = system.rates.shape[0], len(system.delays)
+    both = np.zeros((size + inputs, size + inputs))
+    both[:size] = system.rates * (system.sample_time / INTERVALS)
+    step: FloatArray = expm(both)
+    return step
+
+
+def sampled_system(system: LinearSystem, part: FloatArray) -> FloatArray:
+    """The matrix that takes the state at a sample, and the delayed forces, to the next sample.
+
+    The forces of each controller follow the state, the one that acts next first.
+
+    part : the ``held_step``
+    """
+    size = system.rates.shape[0]
+    step = np.linalg.matrix_power(part, INTERVALS)[:size]
+    total = size + sum(system.delays)
+    if total > _MOST_STATES:
+        longest = max(system.delays)
+        raise InputError(
+            f"actuation.delay = {longest}: must be shorter for linear stability, at most"
+            f" {_MOST_STATES} states and delayed samples together. Use wb.simulate.",
+            name="actuation.delay", value=longest, allowed=f"at most {_MOST_STATES} samples",
+        )  # fmt: skip
+    matrix = np.zeros((total, total))
+    matrix[:size, :size] = step[:, :size]
+    at = size
+    for number, delay in enumerate(system.delays):
+        acting, command = step[:, size + number], system.commands[number]
+        if delay == 0:
+            matrix[:size, :size] += np.outer(acting, command)
+            continue
+        matrix[:size, at] = acting
+        matrix[at : at + delay - 1, at + 1 : at + delay] = np.eye(delay - 1)
+        matrix[at + delay - 1, :size] = command
+        at += delay
+    return matrix
+
+
+def acting_forces(system: LinearSystem, vectors: NDArray[Any]) -> NDArray[Any]:
+    """(U, k) commanded forces that act after a sample, of (total, k) states of the sampled system.
+
+    system  : with controllers
+    vectors : may be complex
+    """
+    size, at = system.rates.shape[0], system.rates.shape[0]
+    found = np.zeros((len(system.delays), vectors.shape[1]), vectors.dtype)
+    for number, delay in enumerate(system.delays):
+        found[number] = vectors[at] if delay else system.commands[number] @ vectors[:size]
+        at += delay
+    return found
+
+
+def _directions(machine: Machine) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal rotations that shafts hold, (n, p), and those that none holds, (n, r)."""
+    rows = shaft_rows(machine)[[one.stiffness > 0.0 for one in machine.shafts]]
+    if rows.size == 0:
+        return np.zeros((len(machine.inertias), 0)), np.eye(len(machine.inertias))
+    _, values, right = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+    rank = int(np.sum(values > _RANK * values[0]))
+    return right[:rank].T, right[rank:].T
+
+
+def _neutral(machine: Machine, contacts: Sequence[SlidingContact], free: FloatArray) -> int:
+    """Number of free rotations whose speed no damper and no contact drives or restrains."""
+    rows = np.vstack([shaft_rows(machine), contact_rows(machine)])
+    dampings = np.array([*(s.damping for s in machine.shafts), *(c.damping for c in contacts)])
+    parts = rows @ free
+    parts[np.linalg.norm(parts, axis=1) <= _RANK * np.linalg.norm(rows, axis=1)] = 0.0
+    damping = parts.T @ (dampings[:, None] * parts)
+    scale = float(np.abs(dampings) @ np.sum(parts**2, axis=1))
+    return int(np.sum(np.abs(np.linalg.eigvalsh(damping)) <= _NEUTRAL * scale))
+
+
+def _lag(rates: FloatArray, given: Actuation, command: FloatArray, state: int) -> None:
+    """Set the rates of the states of a lag."""
+    if given.order == 1:
+        rates[0] = command / given.lag
+        rates[0, state] -= 1.0 / given.lag
+        return
+    assert given.frequency is not None  # noqa: S101 - of a lag of second order
+    assert given.damping_ratio is not None  # noqa: S101
+    rates[0, state + 1] = 1.0
+    rates[1] = given.frequency**2 * command
+    rates[1, state] -= given.frequency**2
+    rates[1, state + 1] -= 2.0 * given.damping_ratio * given.frequency
+
+
+def _sample_time(machine: Machine, sampled: Sequence[int]) -> float | None:
+    """The common sample time [s] of controllers."""
+    times = {machine.contacts[i].name: machine.contacts[i].actuation.sample_time for i in sampled}
+    if len(set(times.values())) > 1:
+        said = ", ".join(f"{name} every {time:g} s" for name, time in times.items())
+        first = next(iter(times))
+        raise InputError(
+            f"{first}.sample_time = {times[first]!r}: must be the same for all controllers whose"
+            f" force depends on speed; these sample {said}. Give them one sample time.",
+            name=f"{first}.sample_time", value=times[first],
+            allowed="the same for all controllers whose force depends on speed",
+        )  # fmt: skip
+    return next(iter(times.values()), None)

@@ -1,0 +1,248 @@
+"""``stability`` of general machines: every case of steady sliding, with its modes."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.analysis.linear_stability.linear_system import linear_system
+from wedgebrake.analysis.linear_stability.modes import Mode, spectrum_of
+from wedgebrake.analysis.linear_stability.sliding_contact import (
+    SlidingContact,
+    frozen,
+    linearised,
+)
+from wedgebrake.errors import InputError
+from wedgebrake.model.display import Result
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import FloatArray, contact_rows
+from wedgebrake.model.validation import check_number, is_number, unknown, wrong
+
+# Relative size below which a difference of speeds is rounding: the contact stands.
+_STANDS = 1e-12
+_FASTEST = 1e12
+# Contacts that stand, each of which doubles the cases.
+_MOST_STANDING = 10
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class SlidingCase(Result):
+    """Linear stability of one case of steady sliding.
+
+    directions  : +1 (forwards) or -1 (backwards) of each contact, by name
+    speeds      : sliding speed of each contact, by name [rad/s]; 0 for the limit near rest
+    locked      : names of the contacts that lock themselves; if there are any, this sliding does
+                  not exist, and what follows is empty or None
+    limited     : names of the contacts whose force a limit or the release holds
+    modes       : one for each real eigenvalue and each pair of complex ones, the one that grows
+                  fastest first, rigid ones last
+    eigenvalues : all of them [1/s], the largest real part first; with controllers the logarithms
+                  of the multipliers over the sample time, without those that are 0
+    multipliers : factors from sample to sample, the largest magnitude first; None without
+                  controllers
+    growth_rate : largest growth rate of the modes that are not rigid [1/s]; -inf if there are none
+    stable      : all modes that are not rigid decay
+    """
+
+    directions: dict[str, int]
+    speeds: dict[str, float]
+    locked: tuple[str, ...] = ()
+    limited: tuple[str, ...] = ()
+    modes: tuple[Mode, ...] = ()
+    eigenvalues: tuple[complex, ...] = ()
+    multipliers: tuple[complex, ...] | None = None
+    growth_rate: float | None = None
+    stable: bool | None = None
+    state: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, complex numbers as [real, imaginary] pairs."""
+        plain = dict(vars(self)) | {"modes": [one.as_dict() for one in self.modes]}
+        for name in ("eigenvalues", "multipliers"):
+            if plain[name] is not None:
+                plain[name] = [[one.real, one.imag] for one in plain[name]]
+        for name in ("locked", "limited"):
+            plain[name] = list(plain[name])
+        return plain
+
+    def _headline(self) -> str:
+        ways = {1: "forwards", -1: "backwards"}
+        places = ", ".join(f"{ways[side]} at {name}" for name, side in self.directions.items())
+        where = f"Sliding {places}" if places else "Without contacts"
+        if self.locked:
+            verb = "locks itself" if len(self.locked) == 1 else "lock themselves"
+            return f"{where}: does not exist; {' and '.join(self.locked)} {verb}."
+        mode = self.modes[0]
+        if mode.rigid:
+            return f"{where}: nothing vibrates."
+        how = f"{mode.frequency:.6g} Hz" if mode.frequency > 0.0 else "without oscillation"
+        return f"{where}: small vibration {self.state} ({how}, {mode.growth_rate:+.4g} 1/s)."
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        for name, speed in self.speeds.items():
+            yield f"sliding speed, {name}", speed, "rad/s"
+        if self.limited:
+            yield "force held by a limit or the release", ", ".join(self.limited), ""
+        for number, mode in enumerate(self.modes):
+            yield f"mode {number}", mode, ""
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class MachineStability(Result):
+    """The linear verdict on steady sliding of a machine.
+
+    cases    : one for each pattern of directions of the contacts that stand; otherwise one
+    stable   : steady sliding exists, and small vibration decays in each case that exists
+    critical : the case that exists whose vibration grows fastest; None if none exists
+    verdict  : the above in words
+    inertias : their names, in the order of the shapes
+
+    ``modes``, ``eigenvalues``, ``multipliers`` and ``growth_rate`` are those of ``critical``.
+    """
+
+    cases: tuple[SlidingCase, ...]
+    stable: bool
+    critical: SlidingCase | None
+    verdict: str
+    inertias: tuple[str, ...]
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """Modes of the critical case; empty if no sliding exists."""
+        return () if self.critical is None else self.critical.modes
+
+    @property
+    def eigenvalues(self) -> tuple[complex, ...]:
+        """Eigenvalues of the critical case [1/s]; empty if no sliding exists."""
+        return () if self.critical is None else self.critical.eigenvalues
+
+    @property
+    def multipliers(self) -> tuple[complex, ...] | None:
+        """Multipliers of the critical case; None without controllers."""
+        return None if self.critical is None else self.critical.multipliers
+
+    @property
+    def growth_rate(self) -> float | None:
+        """Largest growth rate of the critical case [1/s]; None if no sliding exists."""
+        return None if self.critical is None else self.critical.growth_rate
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON; ``critical`` is its number among the cases."""
+        number = next((i for i, one in enumerate(self.cases) if one is self.critical), None)
+        cases = [one.as_dict() for one in self.cases]
+        plain = {"cases": cases, "critical": number, "inertias": list(self.inertias)}
+        return dict(vars(self)) | plain
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        yield "stable", "yes" if self.stable else "no", ""
+        for number, case in enumerate(self.cases):
+            yield f"case {number}", case, ""
+
+
+def machine_stability(
+    machine: Machine, speeds: Mapping[str, float] | Sequence[float] | None = None
+) -> MachineStability:
+    """Linear stability of a machine about sliding at given speeds; see ``wb.stability``."""
+    cases = tuple(
+        _case(machine, sliding, directions)
+        for sliding, directions in _patterns(machine, _speeds(machine, speeds))
+    )
+    existing = [one for one in cases if not one.locked]
+    critical = max(existing, key=lambda one: one.growth_rate or 0.0, default=None)
+    stable = bool(existing) and all(bool(one.stable) for one in existing)
+    words = [one._headline() for one in cases if one is critical or one.locked]
+    more = len(existing) - 1
+    if more > 0:
+        words.append(
+            "The other case grows no faster."
+            if more == 1
+            else f"The other {more} cases grow no faster."
+        )
+    if existing:
+        words.append(f"Linearly {'stable' if stable else 'unstable'}.")
+    names = tuple(one.name for one in machine.inertias)
+    return MachineStability(cases, stable, critical, " ".join(words), names)
+
+
+def _case(machine: Machine, speeds: FloatArray, directions: tuple[int, ...]) -> SlidingCase:
+    """Stability of sliding at the magnitudes of speeds in given directions."""
+    names = tuple(one.name for one in machine.contacts)
+    contacts: list[SlidingContact] = [
+        linearised(contact, abs(speed), side)
+        for contact, speed, side in zip(machine.contacts, speeds.tolist(), directions, strict=True)
+    ]
+    sides = dict(zip(names, directions, strict=True))
+    at = dict(zip(names, speeds.tolist(), strict=True))
+    locked = tuple(one.name for one in contacts if one.locked)
+    limited = tuple(one.name for one in contacts if not one.follows)
+    if locked:
+        return SlidingCase(sides, at, locked, limited)
+    found = spectrum_of(linear_system(machine, contacts), names)
+    growth = max((one.growth_rate for one in found.modes if not one.rigid), default=-math.inf)
+    state = "grows" if growth > found.rounding else "does not decay"
+    stable = growth < -found.rounding
+    return SlidingCase(
+        sides, at, locked, limited, found.modes, found.eigenvalues, found.multipliers, growth,
+        stable, "decays" if stable else state,
+    )  # fmt: skip
+
+
+def _patterns(machine: Machine, speeds: FloatArray) -> Iterator[tuple[FloatArray, tuple[int, ...]]]:
+    """Sliding speeds and directions of each case."""
+    rows = contact_rows(machine)
+    bases = np.array([frozen(one.base_speed) for one in machine.contacts])
+    sliding = rows @ speeds - bases
+    stands = np.abs(sliding) <= _STANDS * (np.abs(rows) @ np.abs(speeds) + np.abs(bases))
+    sliding[stands] = 0.0
+    standing = np.flatnonzero(stands)
+    if standing.size > _MOST_STANDING:
+        raise InputError(
+            f"speeds: {standing.size} contacts stand: must be at most {_MOST_STANDING}, because"
+            " each of them can slide in two directions. Give speeds at which they slide.",
+            name="speeds", value=speeds.tolist(), allowed=f"at most {_MOST_STANDING} that stand",
+        )  # fmt: skip
+    for ways in itertools.product((1, -1), repeat=standing.size):
+        if _possible(rows[standing] * np.array(ways)[:, None]):
+            directions = np.sign(sliding).astype(int)
+            directions[standing] = ways
+            yield sliding, tuple(directions.tolist())
+
+
+def _possible(rows: FloatArray) -> bool:
+    """Return True if some speeds make all rows positive."""
+    count, n = rows.shape
+    if np.linalg.matrix_rank(rows) == count:
+        return True
+    from scipy.optimize import linprog
+
+    found = linprog(np.zeros(n), A_ub=-rows, b_ub=-np.ones(count), bounds=(None, None))
+    return bool(found.status == 0)
+
+
+def _speeds(machine: Machine, given: Any) -> FloatArray:
+    """The speeds of the inertias [rad/s]; what is not given is as at the start."""
+    names = [one.name for one in machine.inertias]
+    speeds = [one.speed for one in machine.inertias]
+    if given is None:
+        return np.array(speeds)
+    if isinstance(given, Mapping):
+        for name, value in given.items():
+            if name not in names:
+                raise unknown(f"speeds.{name}", value, names, "no such inertia")
+            speeds[names.index(name)] = _speed(name, value)
+        return np.array(speeds)
+    allowed = f"{len(names)} numbers in rad/s, or a mapping from names of inertias to them"
+    if is_number(given) or isinstance(given, str) or np.ndim(given) != 1:
+        raise wrong("speeds", given, allowed)
+    if len(given) != len(names):
+        raise wrong("speeds", given, allowed, f"The inertias are {', '.join(names)}.")
+    return np.array([_speed(name, one) for name, one in zip(names, given, strict=True)])
+
+
+def _speed(name: str, value: Any) -> float:
+    return check_number(f"speeds.{name}", value, -_FASTEST, _FASTEST)

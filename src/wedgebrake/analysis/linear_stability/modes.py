@@ -1,0 +1,250 @@
+"""Modes of a linear system: eigenvalues, or multipliers of a sampled system, with their shapes."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.linear_stability.linear_system import (
+    INTERVALS,
+    LinearSystem,
+    acting_forces,
+    held_step,
+    sampled_system,
+)
+from wedgebrake.model.display import Result
+from wedgebrake.model.machine_matrices import FloatArray
+
+ComplexArray = NDArray[np.complex128]
+
+# Error of eigenvalues relative to the largest one, per state.
+_ROUNDING = 2.0**-50
+# Multipliers below this size are those of delayed samples that have left no trace.
+_GONE = 1e-12
+# Share of a contact's torque times its speed below which its power is rounding.
+_NO_POWER = 1e-12
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Mode(Result):
+    """A mode of small vibration about steady sliding, which varies as exp(eigenvalue t).
+
+    eigenvalue    : growth rate and angular frequency, as a complex number [1/s]
+    frequency     : of the vibration, with its damping [Hz]; 0 if it does not oscillate
+    growth_rate   : real part of the eigenvalue [1/s]; negative if the mode decays
+    damping_ratio : -growth_rate/|eigenvalue| [1]; 0 for the eigenvalue 0
+    shape         : (n,) complex amplitudes of the inertias, in their order; the largest is 1. All
+                    are 0 if only actuators move
+    fed_by        : name of the contact that feeds it with the most power; None if none does
+    rigid         : a rotation that nothing holds or restrains; its eigenvalue is 0, and it does not
+                    count as an instability
+    multiplier    : factor of the mode from sample to sample, with controllers; else None
+    """
+
+    eigenvalue: complex
+    frequency: float
+    growth_rate: float
+    damping_ratio: float
+    shape: ComplexArray
+    fed_by: str | None = None
+    rigid: bool = False
+    multiplier: complex | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, complex numbers as [real, imaginary] pairs."""
+        plain = dict(vars(self))
+        for name in ("eigenvalue", "multiplier"):
+            if plain[name] is not None:
+                plain[name] = [plain[name].real, plain[name].imag]
+        return plain | {"shape": [[one.real, one.imag] for one in self.shape.tolist()]}
+
+    def _headline(self) -> str:
+        if self.rigid:
+            return "Rigid: free rotation"
+        what = f"{self.frequency:.6g} Hz" if self.frequency > 0.0 else "No oscillation"
+        fed = f", fed by {self.fed_by}" if self.fed_by is not None else ""
+        rates = f"growth rate {self.growth_rate:.4g} 1/s, damping ratio {self.damping_ratio:.4g}"
+        return f"{what}, {rates}{fed}"
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        units = {"eigenvalue": "1/s", "frequency": "Hz", "growth_rate": "1/s"}
+        for name, value in vars(self).items():
+            if value is not None:
+                yield name, value, units.get(name, "")
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """All eigenvalues of a linear system, and its modes.
+
+    eigenvalues : [1/s], the largest real part first; with controllers those of the multipliers
+    multipliers : from sample to sample, the largest magnitude first; None without controllers
+    modes       : the one that grows fastest first, rigid ones last; one for each pair of complex
+                  eigenvalues
+    rounding    : magnitude of growth rates that is rounding [1/s]
+    """
+
+    eigenvalues: tuple[complex, ...]
+    multipliers: tuple[complex, ...] | None
+    modes: tuple[Mode, ...]
+    rounding: float
+
+
+def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
+    """The eigenvalues and modes of a linear system.
+
+    contacts : names of its contacts
+
+    Raises ``InputError`` for delays of controllers that are too long.
+    """
+    part = None if system.sample_time is None else held_step(system)
+    matrix = system.matrix if part is None else sampled_system(system, part)
+    values, vectors = _eigen(matrix)
+    multipliers = None
+    if system.sample_time is not None:
+        kept = np.abs(values) > _GONE
+        multipliers = values
+        values, vectors = values[kept], vectors[:, kept]
+    # Errors of multipliers count from 1 on, as rates from 0.
+    largest = float(np.abs(values).max(initial=0.0))
+    if system.sample_time is not None:
+        largest = max(largest, 1.0) / system.sample_time
+    still = 0.0 if multipliers is None else 1.0
+    neutral = np.argsort(np.abs(values - still))[: system.neutral]
+    values[neutral] = still
+    rates = values
+    if system.sample_time is not None:
+        rates = _rates(system, values, vectors)
+        rates[neutral] = 0.0
+    modes = []
+    for number, rate in enumerate(rates.tolist()):
+        if values[number].imag >= 0.0:
+            multiplier = None if multipliers is None else complex(values[number])
+            modes.append(
+                _mode(
+                    system, contacts, rate, vectors[:, number], multiplier, part,
+                    rigid=bool(np.any(neutral == number)),
+                )
+            )  # fmt: skip
+    one_each = None if multipliers is None else 1.0 + 0.0j
+    modes.extend(_rigid(shape, one_each) for shape in system.free.T)
+    modes.sort(key=lambda one: (one.rigid, -one.growth_rate, one.frequency))
+    zeros = np.zeros(system.free.shape[1])
+    everything = [complex(one) for one in (*rates, *zeros)]
+    everything.sort(key=lambda one: (-one.real, abs(one.imag), -one.imag))
+    if multipliers is not None:
+        multipliers = np.concatenate([multipliers, zeros + 1.0])
+        multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    return Spectrum(
+        tuple(everything),
+        None if multipliers is None else tuple(multipliers.tolist()),
+        tuple(modes),
+        _ROUNDING * len(matrix) * largest,
+    )
+
+
+def _eigen(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Eigenvalues, and eigenvectors as columns, of a real matrix; complex ones in pairs."""
+    values, vectors = np.linalg.eig(matrix)
+    return values.astype(complex), vectors.astype(complex)
+
+
+def _rates(system: LinearSystem, multipliers: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+    """Logarithms of multipliers over the sample time [1/s].
+
+    Of the frequencies that have the same samples, the one nearest to that at which the state
+    moves after a sample: a vibration can be faster than the samples.
+    """
+    assert system.sample_time is not None  # noqa: S101 - only systems with controllers
+    size, turn = system.rates.shape[0], 2.0 * math.pi / system.sample_time
+    forces = acting_forces(system, vectors)
+    found = np.empty(len(multipliers), complex)
+    for number, multiplier in enumerate(multipliers.tolist()):
+        rate = cmath.log(multiplier) / system.sample_time
+        state = vectors[:size, number]
+        energy = (state.conj() @ system.weights @ state).real
+        if multiplier.imag != 0.0 and energy > 0.0:
+            moving = system.rates @ np.concatenate([state, forces[:, number]])
+            frequency = (state.conj() @ system.weights @ moving).imag / energy
+            rate += 1j * turn * round((frequency - rate.imag) / turn)
+        found[number] = rate
+    return found
+
+
+def _mode(
+    system: LinearSystem,
+    contacts: tuple[str, ...],
+    rate: complex,
+    vector: ComplexArray,
+    multiplier: complex | None,
+    part: FloatArray | None,
+    rigid: bool,
+) -> Mode:
+    """A mode, from its eigenvalue and eigenvector."""
+    if rate.imag < 0.0:
+        rate, vector = rate.conjugate(), vector.conj()
+        multiplier = None if multiplier is None else multiplier.conjugate()
+    shape = _normalised(vector[system.speeds])
+    if rigid:
+        return _rigid(shape, multiplier)
+    fed_by = None
+    powers = _powers(system, vector, part)
+    if powers.size and powers.max() > 0.0:
+        fed_by = contacts[int(np.argmax(powers))]
+    size = abs(rate)
+    return Mode(
+        eigenvalue=rate,
+        frequency=rate.imag / (2.0 * math.pi),
+        growth_rate=rate.real,
+        damping_ratio=-rate.real / size if size > 0.0 else 0.0,
+        shape=shape,
+        fed_by=fed_by,
+        multiplier=multiplier,
+    )
+
+
+def _rigid(shape: NDArray[Any], multiplier: complex | None) -> Mode:
+    shape = _normalised(shape.astype(complex))
+    return Mode(0j, 0.0, 0.0, 0.0, shape, rigid=True, multiplier=multiplier)
+
+
+def _normalised(shape: ComplexArray) -> ComplexArray:
+    """Amplitudes over the largest of them; read-only."""
+    largest = shape[np.argmax(np.abs(shape))]
+    result = shape / largest if largest != 0.0 else shape.copy()
+    result.setflags(write=False)
+    return result
+
+
+def _powers(system: LinearSystem, vector: ComplexArray, part: FloatArray | None) -> FloatArray:
+    """Mean power of each contact into a mode, up to a factor; 0 where it is rounding."""
+    size = system.rates.shape[0]
+    states, weights = vector[:size, None], np.ones(1)
+    inputs = np.zeros((0, 1), complex)
+    if part is not None:
+        states, inputs = _between_samples(system, vector, part)
+        weights = np.array([1.0, *[4.0, 2.0] * (INTERVALS // 2 - 1), 4.0, 1.0])
+    torques = system.torques @ np.concatenate([states, inputs])
+    sliding = system.sliding @ states
+    products = (torques.conj() * sliding).real
+    power = products @ weights
+    scale = (np.abs(torques) * np.abs(sliding)) @ weights
+    return np.where(np.abs(power) > _NO_POWER * scale, power, 0.0)
+
+
+def _between_samples(
+    system: LinearSystem, vector: ComplexArray, part: FloatArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """States and held forces at equidistant times between two samples."""
+    size = system.rates.shape[0]
+    path = [np.concatenate([vector[:size], acting_forces(system, vector[:, None])[:, 0]])]
+    for _ in range(INTERVALS):
+        path.append(part @ path[-1])
+    states = np.array(path).T
+    return states[:size], states[size:]

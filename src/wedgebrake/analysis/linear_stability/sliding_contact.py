@@ -1,0 +1,148 @@
+"""A contact of a machine, linearised about steady sliding.
+
+With the sliding speed v and the sign s of v, the torque on the first inertia is
+
+    -R F g(m),   m = s mu(R |v|),
+
+and F follows the command F_a0 + slope |v|. Its change is -R g dF - b dv, with
+
+    b = R^2 F g'(m) mu'(R |v|),   dF_command = slope s dv.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from wedgebrake.model.brakes import BandBrake, Brake, LeverBrake
+from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
+from wedgebrake.model.machine_parts import Contact
+from wedgebrake.model.signals import Signal
+from wedgebrake.model.stribeck import StribeckFriction
+
+# Relative difference from the asymptote at which the steep part of a smooth law ends: rounding.
+_FLAT = 2.0**-56
+# Relative distance from a corner of a law within which a speed is at the corner.
+_CORNER = 1e-9
+# Relative step of the one-sided differences of a smooth law.
+_STEP = 1e-5
+
+
+class SlidingContact(NamedTuple):
+    """A contact linearised about steady sliding.
+
+    name      : of the contact
+    direction : +1 forwards, -1 backwards
+    force     : steady actuation force, after limits and release [N]
+    follows   : the force follows the command or the lag; else a limit or the release holds it
+    gain      : R g(m), torque per actuation force [m]
+    slope     : b, rise of the torque with the speed at a constant force [N m s/rad]
+    feedback  : rise of the command with the sliding speed [N s/rad]
+    locked    : the brake locks itself: there is no such sliding
+    """
+
+    name: str
+    direction: int
+    force: float
+    follows: bool
+    gain: float
+    slope: float
+    feedback: float
+    locked: bool = False
+
+    @property
+    def damping(self) -> float:
+        """Rise of the steady torque with the speed [N m s/rad]."""
+        return self.slope + (self.gain * self.feedback if self.follows else 0.0)
+
+
+def frozen(value: float | Signal) -> float:
+    """A number, or the value of a signal at time 0, or at the first time at which it is known."""
+    if not isinstance(value, Signal):
+        return float(value)
+    return float(value(max(0.0, value.span[0])))
+
+
+def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact:
+    """A contact linearised about sliding.
+
+    speed     : magnitude of the sliding speed [rad/s]; 0 for the limit near rest
+    direction : +1 forwards, -1 backwards
+    """
+    brake, friction, given = contact.brake, contact.friction, contact.actuation
+    rubbing = brake.radius * speed
+    if speed == 0.0 and isinstance(friction, SmoothFriction):
+        rubbing = friction.layer(_FLAT)
+    m = direction * _coefficient(friction, rubbing)
+    amplification = brake.amplification(m)
+    command = frozen(given.initial_force) + given.slope * speed
+    low, high = given.limits or (-math.inf, math.inf)
+    low = max(low, 0.0) if given.release else low
+    force = min(max(command, low), high)
+    follows = low < command < high
+    if command in (low, high) and given.slope != 0.0:
+        # At a limit: near rest sliding leads to one side of it, else the less stable side counts.
+        inwards = (given.slope > 0.0) == (command == low)
+        follows = inwards if speed == 0.0 else given.slope < 0.0
+    feedback = direction * given.slope
+    if math.isinf(amplification):
+        if force != 0.0 or (follows and given.slope != 0.0):
+            return SlidingContact(
+                contact.name, direction, force, follows, 0.0, 0.0, feedback, locked=True
+            )
+        amplification = 0.0
+    gain, slope = brake.radius * amplification, 0.0
+    if force != 0.0 and not friction.constant:
+        rise = brake.radius**2 * force * _amplification_slope(brake, m)
+        slope = min((rise * one for one in _coefficient_slopes(friction, rubbing)), default=0.0)
+    return SlidingContact(contact.name, direction, force, follows, gain, slope, feedback)
+
+
+def _coefficient(friction: Friction, speed: float) -> float:
+    """Kinetic coefficient mu at a sliding speed of magnitude [m/s]."""
+    if isinstance(friction, StribeckFriction):
+        return friction.kinetic_at(speed)
+    if isinstance(friction, SmoothFriction):
+        return friction.coefficient(speed)
+    assert isinstance(friction, SetValuedFriction)  # noqa: S101 - the only other family
+    speeds, coefficients = zip(*friction.nodes(), strict=True)
+    return float(np.interp(speed, speeds, coefficients))
+
+
+def _coefficient_slopes(friction: Friction, speed: float) -> tuple[float, ...]:
+    """Slopes mu' on both sides of a sliding speed [s/m]; on the upper side alone near rest."""
+    if isinstance(friction, StribeckFriction):
+        return ((friction.kinetic - friction.kinetic_at(speed)) / friction.speed,)
+    if isinstance(friction, SmoothFriction):
+        step = _STEP * speed
+        values = [friction.coefficient(speed + way * step) for way in (-2.0, -1.0, 0.0, 1.0, 2.0)]
+        # One-sided differences of second order, so that a corner is not averaged.
+        left = (3.0 * values[2] - 4.0 * values[1] + values[0]) / (2.0 * step)
+        right = (4.0 * values[3] - 3.0 * values[2] - values[4]) / (2.0 * step)
+        return left, right
+    assert isinstance(friction, SetValuedFriction)  # noqa: S101 - the only other family
+    speeds, coefficients = (np.array(one) for one in zip(*friction.nodes(), strict=True))
+    slopes = np.append(np.diff(coefficients) / np.diff(speeds), 0.0)
+    near = _CORNER * speed
+    first = max(int(np.searchsorted(speeds, speed - near, side="right")) - 1, 0)
+    last = int(np.searchsorted(speeds, speed + near, side="right")) - 1
+    return tuple(slopes[first : last + 1].tolist())
+
+
+def _amplification_slope(brake: Brake, m: float) -> float:
+    """g'(m), in closed form for the brakes of the package."""
+    if isinstance(brake, LeverBrake) and type(brake).law is LeverBrake.law:
+        a, b, d = brake.shape()
+        return a * b / (b - m * d) ** 2
+    if isinstance(brake, BandBrake) and type(brake).law is BandBrake.law:
+        return brake.wrap_angle * math.exp(m * brake.wrap_angle)
+    step = 2e-3 * max(abs(m), 0.1)
+    while True:
+        values = [brake.amplification(m + way * step) for way in (-3, -2, -1, 1, 2, 3)]
+        if all(math.isfinite(one) for one in values) or step < 1e-12:
+            break
+        step *= 0.25
+    weights = (-1.0, 9.0, -45.0, 45.0, -9.0, 1.0)
+    return sum(w * one for w, one in zip(weights, values, strict=True)) / (60.0 * step)

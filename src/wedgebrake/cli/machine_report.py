@@ -1,0 +1,194 @@
+"""Reports on a machine: linear stability and responses, as data for ``--json`` and as text."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake._version import __version__
+from wedgebrake.analysis.contacts import contact_sentences, contact_summary
+from wedgebrake.analysis.linear_stability import MachineStability
+from wedgebrake.analysis.machine_energy import machine_energy
+from wedgebrake.cli.output import finish, versions
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.solvers.machine.final_state import final_state
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from wedgebrake.model.study import Study
+
+# Modes that are listed one by one.
+_MOST_MODES = 12
+_ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
+
+
+def machine_stability_report(machine: Machine, found: MachineStability) -> dict[str, Any]:
+    """The data of ``stability --json`` of a machine."""
+    return {"wedgebrake": __version__, "system": machine.as_dict(), **found.as_dict()}
+
+
+def machine_stability_text(machine: Machine, found: MachineStability) -> str:
+    """The text of ``stability`` of a machine."""
+    lines = [describe_machine(machine), "", f"Linear stability: {found.verdict}"]
+    case = found.critical
+    if case is None:
+        return "\n".join(lines)
+    sliding = [f"{name} {speed:.4g} rad/s" for name, speed in case.speeds.items()]
+    if sliding:
+        lines += ["", f"Sliding speeds: {', '.join(sliding)}"]
+    if case.limited:
+        lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
+    lines += ["Modes, the one that grows fastest first:"]
+    for mode in case.modes[:_MOST_MODES]:
+        lines.append(f"  {mode._headline()}")
+        if not mode.rigid and np.any(mode.shape):
+            shape = zip(found.inertias, mode.shape.tolist(), strict=True)
+            lines.append("    " + ", ".join(f"{name} {_complex(one)}" for name, one in shape))
+    if len(case.modes) > _MOST_MODES:
+        lines.append(f"  ... and {len(case.modes) - _MOST_MODES} more; --json lists all")
+    return "\n".join(lines)
+
+
+def _complex(value: complex) -> str:
+    """An amplitude, with its phase unless it is real."""
+    size, phase = abs(value), float(np.angle(value, deg=True))
+    if size < 5e-4:
+        return "0"
+    if min(abs(phase), 180.0 - abs(phase)) < 0.05:
+        return f"{value.real:.3g}"
+    return f"{size:.3g} at {phase:.3g}°"
+
+
+def run_machine(loaded: Study, out: Path | None, plot: Path | None, as_json: bool) -> None:
+    """Simulate a machine, and report; exit with status 1 if a limit stopped the run."""
+    from wedgebrake.cli.interrupts import announce_compilation
+    from wedgebrake.solvers.interrupts import interruptible
+    from wedgebrake.solvers.simulate import simulate
+
+    machine: Any = loaded.system
+
+    def work() -> tuple[xr.Dataset, dict[str, Any]]:
+        with announce_compilation("about a minute"):
+            response = simulate(machine, **loaded.run.arguments())
+            return response, machine_report(machine, response)
+
+    def picture() -> Figure:
+        from wedgebrake.figures.matplotlib.machine import history
+
+        return history(response)
+
+    response, report = interruptible(work)
+    finish(
+        as_json,
+        report,
+        lambda: machine_text(machine, report),
+        data=(out, response),
+        picture=(plot, picture),
+    )
+    if report["status"] in ("event_limit", "step_limit"):
+        sys.exit(1)
+
+
+def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
+    """The data of ``simulate --json`` of a machine."""
+    from wedgebrake.dynamics.enums import EventKind
+
+    attrs, state = response.attrs, final_state(response)
+    contacts = contact_summary(response)
+    kinds, counts = np.unique(response["event_kind"].to_numpy(), return_counts=True)
+    names = response["contact"].to_numpy()
+    balance = _balance(machine, response)
+    return {
+        "wedgebrake": __version__,
+        "versions": versions(),
+        "system": machine.as_dict(),
+        "method": attrs["method"],
+        "status": attrs["status"],
+        "message": attrs["message"],
+        "start_time": attrs["start_time"],
+        "at_rest": bool(attrs["at_rest"]),
+        "final": {"time": state.time, "angles": state.angles, "speeds": state.speeds},
+        "contacts": {
+            str(name): {str(key): contacts[key].to_numpy()[i] for key in contacts.data_vars}
+            for i, name in enumerate(names)
+        },
+        "events": {
+            EventKind(one).name.lower(): int(count)
+            for one, count in zip(kinds, counts, strict=True)
+        },
+        "sticks": {
+            "contact": names[response["stick_contact"].to_numpy()],
+            **{
+                name: response[f"stick_{name}"].to_numpy()
+                for name in ("start", "end", "entry", "exit")
+            },
+        },
+        "energy": balance,
+        "summary": contact_sentences(response),
+    }
+
+
+def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
+    """Work and heat of each part [J]; None if the run cannot be repeated."""
+    try:
+        energy = machine_energy(machine, response)
+    except InputError:
+        return None
+    found: dict[str, Any] = {
+        name: {
+            str(key): float(value)
+            for key, value in zip(
+                energy[energy[name].dims[0]].to_numpy(), energy[name].to_numpy(), strict=True
+            )
+        }
+        for name in _ENERGIES
+    }
+    return found | {name: float(energy[name]) for name in ("stored_change", "residual")}
+
+
+def describe_machine(machine: Machine) -> str:
+    """A machine in one line: its parts by name."""
+    return machine._headline()
+
+
+def machine_text(machine: Machine, report: dict[str, Any]) -> str:
+    """The text of ``simulate`` of a machine."""
+    final = report["final"]
+    span = f"{report['start_time']:.6g} to {final['time']:.6g} s"
+    response = f"Response ({report['method']}), {span}: {report['message']}"
+    lines = [describe_machine(machine), "", response]
+    lines += [f"  {sentence}" for sentence in report["summary"]]
+    events = ", ".join(f"{count} {name}" for name, count in report["events"].items())
+    lines.append(f"  events: {events or 'none'}")
+    if report["energy"]:
+        lines += _energy_text(report["energy"])
+    states = [
+        f"{name} {final['angles'][name]:.9g} rad, {final['speeds'][name]:.9g} rad/s"
+        for name in final["angles"]
+    ]
+    lines.append(f"  state at t = {final['time']:.6g} s: {'; '.join(states)}")
+    return "\n".join(lines)
+
+
+def _energy_text(energy: dict[str, Any]) -> list[str]:
+    """The energy balance in one or two lines."""
+    words = {
+        "torque_work": "work of torques",
+        "base_work": "work of moving bases",
+        "friction_heat": "heat of contacts",
+        "viscous_loss": "heat of shafts",
+    }
+    parts = []
+    for name, meaning in words.items():
+        values = {key: value for key, value in energy[name].items() if value != 0.0}
+        if values:
+            each = ", ".join(f"{key} {value:.5g} J" for key, value in values.items())
+            parts.append(f"{meaning}: {each}")
+    stored = f"stored energy changes by {energy['stored_change']:.5g} J"
+    return [f"  energy: {'; '.join([*parts, stored])} (residual {energy['residual']:.1g} J)"]

@@ -1,0 +1,216 @@
+"""Taylor series of signals: functions of time made of constants, sines, tables and orders.
+
+A signal is a program in postfix notation: each operation pushes a series, or replaces the last
+two by their sum or product. Between the knots of its tables a signal is analytic.
+"""
+
+import math
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.records import record
+
+
+class Operation(IntEnum):
+    """Operations of a signal's program."""
+
+    CONSTANT = 0  # value
+    HARMONIC = 1  # value sin(2 pi frequency t + phase)
+    TABLE = 2  # value times the interpolated table number ``index``
+    ORDER = 3  # value sin(frequency theta + phase), theta the integral of speed number ``index``
+    ADD = 4
+    MULTIPLY = 5
+
+
+OPERATION = record("value frequency phase", whole="kind index")
+# A table: its points in the arrays of all tables, whether it repeats, and for the present time the
+# point before it and the repetitions so far. Not periodic: the first value before, the last after.
+TABLE = record("period", whole="first last cursor turns", fields=[("periodic", np.bool_)])
+
+
+class Signals(NamedTuple):
+    """Signals of a machine.
+
+    operations : of dtype ``OPERATION``, the programs one after the other
+    ends       : (signals,) end of each program
+    tables     : of dtype ``TABLE``; their cursors belong to the run
+    times, values : points of all tables
+    angles     : integrals of the speeds that orders follow, at the present time [rad]
+    speeds     : the signals that are these speeds
+    stack      : (depth, terms) for the programs
+    """
+
+    operations: Any
+    ends: Any
+    tables: Any
+    times: Any
+    values: Any
+    angles: Any
+    speeds: Any
+    stack: Any
+
+
+@compiled
+def turns(frequency, time, rest):
+    """Frequency (time + rest) modulo 1, right to rounding however long the time.
+
+    The product is split after Dekker, so that its rounding error is known.
+    """
+    product = frequency * time
+    big = 134217729.0 * frequency
+    high = big - (big - frequency)
+    low = frequency - high
+    big = 134217729.0 * time
+    time_high = big - (big - time)
+    time_low = time - time_high
+    error = ((high * time_high - product) + high * time_low + low * time_high) + low * time_low
+    return product - math.floor(product) + (error + frequency * rest)
+
+
+@compiled
+def _sine(stack, row, terms, value, rate, angle):
+    """Series of value sin(angle + rate tau)."""
+    sine, cosine = value * math.sin(angle), value * math.cos(angle)
+    factor = 1.0
+    for k in range(terms):
+        if k % 4 == 0:
+            stack[row, k] = factor * sine
+        elif k % 4 == 1:
+            stack[row, k] = factor * cosine
+        elif k % 4 == 2:
+            stack[row, k] = -factor * sine
+        else:
+            stack[row, k] = -factor * cosine
+        factor *= rate / (k + 1.0)
+
+
+@compiled
+def _table(signals, table, value, time, row, terms):
+    """Series of a table between two knots."""
+    times, values, at = signals.times, signals.values, table.cursor
+    stack = signals.stack
+    for k in range(terms):
+        stack[row, k] = 0.0
+    local = time - table.turns * table.period
+    if at < table.first:
+        stack[row, 0] = value * values[table.first]
+        return
+    if at >= table.last:
+        stack[row, 0] = value * values[table.last]
+        return
+    slope = (values[at + 1] - values[at]) / (times[at + 1] - times[at])
+    stack[row, 0] = value * (values[at] + slope * (local - times[at]))
+    if terms > 1:
+        stack[row, 1] = value * slope
+
+
+@compiled
+def _multiply(stack, row, terms):
+    """Multiply the series of a row by that of the next one."""
+    for k in range(terms - 1, -1, -1):
+        total = 0.0
+        for i in range(k + 1):
+            total += stack[row, i] * stack[row + 1, k - i]
+        stack[row, k] = total
+
+
+@compiled
+def expand(signals, time, rest, terms, z, first):
+    """Store the series of all signals at ``time + rest`` in the columns of z from ``first`` on."""
+    stack, begin = signals.stack, 0
+    for number in range(signals.ends.size):
+        top = -1
+        for place in range(begin, signals.ends[number]):
+            one = signals.operations[place]
+            if one.kind == Operation.CONSTANT:
+                top += 1
+                stack[top, 0] = one.value
+                for k in range(1, terms):
+                    stack[top, k] = 0.0
+            elif one.kind == Operation.HARMONIC:
+                top += 1
+                angle = 2.0 * math.pi * turns(one.frequency, time, rest) + one.phase
+                _sine(stack, top, terms, one.value, 2.0 * math.pi * one.frequency, angle)
+            elif one.kind == Operation.TABLE:
+                top += 1
+                _table(signals, signals.tables[one.index], one.value, time + rest, top, terms)
+            elif one.kind == Operation.ORDER:
+                top += 1
+                _order(signals, one, z, first, top, terms)
+            else:
+                top -= 1
+                if one.kind == Operation.ADD:
+                    for k in range(terms):
+                        stack[top, k] += stack[top + 1, k]
+                else:
+                    _multiply(stack, top, terms)
+        begin = signals.ends[number]
+        for k in range(terms):
+            z[k, first + number] = stack[0, k]
+
+
+@compiled
+def _order(signals, one, z, first, row, terms):
+    """Series of a sine of an angle whose rate is a speed signal: S' = o w C, C' = -o w S."""
+    stack = signals.stack
+    angle = one.frequency * signals.angles[one.index] + one.phase
+    speed = first + signals.speeds[one.index]
+    # The row above serves as room for the cosine.
+    stack[row, 0], stack[row + 1, 0] = one.value * math.sin(angle), one.value * math.cos(angle)
+    for k in range(terms - 1):
+        sine, cosine = 0.0, 0.0
+        for i in range(k + 1):
+            rate = one.frequency * z[i, speed]
+            sine += rate * stack[row + 1, k - i]
+            cosine -= rate * stack[row, k - i]
+        stack[row, k + 1], stack[row + 1, k + 1] = sine / (k + 1.0), cosine / (k + 1.0)
+
+
+@compiled
+def advance(signals, z, first, terms, tau):
+    """Advance the angles that orders follow by a time tau."""
+    for number in range(signals.speeds.size):
+        total = 0.0
+        for k in range(terms - 1, -1, -1):
+            total = total * tau + z[k, first + signals.speeds[number]] / (k + 1.0)
+        signals.angles[number] += total * tau
+
+
+@compiled
+def start_tables(signals, time):
+    """Set the cursors of all tables at a time; at a knot, behind it."""
+    for table in signals.tables:
+        table.turns, table.cursor = 0, table.first - 1
+        if table.periodic:
+            table.turns = math.floor((time - signals.times[table.first]) / table.period)
+    pass_knots(signals, time)
+
+
+@compiled
+def _next(signals, table):
+    """Time of the next knot of a table [s]; inf: none."""
+    if table.cursor >= table.last:
+        return math.inf
+    return signals.times[table.cursor + 1] + table.turns * table.period
+
+
+@compiled
+def next_knot(signals):
+    """Time of the next knot of all tables [s]; inf: none."""
+    nearest = math.inf
+    for table in signals.tables:
+        nearest = min(nearest, _next(signals, table))
+    return nearest
+
+
+@compiled
+def pass_knots(signals, time):
+    """Move the cursors of the tables past the knots up to a time."""
+    for table in signals.tables:
+        while _next(signals, table) <= time:
+            table.cursor += 1
+            if table.periodic and table.cursor == table.last:
+                table.cursor, table.turns = table.first, table.turns + 1

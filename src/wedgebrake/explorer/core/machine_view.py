@@ -1,0 +1,62 @@
+"""What the page shows of a machine with several inertias: sentences and a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from wedgebrake.analysis.contacts import contact_sentences
+from wedgebrake.analysis.linear_stability import stability
+from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.limits import MOST_EVENTS
+from wedgebrake.figures.matplotlib.machine import history
+from wedgebrake.figures.matplotlib.save import image
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.study import Study
+from wedgebrake.solvers.simulate import simulate
+
+# Width of the picture [pixels].
+_WIDTH = 1800
+
+
+@dataclass(frozen=True)
+class MachineView:
+    """Contents of the page of a machine.
+
+    headline  : the machine in words
+    sentences : linear stability, how the run ended, and each contact
+    picture   : PNG of the response
+    """
+
+    headline: str
+    sentences: tuple[str, ...]
+    picture: bytes
+
+
+def is_machine(study: Study) -> bool:
+    """Return True for the study of a machine with several inertias and contacts."""
+    return isinstance(study.system, Machine)
+
+
+def take_machine_view(study: Study) -> MachineView:
+    """Simulate the machine of a study, within the limits of the explorer.
+
+    Raises ``InputError`` as ``wb.simulate``.
+    """
+    machine: Any = study.system
+    arguments = study.run.arguments()
+    arguments["max_events"] = min(study.run.max_events, MOST_EVENTS)
+    response = simulate(machine, **arguments)
+    return MachineView(
+        machine._headline(),
+        (_stability(machine), response.attrs["message"], *contact_sentences(response)),
+        image(history(response), "png", width=_WIDTH),
+    )
+
+
+def _stability(machine: Machine) -> str:
+    """The verdict on linear stability, or why there is none."""
+    try:
+        return f"Linear stability: {stability(machine).verdict}"
+    except InputError as error:
+        return f"Linear stability: {error}"

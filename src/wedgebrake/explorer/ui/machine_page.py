@@ -1,0 +1,77 @@
+"""The page of a machine with several inertias: sentences and a picture of its response."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import panel as pn
+from tornado.ioloop import IOLoop
+
+from wedgebrake.explorer.core.machine_view import MachineView, take_machine_view
+from wedgebrake.explorer.core.scheduler import Scheduler, common_scheduler
+from wedgebrake.model.study import Study
+
+_STARTING = "Simulating; the first start on a machine compiles the solver, about half a minute."
+_HOW = (
+    "Machines with several inertias are shown here, not edited: change the study file, and start"
+    " the explorer again."
+)
+
+
+class MachinePage(pn.viewable.Viewer):
+    """A page that shows a machine's study.
+
+    Created within a session of the server, to whose document it belongs.
+
+    study     : of a machine
+    scheduler : the threads that compute, by default those of all pages of this process
+    """
+
+    def __init__(self, study: Study, scheduler: Scheduler | None = None) -> None:
+        super().__init__()
+        self._text = pn.pane.HTML(_paragraphs([_STARTING]), sizing_mode="stretch_width")
+        self._picture = pn.pane.PNG(None, sizing_mode="scale_width", max_width=1200)
+        self._page = pn.Column(
+            self._text, self._picture, sizing_mode="stretch_width", margin=(8, 16)
+        )
+        self._closed = False
+        self._document, self._loop = pn.state.curdoc, IOLoop.current()
+        scheduler = common_scheduler() if scheduler is None else scheduler
+        self._slot = scheduler.slot(self._post)
+        pn.state.onload(lambda: self._slot.start(_views(study), self._show, self._refuse))
+
+    def __panel__(self) -> Any:
+        return self._page
+
+    def close(self) -> None:
+        """Discard all work after the page was closed."""
+        self._closed = True
+        self._slot.stop()
+
+    def _post(self, call: Callable[[], None]) -> None:
+        """Call a function on the event loop of the page, from any thread."""
+
+        def add() -> None:
+            if not self._closed:
+                self._document.add_next_tick_callback(call)
+
+        self._loop.add_callback(add)
+
+    def _show(self, view: MachineView) -> None:
+        with pn.io.hold():
+            head = f"<h2>{html.escape(view.headline)}</h2>"
+            self._text.object = head + _paragraphs([*view.sentences, _HOW])
+            self._picture.object = view.picture
+
+    def _refuse(self, words: str) -> None:
+        self._text.object = _paragraphs([words, _HOW])
+
+
+def _views(study: Study) -> Iterator[MachineView]:
+    yield take_machine_view(study)
+
+
+def _paragraphs(sentences: list[str]) -> str:
+    return "".join(f"<p>{html.escape(one)}</p>" for one in sentences)

@@ -1,0 +1,74 @@
+"""Picture of the modes of a machine: deflections of its inertias."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.analysis.linear_stability import MachineStability
+from wedgebrake.figures.data.modes import Modes, ModeShape
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.layout import caption_lines, write_caption
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Height of a row of panels and of a line of the caption, width of a panel [inch].
+_ROW, _CAPTION, _PANEL = 1.75, 0.125, 2.4
+# Characters of names that fit beside each other below a panel, for each inch of its width.
+_FITS = 9.0
+
+
+def modes(stability: MachineStability, *, width: float = style.PAGE) -> Figure:
+    """Modes of a machine, one panel for each: a new figure.
+
+    stability : as returned by ``wb.stability(machine)``
+    width     : of the figure [inch]
+
+    Points are the deflections where that of the largest is 1, the shade is the range of the
+    vibration; titles give frequency and damping ratio. Modes that grow are red. Rigid modes, and
+    those of actuators alone, are left out.
+
+    Raises ``InputError`` for anything else.
+    """
+    data = Modes.of(stability)
+    sentences = [data.verdict]
+    if not data.shapes:
+        sentences.append("No mode vibrates.")
+    count = max(len(data.shapes), 1)
+    across = max(1, min(count, int(width / _PANEL)))
+    down = math.ceil(count / across)
+    caption = _CAPTION * len(caption_lines(sentences, width))
+    with style.use():
+        figure = style.new_figure(width, down * _ROW + caption + 0.1)
+        grid = figure.subplots(down, across, squeeze=False, sharey=True)
+        for axes, shape in zip(grid.flat, data.shapes, strict=False):
+            draw_mode(axes, data.inertias, shape, width / across)
+        for axes in grid.flat[len(data.shapes) :]:
+            axes.set_axis_off()
+        for row in grid[:, 0]:
+            row.set_ylabel("deflection  [1]")
+        write_caption(figure, sentences)
+        return figure
+
+
+def draw_mode(axes: Axes, inertias: tuple[str, ...], shape: ModeShape, width: float) -> None:
+    """Draw a mode on axes of a width [inch]."""
+    colour = style.VERMILLION if shape.grows else style.BLUE
+    places = np.arange(len(inertias))
+    axes.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=1.5)
+    if len(inertias) > 1:
+        axes.fill_between(places, -shape.size, shape.size, color=colour, alpha=0.15, linewidth=0.0)
+        axes.plot(places, shape.deflection, color=colour, zorder=3)
+    axes.vlines(places, -shape.size, shape.size, color=colour, linewidth=0.8, alpha=0.4)
+    style.plot_points(axes, places, shape.deflection, 4.0, color=colour, zorder=4)
+    axes.set_ylim(-1.15, 1.15)
+    axes.set_yticks([-1.0, 0.0, 1.0])
+    axes.set_xlim(-0.35, len(inertias) - 0.65)
+    crowded = sum(map(len, inertias)) + 2 * len(inertias) > _FITS * width
+    look: Any = {"rotation": 35.0, "ha": "right", "rotation_mode": "anchor"} if crowded else {}
+    axes.set_xticks(places, inertias, **look)
+    axes.set_title("\n".join(filter(None, shape.title)), fontsize=style.SMALL)

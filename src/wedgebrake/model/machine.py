@@ -1,0 +1,219 @@
+"""The machine: inertias, shafts, contacts and torques."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+from pydantic import Field, model_validator
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.display import Tabular, unit_of
+from wedgebrake.model.machine_names import numbers, replaced
+from wedgebrake.model.machine_parts import (
+    GROUND,
+    Contact,
+    Inertia,
+    Named,
+    Shaft,
+    Torque,
+)
+from wedgebrake.model.part import Part, plain_table
+from wedgebrake.model.signal_calculus import common_period
+from wedgebrake.model.signals import Signal
+from wedgebrake.model.validation import unknown, wrong
+
+KINDS: dict[str, type[Named]] = {
+    "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
+}  # fmt: skip
+_EXAMPLES = {
+    "inertias": 'wb.Inertia("disc", 1.0)',
+    "shafts": 'wb.Shaft("motor", "disc", stiffness=2e4)',
+    "contacts": 'wb.Contact("disc", name="brake", brake=..., friction=..., actuation=...)',
+    "torques": 'wb.Torque("disc", wb.Harmonic(500.0, 10.03), name="engine")',
+}
+
+
+class Machine(Part, Tabular):
+    """A machine of inertias, shafts, contacts (brakes and clutches) and torques.
+
+    Immutable, in SI units; equal to another one if all parts are. Parts are joined by the names of
+    inertias, "ground" is the ground, and no two parts have the same name.
+    """
+
+    table: ClassVar[str] = "machine"
+
+    inertias: tuple[Inertia, ...] = Field(description="bodies that turn, one or more")
+    shafts: tuple[Shaft, ...] = Field(description="springs and dampers between them", default=())
+    contacts: tuple[Contact, ...] = Field(description="brakes and clutches", default=())
+    torques: tuple[Torque, ...] = Field(description="torques on them", default=())
+
+    def __init__(self, /, **data: Any) -> None:
+        _check_lists(data)
+        super().__init__(**{name: tuple(parts) for name, parts in data.items()})
+
+    @model_validator(mode="after")
+    def _joined(self) -> Machine:
+        seen: dict[str, str] = {}
+        for part, place in self._places():
+            if part.name in seen:
+                raise wrong(
+                    f"{place}.name", part.name, "a name that no other part has",
+                    f"machine.{seen[part.name]} has it; give name=... to one of them.",
+                )  # fmt: skip
+            seen[part.name] = place
+        names = [one.name for one in self.inertias]
+        for shaft in self.shafts:
+            _check_joined(shaft, "a", names)
+            _check_joined(shaft, "b", [*names, GROUND])
+        for contact in self.contacts:
+            _check_joined(contact, "a", names)
+            _check_joined(contact, "b", [*names, GROUND])
+        for torque in self.torques:
+            _check_joined(torque, "on", names)
+        return self
+
+    def _places(self) -> Iterator[tuple[Named, str]]:
+        """Every part, with its place in the machine in words."""
+        for kind in KINDS:
+            for i, part in enumerate(getattr(self, kind)):
+                yield part, f"{kind}[{i}]"
+
+    def parts(self) -> dict[str, Named]:
+        """All parts by name, in order."""
+        return {part.name: part for part, _ in self._places()}
+
+    def signals(self) -> dict[str, Signal]:
+        """The signals by dotted name: "engine.signal", "brake.initial_force", "brake.base_speed".
+
+        Actuation forces and speeds of bases that are numbers are left out.
+        """
+        found = {f"{one.name}.signal": one.signal for one in self.torques}
+        for one in self.contacts:
+            values = {"initial_force": one.actuation.initial_force, "base_speed": one.base_speed}
+            for name, value in values.items():
+                if isinstance(value, Signal):
+                    found[f"{one.name}.{name}"] = value
+        return found
+
+    @property
+    def period(self) -> float | None:
+        """The common period of all signals [s]; None without one, 0 if none of them varies.
+
+        Two signals have a common period where the ratio of their frequencies is a fraction with a
+        denominator up to 64.
+        """
+        found = [one.frequencies() for one in self.signals().values()]
+        known = [one for one in found if one is not None]
+        return common_period(sum(known, ()) if len(known) == len(found) else None)
+
+    @property
+    def autonomous(self) -> bool:
+        """True if no signal varies in time; a controller's sampling is no signal."""
+        return self.period == 0.0
+
+    def check_times(self, first: float, last: float) -> None:
+        """Refuse a run from ``first`` to ``last`` [s] that goes beyond a recorded signal.
+
+        Raises ``InputError`` that names the signal and the time.
+        """
+        for name, signal in self.signals().items():
+            begin, end = signal.span
+            for time in (first, last):
+                if not begin <= time <= end:
+                    raise wrong(
+                        name, time, f"in [{begin:.17g}, {end:.17g}] s, where it is known",
+                        "Shorten the run, or state with after='hold', after='zero' or"
+                        " periodic=True how the table goes on.",
+                    )  # fmt: skip
+
+    def parameters(self) -> dict[str, float]:
+        """All numbers of the machine by dotted name, such as "brake.slope" [SI units]."""
+        return {name: one.value for name, one in numbers(self.parts()).items()}
+
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Machine:
+        """A copy with other values.
+
+        changes : the new values by dotted name: "disc.inertia", "brake.slope" (of the contact
+                  "brake", its brake, friction or actuation), "engine.amplitude" (of the signal of
+                  the torque "engine"); or whole parts, "brake.friction", "brake"
+        more    : the same as keywords; ``inertias``, ``shafts``, ``contacts`` or ``torques``
+                  replace all parts of a kind
+
+        Raises ``InputError`` for an unknown name or a value that is not allowed.
+        """
+        if changes is not None and not isinstance(changes, Mapping):
+            raise wrong(
+                "changes", changes, "values by name",
+                'For example machine.replace({"brake.slope": -40.0}).',
+            )  # fmt: skip
+        values = {**(changes or {}), **more}
+        lists = {kind: values.pop(kind, getattr(self, kind)) for kind in KINDS}
+        _check_lists(lists)
+        parts = {one.name: one for parts in lists.values() for one in parts}
+        new = replaced(parts, values)
+        return Machine(**{kind: [new[one.name] for one in parts] for kind, parts in lists.items()})
+
+    def as_dict(self) -> dict[str, list[dict[str, Any]]]:
+        """The machine as plain tables, as a study file holds them; empty lists are left out.
+
+        A brake or law without a name in study files is called by its class, without the functions
+        that it holds.
+        """
+        tables = {
+            kind.table: [plain_table(part) for part in getattr(self, name)]
+            for name, kind in KINDS.items()
+        }
+        return {name: parts for name, parts in tables.items() if parts}
+
+    def _headline(self) -> str:
+        counts = ((len(getattr(self, name)), kind.table) for name, kind in KINDS.items())
+        plural = {"inertia": "inertias", "shaft": "shafts", "contact": "contacts"}
+        said = (
+            f"{count} {word if count == 1 else plural.get(word, 'torques')}"
+            for count, word in counts
+            if count
+        )
+        return f"Machine of {', '.join(said)}"
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        for name, one in numbers(self.parts()).items():
+            yield name, one.value, unit_of(one.field)
+
+    def index(self, name: str) -> int:
+        """Return the number of an inertia in ``inertias``, by its ``name``; -1 for "ground"."""
+        if name == GROUND:
+            return -1
+        names = [one.name for one in self.inertias]
+        if name not in names:
+            raise unknown("name", name, [*names, GROUND], "no such inertia")
+        return names.index(name)
+
+
+def _check_joined(part: Named, field: str, names: list[str]) -> None:
+    value = getattr(part, field)
+    if value not in names:
+        raise unknown(f"{part.name}.{field}", value, names, "no such inertia")
+
+
+def _check_lists(data: Mapping[str, Any]) -> None:
+    for name in data:
+        if name not in KINDS:
+            raise InputError(
+                f"machine.{name}: no such list of parts. {nearest(name, KINDS)}",
+                name=f"machine.{name}", value=data[name], allowed=tuple(KINDS),
+            )  # fmt: skip
+    if not data.get("inertias"):
+        raise wrong(
+            "machine.inertias", data.get("inertias"), "a list of one inertia or more",
+            f"For example [{_EXAMPLES['inertias']}].",
+        )  # fmt: skip
+    for name, kind in KINDS.items():
+        parts = data.get(name, ())
+        if not isinstance(parts, list | tuple):
+            allowed = f"a list of parts of class {kind.__name__}"
+            raise wrong(f"machine.{name}", parts, allowed, f"For example [{_EXAMPLES[name]}].")
+        for i, one in enumerate(parts):
+            if not isinstance(one, kind):
+                allowed = f"of class {kind.__name__}, for example {_EXAMPLES[name]}"
+                raise wrong(f"machine.{name}[{i}]", one, allowed)

@@ -1,0 +1,42 @@
+"""Matrices of a machine: how its shafts and contacts join its inertias."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import GROUND
+
+FloatArray = NDArray[np.float64]
+
+
+def shaft_rows(machine: Machine) -> FloatArray:
+    """(shafts, n) factors of the angles in the twist of each shaft, q_a - ratio q_b."""
+    rows = np.zeros((len(machine.shafts), len(machine.inertias)))
+    for row, shaft in zip(rows, machine.shafts, strict=True):
+        for end, factor in ((shaft.a, 1.0), (shaft.b, -shaft.ratio)):
+            if end != GROUND:
+                row[machine.index(end)] += factor
+    return rows
+
+
+def shaft_matrices(machine: Machine) -> tuple[FloatArray, FloatArray]:
+    """Stiffness [N m/rad] and damping [N m s/rad] of the shafts, (n, n) each."""
+    rows = shaft_rows(machine)
+    stiffness = np.array([one.stiffness for one in machine.shafts])
+    damping = np.array([one.damping for one in machine.shafts])
+    return rows.T @ (stiffness[:, None] * rows), rows.T @ (damping[:, None] * rows)
+
+
+def contact_rows(machine: Machine) -> FloatArray:
+    """(contacts, n) factors of the speeds in the sliding speed of each contact: +1 at a, -1 at b.
+
+    The speed of the base, where there is one, is to be subtracted.
+    """
+    rows = np.zeros((len(machine.contacts), len(machine.inertias)))
+    for row, contact in zip(rows, machine.contacts, strict=True):
+        row[machine.index(contact.a)] += 1.0
+        if contact.b != GROUND:
+            row[machine.index(contact.b)] -= 1.0
+    return rows

@@ -1,0 +1,153 @@
+"""Dotted names of what a machine is made of: "brake.slope", "disc.inertia", "engine.amplitude".
+
+The first word is the name of an inertia, shaft, contact or torque, the next one a field of it. A
+contact's brake, friction and actuation, and a torque's signal, need no word of their own. Further
+words lead into signals: "brake.initial_force.amplitude", "engine.signals.0.frequency".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from pydantic.fields import FieldInfo
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.machine_parts import Contact, Named, Torque
+from wedgebrake.model.part import Part, given
+from wedgebrake.model.validation import is_number, moved, named
+
+_Changes = list[tuple[list[str], Any]]
+
+
+class Number(NamedTuple):
+    """A number of a machine, and the field that states it."""
+
+    value: float
+    field: FieldInfo
+
+
+def numbers(parts: Mapping[str, Named]) -> dict[str, Number]:
+    """All numbers by dotted name, in order."""
+    return {name: one for part in parts.values() for name, one in _numbers(part, part.name)}
+
+
+def _numbers(part: Part, prefix: str) -> Iterator[tuple[str, Number]]:
+    inner = _inner(part)
+    taken = set(type(part).model_fields)
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        if name in inner:
+            for dotted, one in _numbers(value, ""):
+                # A name that an earlier part has too needs the name of its own part.
+                doubled = dotted.split(".")[1] in taken
+                yield f"{prefix}.{name}{dotted}" if doubled else f"{prefix}{dotted}", one
+            taken |= set(type(value).model_fields)
+        elif is_number(value):
+            yield f"{prefix}.{name}", Number(value, field)
+        elif isinstance(value, Part):
+            yield from _numbers(value, f"{prefix}.{name}")
+        elif isinstance(value, tuple):
+            for i, one in enumerate(value):
+                if isinstance(one, Part):
+                    yield from _numbers(one, f"{prefix}.{name}.{i}")
+
+
+def replaced(parts: Mapping[str, Named], changes: Mapping[str, Any]) -> dict[str, Named]:
+    """The parts with other values, by dotted name.
+
+    Raises ``InputError`` for an unknown name and for a value that is not allowed.
+    """
+    of_part: dict[str, _Changes] = {}
+    new = dict(parts)
+    for name, value in changes.items():
+        first, *rest = name.split(".")
+        if first not in parts:
+            hint = nearest(first, parts)
+            meant = [one for one in numbers(parts) if one.endswith(f".{first}")]
+            if meant and not rest:
+                hint = nearest(meant[0], meant[:3])
+            raise InputError(
+                f"{named(first)}: no such part of the machine. {hint}",
+                name=name, value=value, allowed=tuple(parts),
+            )  # fmt: skip
+        if rest:
+            of_part.setdefault(first, []).append((rest, value))
+        else:
+            new[first] = value
+    for first, own in of_part.items():
+        new[first] = _changed(new[first], own, first)
+    return new
+
+
+def _changed(part: Any, changes: _Changes, path: str) -> Any:
+    """A copy of a part, or of a tuple of parts, with other values."""
+    if isinstance(part, tuple):
+        return _changed_items(part, changes, path)
+    if not isinstance(part, Part):
+        words, value = changes[0]
+        raise InputError(
+            f"{path}.{words[0]}: no such parameter. {path} is a value without parameters; replace"
+            " it by a signal, or leave out what follows its name.",
+            name=f"{path}.{words[0]}", value=value, allowed=(path,),
+        )  # fmt: skip
+    own = {
+        words[0]: value
+        for words, value in changes
+        if len(words) == 1 and words[0] in type(part).model_fields
+    }
+    values = {**given(part), **own}
+    deeper: dict[str, _Changes] = {}
+    for words, value in changes:
+        if words[0] in type(part).model_fields:
+            if len(words) > 1:
+                deeper.setdefault(words[0], []).append((words[1:], value))
+        else:
+            child = _child_with(part, own, words[0], value, path)
+            deeper.setdefault(child, []).append((words, value))
+    for child, more in deeper.items():
+        where = path if child in _inner(part) else f"{path}.{child}"
+        values[child] = _changed(values.get(child, getattr(part, child)), more, where)
+    try:
+        return type(part)(**values)
+    except InputError as error:
+        raise moved(error, path) from None
+
+
+def _changed_items(parts: tuple[Any, ...], changes: _Changes, path: str) -> tuple[Any, ...]:
+    items = list(parts)
+    deeper: dict[int, _Changes] = {}
+    for words, value in changes:
+        number = words[0]
+        if not number.isdecimal() or int(number) >= len(items):
+            allowed = tuple(str(i) for i in range(len(items)))
+            raise InputError(
+                f"{path}.{named(number)}: no such number. It counts from 0 to {len(items) - 1}.",
+                name=f"{path}.{number}", value=value, allowed=allowed,
+            )  # fmt: skip
+        if words[1:]:
+            deeper.setdefault(int(number), []).append((words[1:], value))
+        else:
+            items[int(number)] = value
+    for at, more in deeper.items():
+        items[at] = _changed(items[at], more, f"{path}.{at}")
+    return tuple(items)
+
+
+def _inner(part: Part) -> dict[str, Part]:
+    """Parts whose parameters can be named like those of the part itself."""
+    return part.inner() if isinstance(part, Contact | Torque) else {}
+
+
+def _child_with(part: Part, own: Mapping[str, Any], name: str, value: Any, path: str) -> str:
+    """The inner part, as it will be, that has a parameter."""
+    allowed = list(type(part).model_fields)
+    for child, old in _inner(part).items():
+        fields = getattr(type(own.get(child, old)), "model_fields", {})
+        if name in fields:
+            return child
+        allowed += fields
+    raise InputError(
+        f"{path}.{named(name)}: no such parameter. {nearest(name, allowed)}",
+        name=f"{path}.{name}", value=value, allowed=tuple(allowed),
+    )  # fmt: skip

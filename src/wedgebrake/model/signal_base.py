@@ -1,0 +1,248 @@
+"""The base of signals, and fields that hold one."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    SerializeAsAny,
+    WithJsonSchema,
+)
+from pydantic_core import CoreSchema, core_schema
+
+from wedgebrake.errors import InputError
+from wedgebrake.model import signal_calculus as calculus
+from wedgebrake.model.part import Chosen, Positional
+from wedgebrake.model.signal_calculus import FloatArray
+from wedgebrake.model.validation import check_choice, is_number, plain, wrong
+
+LARGEST = 1e15
+"""Largest magnitude of the values of a signal."""
+_ALLOWED = "a number or a signal, for example wb.Harmonic(500.0, 10.03)"
+
+
+class Signal(Positional, Chosen):
+    """A function of time, in the unit of what it drives.
+
+    Signals and numbers can be added, subtracted and multiplied. To add a kind of signal, write a
+    class that states
+
+    - its parameters, and ``kind``, its name in study files;
+    - ``primitive()``: the same signal made of ``Constant``, ``Harmonic``, ``Table``, ``Orders``,
+      ``Sum`` and ``Product`` alone.
+
+    Its values, integral, derivative, period and series follow from that.
+    """
+
+    table: ClassVar[str] = "signal"
+    kinds: ClassVar[dict[str, type[Any]]] = {}
+    # NumPy leaves the product of a scalar of its own and a signal to the signal.
+    __array_ufunc__: ClassVar[None] = None
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        for name in cls.model_fields:
+            if hasattr(Signal, name):
+                raise InputError(
+                    f"{cls.__name__}.{name}: must have another name, as every signal has {name}."
+                    " Rename the parameter.",
+                    name=f"{cls.__name__}.{name}", allowed="another name",
+                )  # fmt: skip
+
+    @abstractmethod
+    def primitive(self) -> Signal:
+        """The signal made of the kinds that the solver knows."""
+
+    def __call__(self, time: ArrayLike) -> FloatArray:
+        """Values at an array of times [s]; after the jump at the time of a jump.
+
+        Raises ``InputError`` for a time at which the signal is not known.
+        """
+        return self._values(self._known(time))
+
+    def integral(self, time: ArrayLike) -> FloatArray:
+        """Integral from time 0 to an array of times [s].
+
+        Raises ``InputError`` if the signal is not known all the way from time 0.
+        """
+        self._known(0.0)
+        return self._integral(self._known(time))
+
+    def derivative(self) -> Signal:
+        """The rate of change per second, between the jumps."""
+        return self.primitive().derivative()
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time for which the signal is known [s]; -inf and inf if always."""
+        return self.primitive().span
+
+    @property
+    def varies(self) -> bool:
+        """Return True if the signal changes in time."""
+        return self.primitive().varies
+
+    @property
+    def period(self) -> float | None:
+        """The period [s]; None if the signal has none, 0 if it does not vary.
+
+        Parts of a signal have a common period where the ratios of their frequencies are fractions
+        with denominators up to 64.
+        """
+        return calculus.common_period(self.frequencies())
+
+    @property
+    def bound(self) -> float:
+        """A bound on the magnitude of the values."""
+        return self.primitive().bound
+
+    @property
+    def rate(self) -> float:
+        """A bound on the angular frequencies between the knots [rad/s]."""
+        return self.primitive().rate
+
+    def frequencies(self) -> tuple[float, ...] | None:
+        """Frequencies that the signal is made of [Hz]; None where it does not repeat."""
+        return self.primitive().frequencies()
+
+    def knots(self, first: float, last: float) -> FloatArray:
+        """Times in (first, last) at which the signal is not analytic [s], ascending."""
+        return self.primitive().knots(first, last)
+
+    def __add__(self, other: Signal | float) -> Signal:
+        return _combined("sum", self, other)
+
+    def __radd__(self, other: Signal | float) -> Signal:
+        return _combined("sum", other, self)
+
+    def __mul__(self, other: Signal | float) -> Signal:
+        return _combined("product", self, other)
+
+    def __rmul__(self, other: Signal | float) -> Signal:
+        return _combined("product", other, self)
+
+    def __neg__(self) -> Signal:
+        return _combined("product", -1.0, self)
+
+    def __sub__(self, other: Signal | float) -> Signal:
+        return self + _combined("product", -1.0, other)
+
+    def __rsub__(self, other: Signal | float) -> Signal:
+        return _combined("sum", other, -self)
+
+    def _values(self, time: FloatArray) -> FloatArray:
+        """``__call__`` for known times."""
+        return self.primitive()._values(time)
+
+    def _integral(self, time: FloatArray) -> FloatArray:
+        """``integral`` for known times."""
+        return self.primitive()._integral(time)
+
+    def _known(self, time: ArrayLike) -> FloatArray:
+        """Times as an array, in the span; beyond it by rounding alone they move to its end."""
+        times = np.asarray(time, dtype=float)
+        first, last = self.span
+        if math.isinf(first) and math.isinf(last):
+            return times
+        inside: FloatArray = np.clip(times, first, last)
+        beyond = np.abs(times - inside) > 1e-12 * np.maximum(np.abs(times), np.abs(inside))
+        if np.any(beyond):
+            raise wrong(
+                "time", float(times[beyond].flat[0]), f"in [{first:.17g}, {last:.17g}] s",
+                f"The {type(self).__name__} is known there alone; let a table go on with"
+                " after='hold' or after='zero', or repeat it with periodic=True.",
+            )  # fmt: skip
+        return inside
+
+
+def _combined(kind: str, first: Any, second: Any) -> Signal:
+    """The sum or product of signals and numbers; that of sums is one sum."""
+    parts: tuple[Signal, ...] = ()
+    for one in (first, second):
+        if not isinstance(one, Signal) and not is_number(one):
+            return NotImplemented  # type: ignore[no-any-return]
+        parts += getattr(one, "signals", ()) if _is(one, kind) else (as_signal(one),)
+    found: Signal = Signal.kinds[kind](signals=parts)
+    return found
+
+
+def _is(value: object, kind: str) -> bool:
+    return isinstance(value, Signal) and value.kind == kind
+
+
+def as_signal(value: Any) -> Any:
+    """Convert a number to a constant signal and a table with its kind to that signal.
+
+    Raises ``ValueError`` for anything else but a signal, which is returned as it is.
+    """
+    if isinstance(value, dict):
+        return signal_from(value)
+    if is_number(value):
+        return Signal.kinds["constant"](value=plain(value))
+    if not isinstance(value, Signal):
+        raise ValueError(f"must be {_ALLOWED}.")
+    return value
+
+
+def signal_from(table: dict[str, Any]) -> Signal:
+    """A signal from a table of its kind and its values, as a study file holds it."""
+    values = dict(table)
+    if "kind" not in values:
+        raise InputError(
+            f"signal.kind: missing. Allowed: {', '.join(sorted(Signal.kinds))}.",
+            name="signal.kind", allowed=tuple(sorted(Signal.kinds)),
+        )  # fmt: skip
+    kind = check_choice("signal.kind", values.pop("kind"), sorted(Signal.kinds))
+    found: Signal = Signal.kinds[kind](**values)
+    return found
+
+
+def number_of(value: float | Signal) -> float | None:
+    """The value of a number, or of a signal that does not vary; None for one that varies."""
+    if not isinstance(value, Signal):
+        return value
+    return None if value.varies else float(value(max(0.0, value.span[0])))
+
+
+A_SIGNAL = "signal"
+"""Title of the place of a signal in a schema."""
+SignalField = Annotated[
+    SerializeAsAny[Signal],
+    BeforeValidator(as_signal),
+    WithJsonSchema({"title": A_SIGNAL, "type": "object"}),
+]
+"""Annotation of a field that holds a signal; numbers are converted."""
+
+
+class OrSignal:
+    """Annotation of a field that holds a number in a range, or a signal; numbers stay numbers."""
+
+    def __init__(self, ge: float = -LARGEST, le: float = LARGEST) -> None:
+        self.ge, self.le = ge, le
+
+    def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        number = handler.generate_schema(Annotated[float, Field(ge=self.ge, le=self.le)])
+        return core_schema.no_info_wrap_validator_function(
+            lambda value, check: (
+                as_signal(value) if isinstance(value, Signal | dict) else check(value)
+            ),
+            number,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                lambda value: value.model_dump() if isinstance(value, Signal) else value
+            ),
+        )
+
+    def __get_pydantic_json_schema__(
+        self, _: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        number = {"type": "number", "minimum": self.ge, "maximum": self.le}
+        return {"anyOf": [number, {"title": A_SIGNAL, "type": "object"}]}

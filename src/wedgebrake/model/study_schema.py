@@ -1,0 +1,92 @@
+"""The JSON schema of study files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.machine import KINDS
+from wedgebrake.model.machine_parts import Contact
+from wedgebrake.model.part import Part
+from wedgebrake.model.records import Record
+from wedgebrake.model.signals import A_SIGNAL, Signal
+from wedgebrake.model.study_run import MachineRun, Run
+from wedgebrake.model.sweep_settings import sweep_schema
+from wedgebrake.model.system import PARTS
+from wedgebrake.model.tables import CHOSEN, FIXED, table_schema
+
+_SIGNAL = {"$ref": "#/$defs/signal"}
+
+
+def schema() -> dict[str, Any]:
+    """JSON schema of study files."""
+    properties: dict[str, Any] = {name: table_schema(model) for name, model in FIXED.items()}
+    properties |= {name: {"oneOf": _of_kinds(kinds)} for name, kinds in CHOSEN.items()}
+    properties["excitation"] = {
+        "oneOf": [properties["excitation"], *_of_kinds(Signal.kinds), _of_kind("table", Record)]
+    }
+    properties["groups"] = {
+        "type": "object",
+        "description": "normalised groups, each instead of the SI parameter that it sets",
+        "properties": {
+            name: {"type": "number", "description": f"{setter.meaning}; sets {setter.target}"}
+            for name, setter in SETTERS.items()
+        },
+        "additionalProperties": False,
+    }
+    names = [*PARTS, "groups"]
+    for kind in KINDS.values():
+        table = _contact(properties) if kind is Contact else table_schema(kind)
+        properties[kind.table] = {"type": "array", "items": table}
+        names.append(kind.table)
+    properties["run"] = {"anyOf": [table_schema(Run), table_schema(MachineRun)]}
+    properties["sweep"], definitions = sweep_schema()
+    # Parameters of a machine, "brake.slope".
+    properties["sweep"]["patternProperties"] = {r"\.": {"$ref": "#/$defs/swept_values"}}
+    definitions["signal"] = {
+        "oneOf": [{"type": "number"}, *_of_kinds(Signal.kinds), _of_kind("table", Record)]
+    }
+    found = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "wedgebrake study",
+        "description": "a braked driveline, or a machine of inertias, shafts, contacts and torques",
+        "type": "object",
+        "properties": {name: properties[name] for name in [*names, "run", "sweep"]},
+        "oneOf": [{"required": list(PARTS)}, {"required": ["inertia"]}],
+        "additionalProperties": False,
+        "$defs": definitions,
+    }
+    return dict(_referring(found))
+
+
+def _of_kinds(kinds: dict[str, type[Part]]) -> list[dict[str, Any]]:
+    """The schemas of the kinds of a part."""
+    return [_of_kind(kind, model) for kind, model in sorted(kinds.items())]
+
+
+def _of_kind(kind: str, model: type[Part]) -> dict[str, Any]:
+    one = table_schema(model)
+    one["properties"] = {"kind": {"const": kind}, **one["properties"]}
+    one["required"] = ["kind", *one.get("required", [])]
+    return one
+
+
+def _contact(properties: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a contact, whose parts are those of a braked driveline."""
+    table = table_schema(Contact)
+    table.pop("$defs", None)
+    inner = {name: properties[name] for name in ("brake", "friction", "actuation")}
+    return {**table, "properties": table["properties"] | inner}
+
+
+def _referring(node: Any) -> Any:
+    """The schema with the definition of signals where one stands."""
+    if isinstance(node, list):
+        return [_referring(one) for one in node]
+    if not isinstance(node, dict):
+        return node
+    found = {key: _referring(value) for key, value in node.items()}
+    if found.get("title") == A_SIGNAL:
+        del found["type"], found["title"]
+        return found | _SIGNAL
+    return found

@@ -1,0 +1,1 @@
+"""The exact solver for machines of any number of inertias and contacts."""

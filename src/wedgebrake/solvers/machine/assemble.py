@@ -1,0 +1,272 @@
+"""From a machine of the model to the numbers of the kernels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.dynamics import piecewise_linear
+from wedgebrake.dynamics.piecewise_linear import LINE
+from wedgebrake.dynamics.signals import OPERATION, TABLE, Operation, Signals
+from wedgebrake.errors import InputError
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
+from wedgebrake.model.machine_parts import GROUND, Contact
+from wedgebrake.model.signal_orders import Orders
+from wedgebrake.model.signal_tables import Table
+from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
+from wedgebrake.solvers.machine.problem import CONTACT, TERMS, MachineProblem
+
+
+@dataclass
+class _Programs:
+    """Programs of the signals of a machine, each once."""
+
+    numbers: dict[Signal, int] = field(default_factory=dict)
+    operations: list[tuple[Any, ...]] = field(default_factory=list)
+    ends: list[int] = field(default_factory=list)
+    tables: list[tuple[Any, ...]] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+    speeds: list[Signal] = field(default_factory=list)
+
+    def input(self, signal: Signal) -> int:
+        """Number of the input that is a signal; of its own speeds first, as kernels need."""
+        if signal not in self.numbers:
+            plain = signal.primitive()
+            for speed in _speeds(plain):
+                self.input(speed)
+            self._append(plain)
+            self.numbers[signal] = len(self.ends)
+            self.ends.append(len(self.operations))
+        return self.numbers[signal]
+
+    def _append(self, signal: Signal) -> None:
+        """Append the operations of a primitive signal."""
+        if isinstance(signal, Sum | Product):
+            for place, one in enumerate(signal.signals):
+                self._append(one)
+                if place > 0:
+                    kind = Operation.ADD if isinstance(signal, Sum) else Operation.MULTIPLY
+                    self._operation(kind)
+        elif isinstance(signal, Harmonic):
+            self._operation(Operation.HARMONIC, 0, signal.amplitude, signal.frequency, signal.phase)
+        elif isinstance(signal, Table):
+            self._operation(Operation.TABLE, len(self.tables), 1.0)
+            self._table(signal)
+        elif isinstance(signal, Orders):
+            self._orders(signal)
+        else:
+            self._operation(Operation.CONSTANT, 0, float(signal(0.0)))
+
+    def _operation(
+        self, kind: int, index: int = 0, value: float = 0.0, frequency: float = 0.0,
+        phase: float = 0.0,
+    ) -> None:  # fmt: skip
+        self.operations.append((int(kind), index, value, frequency, phase))
+
+    def _table(self, table: Table) -> None:
+        times, values, first = list(table.times), list(table.values), len(self.times)
+        if table.after == "zero" and not table.periodic:
+            times = [times[0], *times, times[-1]]
+            values = [0.0, *values, 0.0]
+        self.times += times
+        self.values += values
+        period = times[-1] - times[0] if table.periodic else 0.0
+        self.tables.append((first, len(self.times) - 1, 0, 0, period, table.periodic))
+
+    def _orders(self, signal: Orders) -> None:
+        if signal.speed not in self.speeds:
+            self.speeds.append(signal.speed)
+        angle = self.speeds.index(signal.speed)
+        for place, (order, amplitude, phase) in enumerate(signal.orders):
+            self._operation(Operation.ORDER, angle, amplitude, order, phase)
+            if place > 0:
+                self._operation(Operation.ADD)
+
+    def numbers_of(self, start: float) -> Signals:
+        """The programs as the kernels take them."""
+        depth = len(self.operations) + 1
+        return Signals(
+            np.array(self.operations, OPERATION),
+            np.array(self.ends, np.int64),
+            np.array(self.tables, TABLE),
+            np.array(self.times, float),
+            np.array(self.values, float),
+            np.array([float(one.integral(start)) for one in self.speeds], float),
+            np.array([self.numbers[one] for one in self.speeds], np.int64),
+            np.zeros((depth, TERMS)),
+        )
+
+
+def _speeds(signal: Signal) -> Iterator[Signal]:
+    """The speeds that the orders in a primitive signal follow."""
+    if isinstance(signal, Orders):
+        yield signal.speed
+    elif isinstance(signal, Sum | Product):
+        for one in signal.signals:
+            yield from _speeds(one)
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """The numbers of a machine.
+
+    inputs  : number of inputs
+    signals : of the first inputs
+    torques : input of each torque, -1: constant
+    longest_delay : of the controllers
+    """
+
+    problem: MachineProblem
+    inputs: int
+    signals: tuple[Signal, ...]
+    torques: tuple[int, ...]
+    longest_delay: int
+
+
+def assemble(machine: Machine, start: float) -> Assembled:
+    """Return the numbers of a machine for a run from a time [s] on.
+
+    Raises ``InputError`` for what the method "exact" cannot solve.
+    """
+    programs = _Programs()
+    n, count = len(machine.inertias), len(machine.contacts)
+    load, drives = np.zeros(n), []
+    torques = []
+    for torque in machine.torques:
+        on = machine.index(torque.on)
+        number = -1
+        if torque.signal.varies:
+            number = programs.input(torque.signal)
+            drives.append((on, number))
+        else:
+            load[on] += float(torque.signal(start))
+        torques.append(number)
+    contacts = np.zeros(count, CONTACT)
+    lines: list[tuple[float, float, float]] = []
+    state = 2 * n
+    for number, one in enumerate(machine.contacts):
+        _contact(contacts[number], one, machine, start, programs)
+        if _lag_order(one.actuation) > 0:
+            contacts[number]["state"] = state
+            state += int(contacts[number]["lag"])
+        found = _lines(one)
+        contacts[number]["first_line"] = len(lines)
+        contacts[number]["lines_forward"], contacts[number]["lines_backward"] = map(len, found)
+        lines += [*found[0], *found[1]]
+    inputs = len(programs.ends)
+    for row in contacts:
+        if row["base_input"] >= 0:
+            row["base_rate"], inputs = inputs, inputs + 1
+        if row["sample_time"] > 0.0:
+            row["held"], inputs = inputs, inputs + 1
+    stiffness, damping = shaft_matrices(machine)
+    free = np.zeros((n, state + inputs + 1))
+    free[:, :n], free[:, n : 2 * n], free[:, -1] = -stiffness, -damping, load
+    for on, number in drives:
+        free[on, state + number] += 1.0
+    sliding = np.zeros((count, state + inputs + 1))
+    sliding[:, n : 2 * n], sliding[:, -1] = contact_rows(machine), -contacts["base_speed"]
+    for row, one in zip(sliding, contacts, strict=True):
+        if one["base_input"] >= 0:
+            row[state + one["base_input"]] = -1.0
+    problem = MachineProblem(
+        1.0 / np.array([one.inertia for one in machine.inertias]), free, sliding, contacts,
+        np.array(lines or [(0.0, 0.0, 0.0)], LINE), programs.numbers_of(start),
+        state, max((one.rate for one in programs.numbers), default=0.0), start,
+    )  # fmt: skip
+    delay = max((int(one) for one in contacts["delay"]), default=0)
+    return Assembled(problem, inputs, tuple(programs.numbers), tuple(torques), delay)
+
+
+def _contact(
+    row: Any, contact: Contact, machine: Machine, start: float, programs: _Programs
+) -> None:
+    """Set the numbers of a contact, but for its lines."""
+    brake, friction, given = contact.brake, contact.friction, contact.actuation
+    if not isinstance(friction, SetValuedFriction):
+        raise InputError(
+            f"{contact.name}.friction = {type(friction).__name__}: must be CoulombFriction,"
+            " TabulatedFriction or StribeckFriction for machines."
+        )
+    row["a"] = machine.index(contact.a)
+    row["b"] = -1 if contact.b == GROUND else machine.index(contact.b)
+    row["force"], row["initial_force"] = _input(given.initial_force, start, programs)
+    row["base_input"], row["base_speed"] = _input(contact.base_speed, start, programs)
+    row["base_bound"] = as_signal(contact.base_speed).bound
+    row["base_rate"] = row["held"] = -1
+    row["slope"] = given.slope
+    row["lag"] = _lag_order(given)
+    row["lag_time"] = given.lag
+    row["lag_frequency"] = given.frequency or 0.0
+    row["lag_damping"] = given.damping_ratio or 0.0
+    low, high = given.limits or (-math.inf, math.inf)
+    row["lowest"] = max(low, 0.0) if given.release else low
+    row["highest"] = high
+    mu = friction.nodes()[0][1]  # at vanishing speed
+    for name, m in (
+        ("forward", mu), ("backward", -mu),
+        ("breakaway_forward", friction.breakaway), ("breakaway_backward", -friction.breakaway),
+    ):  # fmt: skip
+        row[name] = brake.radius * brake.amplification(m)
+    if given.sample_time is not None:
+        row["sample_time"] = given.sample_time
+        row["resolution"] = given.resolution or 0.0
+        row["delay"] = given.delay
+
+
+def _input(value: float | Signal, start: float, programs: _Programs) -> tuple[int, float]:
+    """(number of the input, 0), or (-1, value) for a signal that does not vary."""
+    signal = as_signal(value)
+    if signal.varies:
+        return programs.input(signal), 0.0
+    return -1, float(signal(start))
+
+
+def _is_constant(given: Actuation) -> bool:
+    """Return True if the command never changes."""
+    return given.slope == 0.0 and not as_signal(given.initial_force).varies
+
+
+def _lag_order(given: Actuation) -> int:
+    """Order of the lag; 0 also where the command never changes."""
+    if _is_constant(given):
+        return 0
+    return 2 if given.frequency is not None else int(given.lag > 0.0)
+
+
+def _lines(contact: Contact) -> tuple[list[tuple[float, float, float]], ...]:
+    """Lines of the torque forwards and backwards where friction depends on the speed."""
+    friction, given = contact.friction, contact.actuation
+    if friction.constant or not isinstance(friction, SetValuedFriction):
+        return [], []
+    simple = (
+        not as_signal(given.initial_force).varies
+        and given.sample_time is None
+        and given.limits is None
+    )
+    if not simple or _lag_order(given) > 0:
+        raise InputError(
+            f"{contact.name}.friction = {type(friction).__name__}: varies with the sliding speed,"
+            " so that the method 'exact' needs an actuation force that depends on this speed"
+            " alone, without lag, limits, sampling or a signal that varies. Use"
+            " CoulombFriction, or simplify the actuation."
+        )
+    nodes = np.array(friction.nodes())
+    speeds, law = nodes[:, 0] / contact.brake.radius, given.law
+    found = []
+    for side in (1.0, -1.0):
+        lines = np.zeros(len(nodes) + 1, LINE)
+        count = piecewise_linear.half(
+            contact.brake.law, contact.brake.shape(), contact.brake.radius, speeds, nodes[:, 1],
+            law, given.release_speed, side, lines,
+        )  # fmt: skip
+        found.append([(one["start"], one["offset"], one["slope"]) for one in lines[:count]])
+    return found[0], found[1]

@@ -1,0 +1,306 @@
+"""Which contacts at rest hold, and which slip: a boxed linear complementarity problem.
+
+With G = W' M^-1 W of the contacts at rest and c the rates of their sliding speeds under all other
+torques, the rates y = G torque + c satisfy: a contact holds, with y = 0 and its torque within its
+limits, or slips forwards with y > 0 or backwards with y < 0 and the torque of sliding. Where there
+are several answers, the one in which the most contacts hold is taken.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.jit import inlined, internal
+from wedgebrake.solvers.machine.least_torques import least_torques
+from wedgebrake.solvers.machine.modes import compliance
+
+ROUNDING = 1e-11
+"""Relative size of rates and torques that are rounding."""
+
+
+class AtRest(NamedTuple):
+    """Contacts at rest at an instant, as numbers.
+
+    a, b     : (count,) inertias that they join, the ground is the number of inertias
+    matrix   : (count, count) G
+    rates    : (count,) c
+    scale    : (1,) of c: the sum of the sizes of what it is made of
+    lower, upper   : (count,) limits of the torque that holds
+    forward, backward : (count,) torque of sliding
+    limited  : (count,) -1 or 1 where the torque has just reached a limit and would exceed it
+    clamped  : (count,) -1 or 1 where the torque has been at a limit since others held the rest, and
+               another one has reached its limit now
+    """
+
+    a: Any
+    b: Any
+    matrix: Any
+    rates: Any
+    scale: Any
+    lower: Any
+    upper: Any
+    forward: Any
+    backward: Any
+    limited: Any
+    clamped: Any
+
+
+class Pattern(NamedTuple):
+    """Which contacts hold and which slip.
+
+    side   : (count,) side of sliding, 0 where the contact holds
+    torque : (count,)
+    clamp  : (count,) -1 or 1 where a holding torque is at a limit since others hold the rest
+    """
+
+    side: Any
+    torque: Any
+    clamp: Any
+
+
+@internal
+def pattern_of(count):
+    """Room for a pattern."""
+    return Pattern(np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64))
+
+
+@internal
+def at_rest_of(problem, contacts):
+    """Room for ``AtRest``, with the inertias of some contacts and their G."""
+    count, ground = contacts.size, problem.inverse.size
+    matrix, ends = np.empty((count, count)), np.empty((2, count), np.int64)
+    for i in range(count):
+        contact = problem.contacts[contacts[i]]
+        ends[0, i], ends[1, i] = contact.a, contact.b if contact.b >= 0 else ground
+        for k in range(count):
+            matrix[i, k] = compliance(problem, contacts[i], contacts[k])
+    numbers, sides = np.empty((5, count)), np.zeros((2, count), np.int64)
+    return AtRest(
+        ends[0], ends[1], matrix, numbers[0], np.zeros(1), numbers[1], numbers[2], numbers[3],
+        numbers[4], sides[0], sides[1],
+    )  # fmt: skip
+
+
+@internal
+def _width(rest, i):
+    """Largest torque at which a contact holds; 1 where there is none or no limit."""
+    width = max(abs(rest.lower[i]), abs(rest.upper[i]))
+    return width if 0.0 < width < math.inf else 1.0
+
+
+@inlined
+def _at_limit(rest, i):
+    """-1 or 1 where a holding torque is at a limit, else 0."""
+    return rest.limited[i] if rest.limited[i] != 0 else rest.clamped[i]
+
+
+@internal
+def hold(rest, pattern):
+    """Find torques with which the contacts of a pattern that do not slide hold; False: none.
+
+    Limits decide on the shares only where contacts depend on each other: then the fewest contacts
+    are set to their limits with which the others can hold the rest.
+    """
+    side, torque, clamp = pattern
+    count = side.size
+    free = np.empty(count, np.int64)
+    size = 0
+    for i in range(count):
+        clamp[i] = 0
+        if side[i] != 0:
+            torque[i] = rest.forward[i] if side[i] > 0 else rest.backward[i]
+            if math.isinf(torque[i]):
+                return False
+        elif _at_limit(rest, i) != 0 and not _is_relieved(rest, side, i):
+            return False
+        elif rest.limited[i] != 0:
+            clamp[i] = rest.limited[i]
+            torque[i] = rest.upper[i] if clamp[i] > 0 else rest.lower[i]
+        else:
+            free[size] = i
+            size += 1
+    free = free[:size]
+    unique = _share(rest, pattern, free)
+    if _within(rest, torque, free):
+        return _is_balanced(rest, side, torque)
+    if unique:
+        return False
+    for clamped in range(1, size):
+        for code in range(3**size):
+            if _set_clamps(rest, pattern, free, code) != clamped:
+                continue
+            _share(rest, pattern, free)
+            if _within(rest, torque, free) and _is_balanced(rest, side, torque):
+                return True
+    return False
+
+
+@internal
+def _set_clamps(rest, pattern, free, code):
+    """Set contacts to their limits by the digits of a number; returns how many, or -1."""
+    clamped = 0
+    for i in free:
+        digit = code % 3
+        code //= 3
+        pattern.clamp[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
+        if digit != 0:
+            clamped += 1
+            pattern.torque[i] = rest.upper[i] if digit == 1 else rest.lower[i]
+            if math.isinf(pattern.torque[i]):
+                return -1
+    return clamped
+
+
+@internal
+def _share(rest, pattern, free):
+    """Set the torques of the contacts that hold and are not at limits; True: they are unique."""
+    side, torque, clamp = pattern
+    chosen = np.empty(free.size, np.int64)
+    size = 0
+    for i in free:
+        if clamp[i] == 0:
+            chosen[size] = i
+            size += 1
+    right, weights = np.empty((size, 1)), np.empty(size)
+    matrix = np.empty((size, size))
+    for i in range(size):
+        right[i, 0] = -rest.rates[chosen[i]]
+        for k in range(side.size):
+            if side[k] != 0 or clamp[k] != 0:
+                right[i, 0] -= rest.matrix[chosen[i], k] * torque[k]
+        for k in range(size):
+            matrix[i, k] = rest.matrix[chosen[i], chosen[k]]
+        weights[i] = _width(rest, chosen[i])
+    unique = least_torques(matrix, right, weights, size)
+    for i in range(size):
+        torque[chosen[i]] = right[i, 0]
+    return unique
+
+
+@internal
+def _within(rest, torque, free):
+    """Return True if the torques of some contacts are within their limits."""
+    for i in free:
+        room = ROUNDING * _width(rest, i)
+        if torque[i] > rest.upper[i] + room or torque[i] < rest.lower[i] - room:
+            return False
+    return True
+
+
+@internal
+def _is_relieved(rest, side, which):
+    """Return True if others that hold can take torque from one that is at its limit.
+
+    They can if they form a path between its two inertias on which none is at its own limit in the
+    direction needed.
+    """
+    begin, end = rest.a[which], rest.b[which]
+    if _at_limit(rest, which) < 0:
+        begin, end = end, begin
+    reached = np.zeros(max(rest.a.max(), rest.b.max()) + 1, np.bool_)
+    reached[begin] = True
+    for _ in range(side.size):
+        for i in range(side.size):
+            if side[i] != 0 or i == which:
+                continue
+            a, b = rest.a[i], rest.b[i]
+            if reached[a] and _at_limit(rest, i) <= 0:
+                reached[b] = True
+            if reached[b] and _at_limit(rest, i) >= 0:
+                reached[a] = True
+    return reached[end]
+
+
+@internal
+def _is_balanced(rest, side, torque):
+    """Return True if the contacts that hold do not move."""
+    for i in range(side.size):
+        if side[i] == 0 and abs(rate(rest, torque, i)) > ROUNDING * rest.scale[0]:
+            return False
+    return True
+
+
+@internal
+def rate(rest, torque, i):
+    """Rate of the sliding speed of a contact."""
+    total = rest.rates[i]
+    for k in range(torque.size):
+        total += rest.matrix[i, k] * torque[k]
+    return total
+
+
+@internal
+def _slips_apart(rest, pattern):
+    """Return True if what slides does so with a rate of its side.
+
+    A rate that is rounding has the side to which a holding torque has just reached its limit.
+    """
+    for i in range(pattern.side.size):
+        side = pattern.side[i]
+        if side != 0:
+            forwards = side * rate(rest, pattern.torque, i)
+            room = ROUNDING * rest.scale[0]
+            if forwards < -room or (forwards <= room and side != -_at_limit(rest, i)):
+                return False
+    return True
+
+
+@internal
+def _shares(rest):
+    """Share of its limit that each contact would have if all held."""
+    count = rest.a.size
+    torque = np.empty((count, 1))
+    weights = np.empty(count)
+    for i in range(count):
+        torque[i, 0], weights[i] = -rest.rates[i], _width(rest, i)
+    least_torques(rest.matrix, torque, weights, count)
+    for i in range(count):
+        limit = abs(rest.upper[i] if torque[i, 0] > 0.0 else rest.lower[i])
+        weights[i] = abs(torque[i, 0]) / limit if limit > 0.0 else math.inf
+    return weights
+
+
+@internal
+def _releases_larger(shares, side, best):
+    """Return True if the contacts that slide have larger shares than those that do in ``best``.
+
+    The largest ones decide that differ.
+    """
+    one, other = np.sort(shares[side != 0]), np.sort(shares[best != 0])
+    for i in range(one.size - 1, -1, -1):
+        if one[i] != other[i]:
+            return one[i] > other[i]
+    return False
+
+
+@internal
+def solve(rest, best):
+    """Find the pattern of sticks and slips; False: there is none.
+
+    Of patterns in which as many hold, the one is taken that releases those with the largest shares
+    of their limits, if all held.
+    """
+    count = rest.a.size
+    trial, shares = pattern_of(count), np.empty(0)
+    for sliding in range(count + 1):
+        found = 0
+        for code in range(3**count):
+            left, slips = code, 0
+            for i in range(count):
+                digit = left % 3
+                trial.side[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
+                slips += digit != 0
+                left //= 3
+            if slips != sliding or not hold(rest, trial) or not _slips_apart(rest, trial):
+                continue
+            found += 1
+            if found == 2:
+                shares = _shares(rest)
+            if found == 1 or _releases_larger(shares, trial.side, best.side):
+                best.side[:] = trial.side
+                best.torque[:] = trial.torque
+                best.clamp[:] = trial.clamp
+        if found > 0:
+            return True
+    return False

@@ -1,0 +1,79 @@
+"""The method "exact" for a braked driveline with signals, or an actuator with a lag or sampling.
+
+The driveline is solved as a machine of one inertia, and answered like every other one.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
+from wedgebrake.solvers.machine.sticks import stick_rows
+from wedgebrake.solvers.solution import Events, FloatArray, Returns, Sticks, Task, Trajectory
+from wedgebrake.solvers.status import Status
+
+
+def solve(system: BrakedDriveline, task: Task, *, max_events: int) -> Trajectory:
+    """Simulate a braked driveline through its machine.
+
+    Raises ``InputError`` for a run beyond a recorded signal, and for what the method "exact" cannot
+    solve.
+    """
+    state = {"driveline.angle": task.angle, "driveline.speed": task.velocity}
+    machine = system.machine.replace(state)
+    start, end = float(task.clock.join(*task.start)), float(task.clock.join(*task.end))
+    machine.check_times(start, end)
+    first = MachineTask(start, end, np.empty(0), None, False, max_events, stop=task.stop)
+    found = solve_machine(machine, first)
+    end = found.final.time
+    period = system.excitation.period or 0.0
+    numbers = np.empty(0)
+    if period:
+        numbers = np.arange(np.ceil(start / period), np.floor(end / period) + 1)
+    wanted = [task.times[task.times <= end], numbers * period, found.events["time"]]
+    answer, parts = _sampled(machine, first, wanted)
+    at, sections, events = parts
+    angle, velocity = answer.observer.states[:, 0], answer.observer.states[:, 1]
+    columns = np.array(stick_rows(answer), float).reshape(-1, 5).T
+    return Trajectory(
+        times=wanted[0],
+        angle=angle[at],
+        velocity=velocity[at],
+        brake_torque=0.0 - answer.observer.torque[at, 0],
+        sticking=answer.observer.side[at, 0] == 0,
+        returns=Returns(numbers.astype(np.int64), angle[sections], velocity[sections]),
+        events=_events(answer, angle[events], velocity[events]),
+        sticks=Sticks(
+            columns[0], columns[1], columns[3].astype(np.int8), columns[4].astype(np.int8)
+        ),
+        status=Status.of(answer.outcome),
+        final=(end, answer.final.angles["driveline"], answer.final.speeds["driveline"]),
+        work=answer.cells,
+    )
+
+
+def _sampled(
+    machine: Machine, task: MachineTask, wanted: list[FloatArray]
+) -> tuple[MachineAnswer, list[FloatArray]]:
+    """The answer with samples at several lists of times, and where the samples of each are."""
+    times = np.concatenate(wanted)
+    order = np.argsort(times, kind="stable")
+    places = np.empty_like(order)
+    places[order] = np.arange(order.size)
+    answer = solve_machine(machine, dataclasses.replace(task, times=times[order]))
+    return answer, np.split(places, np.cumsum([one.size for one in wanted])[:-1])
+
+
+def _events(answer: MachineAnswer, angle: FloatArray, velocity: FloatArray) -> Events:
+    """The events as those of the other solvers."""
+    events = answer.events
+    side = np.where(events["kind"] == EventKind.STICK, events["before"], events["after"])
+    return Events(
+        time=events["time"].copy(), kind=events["kind"].astype(np.int8), angle=angle,
+        velocity=velocity, side=side.astype(np.int8),
+    )  # fmt: skip

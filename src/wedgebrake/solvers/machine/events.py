@@ -1,0 +1,345 @@
+"""Events: sticks, slips, reversals, and forces at their limits change the modes of the contacts."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.dynamics.jit import inlined, internal
+from wedgebrake.solvers.machine.cells import size, value
+from wedgebrake.solvers.machine.complementarity import (
+    ROUNDING,
+    at_rest_of,
+    pattern_of,
+    rate,
+    solve,
+)
+from wedgebrake.solvers.machine.modes import GuardKind, bit, slip_row, unlimited_force_row
+
+FLAT = 1 << 10
+"""Bit of ``fresh``: slip has begun without a rate, as a holding torque has reached its limit."""
+# Relative size of a sliding speed at the start that is rounding.
+_AT_START = 1e-14
+# Share of the speed of a base beyond which a change is a jump.
+_JUMP = 1e-9
+# Share of the change of a speed in a cell within which two contacts come to rest together.
+_TOGETHER = 1e-13
+
+
+class Cell(NamedTuple):
+    """Length of a cell [s], its number of terms, and how much of it has elapsed [s]."""
+
+    length: float
+    terms: int
+    elapsed: float
+
+
+@internal
+def _limited_force(problem, number, run, side):
+    """(actuation force, -1 or 1 if a limit gives it) at the present state."""
+    contact, row = problem.contacts[number], run.spare
+    unlimited_force_row(problem, number, side, row)
+    force = value(row, run.z)
+    if contact.lines_forward > 0 or (contact.held >= 0 and contact.lag == 0):
+        return force, 0
+    if force < contact.lowest:
+        return contact.lowest, -1
+    if force > contact.highest:
+        return contact.highest, 1
+    return force, 0
+
+
+@inlined
+def _times(gain, force):
+    """Torque by a force; none without a force, also where the brake locks itself."""
+    return gain * force if force != 0.0 else 0.0
+
+
+@internal
+def _load(problem, run, contacts):
+    """Torques on the inertias without those of some contacts, and the sizes of their parts."""
+    n, z, row = problem.inverse.size, run.z, run.spare
+    load = np.empty((2, n))
+    for i in range(n):
+        load[0, i], load[1, i] = value(problem.torque[i], z), size(problem.torque[i], z)
+    for number in range(run.modes.size):
+        mode, contact = run.modes[number], problem.contacts[number]
+        if np.any(contacts == number):
+            continue
+        if contact.lines_forward > 0:
+            slip_row(problem, number, mode, row, row)
+            push = value(row, z)
+        else:
+            force, _ = _limited_force(problem, number, run, mode.side)
+            push = -_times(contact.forward if mode.side > 0 else contact.backward, force)
+        load[0, contact.a] += push
+        load[1, contact.a] += abs(push)
+        if contact.b >= 0:
+            load[0, contact.b] -= push
+            load[1, contact.b] += abs(push)
+    return load[0], load[1]
+
+
+@internal
+def settle(problem, run):
+    """Decide which of the contacts with zero sliding speed hold, and set their modes.
+
+    They are the pending ones of ``run.resting``. Returns False if there is no answer.
+    """
+    count = run.pending[0]
+    contacts = run.resting[:count]
+    rest, pattern = at_rest_of(problem, contacts), pattern_of(count)
+    scale, at_rest, limited = 0.0, np.int64(0), False
+    for number in contacts:
+        limited = limited or run.modes[number].limited != 0
+    torque, sizes = _load(problem, run, contacts)
+    for i in range(count):
+        contact = problem.contacts[contacts[i]]
+        force, _ = _limited_force(problem, contacts[i], run, at_rest)
+        rest.lower[i] = -_times(contact.breakaway_forward, force)
+        rest.upper[i] = -_times(contact.breakaway_backward, force)
+        rest.forward[i] = -_times(contact.forward, force)
+        rest.backward[i] = -_times(contact.backward, force)
+        rest.rates[i] = problem.inverse[contact.a] * torque[contact.a]
+        size_ = problem.inverse[contact.a] * sizes[contact.a]
+        if contact.b >= 0:
+            rest.rates[i] -= problem.inverse[contact.b] * torque[contact.b]
+            size_ += problem.inverse[contact.b] * sizes[contact.b]
+        if contact.base_rate >= 0:
+            base = run.z[0, problem.states + contact.base_rate]
+            rest.rates[i] -= base
+            size_ += abs(base)
+        if math.isfinite(rest.lower[i]) and math.isfinite(rest.upper[i]):
+            size_ += problem.inverse[contact.a] * max(abs(rest.lower[i]), abs(rest.upper[i]))
+        scale = max(scale, size_)
+        rest.limited[i] = run.modes[contacts[i]].limited
+        rest.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
+    rest.scale[0] = scale
+    if count == 1:
+        _settle_one(rest, pattern)
+    elif not solve(rest, pattern):
+        return False
+    for i in range(count):
+        contact, mode = problem.contacts[contacts[i]], run.modes[contacts[i]]
+        mode.side, mode.clamp = pattern.side[i], pattern.clamp[i]
+        mode.line = contact.lines_forward if mode.side < 0 else 0
+        _, mode.limit = _limited_force(problem, contacts[i], run, mode.side)
+        if mode.side != 0:
+            if math.isinf(pattern.torque[i]):
+                return False
+            mode.fresh |= bit(GuardKind.ZERO_SPEED, -1)
+            if abs(rate(rest, pattern.torque, i)) <= ROUNDING * scale:
+                mode.fresh |= FLAT
+    return True
+
+
+@internal
+def _settle_one(rest, pattern):
+    """``solve`` for one contact."""
+    needed = -rest.rates[0] / rest.matrix[0, 0]
+    room = rest.scale[0] * ROUNDING / rest.matrix[0, 0]
+    side = 0
+    if rest.limited[0] != 0:
+        side = -rest.limited[0]
+    elif needed > rest.upper[0] + room:
+        side = -1
+    elif needed < rest.lower[0] - room:
+        side = 1
+    pattern.side[0], pattern.torque[0] = side, needed
+    if side != 0:
+        pattern.torque[0] = rest.forward[0] if side > 0 else rest.backward[0]
+
+
+@internal
+def _set_line(problem, number, speed, mode):
+    """Set the line of the torque of a sliding contact."""
+    contact = problem.contacts[number]
+    mode.line = 0
+    if contact.lines_forward == 0 or mode.side == 0:
+        return
+    line = 0 if speed > 0.0 else contact.lines_forward
+    last = contact.lines_forward + (0 if speed > 0.0 else contact.lines_backward)
+    while line + 1 < last and problem.lines[contact.first_line + line + 1].start <= abs(speed):
+        line += 1
+    mode.line = line
+
+
+@internal
+def set_sides(problem, run):
+    """Set the sides of the contacts by their sliding speeds, at the start."""
+    for number in range(run.modes.size):
+        row = problem.sliding[number]
+        speed = value(row, run.z)
+        at_rest = abs(speed) <= _AT_START * size(row, run.z)
+        run.modes[number].side = 0 if at_rest else (1 if speed > 0.0 else -1)
+
+
+@internal
+def classify(problem, run):
+    """Set the modes by the sides of sliding; ``settle`` has to follow."""
+    count = 0
+    for number in range(run.modes.size):
+        mode = run.modes[number]
+        mode.clamp, mode.fresh, mode.limited = 0, 0, 0
+        _set_line(problem, number, value(problem.sliding[number], run.z), mode)
+        if mode.side == 0:
+            run.resting[count] = number
+            count += 1
+        _, mode.limit = _limited_force(problem, number, run, mode.side)
+    run.pending[0] = count
+
+
+@internal
+def follow_bases(problem, run):
+    """Set the sides of contacts whose base has changed its speed suddenly.
+
+    Returns whether there are such contacts.
+    """
+    jumped = False
+    for number in range(run.modes.size):
+        contact, mode = problem.contacts[number], run.modes[number]
+        if contact.base_input < 0:
+            continue
+        speed = value(problem.sliding[number], run.z)
+        room = _JUMP * contact.base_bound
+        if (mode.side == 0 and abs(speed) > room) or mode.side * speed < -room:
+            mode.side = 1 if speed > 0.0 else -1
+            jumped = True
+    return jumped
+
+
+@internal
+def find_arrived(problem, run, cell):
+    """Find contacts whose sliding speed has become zero just where a cell ends."""
+    count, arrived = 0, False
+    for number in range(run.modes.size):
+        mode = run.modes[number]
+        mode.limited = 0
+        if mode.side == 0 or (
+            mode.fresh & bit(GuardKind.ZERO_SPEED, -1) == 0
+            and _has_arrived(problem, run, number, cell)
+        ):
+            run.resting[count] = number
+            count += 1
+            arrived = arrived or mode.side != 0
+    if arrived:
+        run.pending[0] = count
+
+
+@internal
+def sample_controllers(problem, run, time):
+    """Let the controllers that are due at a time sample, and set their forces."""
+    for number in range(run.modes.size):
+        contact, mode = problem.contacts[number], run.modes[number]
+        if contact.held < 0 or sample_time(contact, mode) > time:
+            continue
+        force = contact.initial_force
+        if contact.force >= 0:
+            force += run.z[0, problem.states + contact.force]
+        start = force
+        if mode.side != 0:
+            force += contact.slope * abs(value(problem.sliding[number], run.z))
+        if contact.resolution > 0.0:
+            force = contact.resolution * round(force / contact.resolution)
+        queue, places = run.queues[number], contact.delay + 1
+        if mode.samples == 0:
+            queue[:] = start
+        queue[mode.samples % places] = force
+        mode.samples += 1
+        force = queue[mode.samples % places]
+        if contact.lag == 0:
+            force = min(max(force, contact.lowest), contact.highest)
+        run.z[:, problem.states + contact.held] = 0.0
+        run.z[0, problem.states + contact.held] = force
+
+
+@inlined
+def sample_time(contact, mode):
+    """Time of the next sampling of a controller."""
+    return mode.first_sample + mode.samples * contact.sample_time
+
+
+@internal
+def next_sampling(problem, modes):
+    """Time of the next sampling of all controllers [s]; inf: there is none."""
+    nearest = math.inf
+    for number in range(modes.size):
+        if problem.contacts[number].held >= 0:
+            nearest = min(nearest, sample_time(problem.contacts[number], modes[number]))
+    return nearest
+
+
+@internal
+def apply_event(problem, run, what, cell):
+    """Change the modes at an event that a guard announces; ``settle`` has to follow.
+
+    cell : whose series is in ``run.z``, but for its first terms
+
+    Returns True if the brake torque bends, and False if a contact may come to rest or leave it.
+    """
+    number, modes = what.contact, run.modes
+    mode = modes[number]
+    mode.limited = 0
+    run.pending[0] = 0
+    if what.kind in (GuardKind.NEXT_LINE, GuardKind.FORCE_LIMIT):
+        if what.kind == GuardKind.NEXT_LINE:
+            mode.line += what.sign
+        else:
+            mode.limit += what.sign
+        mode.fresh |= bit(what.kind, -what.sign)
+        return True
+    for one in modes:
+        one.limited = 0
+    arrived = number
+    if what.kind == GuardKind.HOLDING_LIMIT:
+        mode.limited, arrived = what.sign, -1
+    count = 0
+    for other in range(modes.size):
+        at_rest = modes[other].side == 0 or other == arrived
+        if at_rest or _arrives_too(problem, run, other, cell):
+            run.resting[count] = other
+            count += 1
+    run.pending[0] = count
+    return False
+
+
+@internal
+def _has_arrived(problem, run, number, cell):
+    """Return True if the speed of a sliding contact has become zero, up to rounding."""
+    z, row = run.z, problem.sliding[number]
+    scale = problem.contacts[number].base_bound
+    for j in range(row.size):
+        if row[j] != 0.0:
+            reach = 0.0
+            for k in range(cell.terms - 1, -1, -1):
+                reach = reach * cell.length + abs(z[k, j])
+            scale += abs(row[j]) * reach
+    return abs(value(row, z)) <= _TOGETHER * scale
+
+
+@internal
+def _arrives_too(problem, run, number, cell):
+    """Return True if a contact comes to rest at the same instant as others, and has not just left.
+
+    Its speed has become zero, and fallen at the end of the cell.
+    """
+    mode, row, z = run.modes[number], problem.sliding[number], run.z
+    if mode.fresh & bit(GuardKind.ZERO_SPEED, -1) != 0:
+        return False
+    trend = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            part = 0.0
+            for k in range(cell.terms - 1, 0, -1):
+                part = part * cell.elapsed + k * z[k, j]
+            trend += row[j] * part
+    return mode.side * trend < 0.0 and _has_arrived(problem, run, number, cell)
+
+
+@inlined
+def kind_of(before, after):
+    """Kind of the event that changes the side of sliding."""
+    if after == 0:
+        return EventKind.STICK
+    return EventKind.SLIP if before == 0 else EventKind.REVERSAL

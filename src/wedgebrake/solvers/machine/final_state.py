@@ -1,0 +1,135 @@
+"""The state in which a run of a machine ended, from which another one can go on."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.validation import check_instance, shown
+from wedgebrake.solvers.machine.problem import MachineProblem, Run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MODE = ("side", "line", "limit", "clamp", "fresh")
+
+
+@dataclass(frozen=True)
+class FinalState:
+    """State of a machine at the end of a run: all that a restart needs.
+
+    time     : [s]
+    angles, speeds : of the inertias, by name [rad], [rad/s]
+    actuators : states of the lags, in the order of the contacts [N], [N/s]
+    held     : force that each controller applies, and those that it has sampled [N]
+    sampled  : seconds from the end back to the begin of the samplings, and their number
+    modes    : of each contact: direction of sliding, number of the line of its torque, limit of its
+               force, limit of its torque, and which limits it has just reached
+    """
+
+    time: float
+    angles: dict[str, float]
+    speeds: dict[str, float]
+    actuators: tuple[float, ...]
+    held: tuple[tuple[float, ...], ...]
+    sampled: tuple[tuple[float, int], ...]
+    modes: tuple[tuple[int, ...], ...]
+
+    def to_json(self) -> str:
+        """The state as JSON, to the last bit."""
+        return json.dumps(dataclasses.asdict(self))
+
+
+def final_state(response: xr.Dataset) -> FinalState:
+    """Return the state in which a simulated machine ended.
+
+    response : as ``wb.simulate`` returns it for a ``Machine``
+
+    ``wb.simulate(machine, initial=...)`` continues from it; the machine may have other parameters,
+    but needs the same inertias and contacts.
+
+    Raises ``InputError`` for a response without such a state.
+    """
+    import xarray as xr
+
+    check_instance("response", response, xr.Dataset, "a response, as wb.simulate returns it")
+    text = response.attrs.get("final_state")
+    if text is None:
+        raise InputError(
+            "response: contains no final state. Use the response of a machine; that of a"
+            " BrakedDriveline has final_angle, final_velocity and final_time in its attributes."
+        )
+    return parse_state(json.loads(text))
+
+
+def parse_state(given: dict[str, Any]) -> FinalState:
+    """A state from what its JSON holds."""
+    nested = {name: tuple(map(tuple, given[name])) for name in ("held", "sampled", "modes")}
+    return FinalState(**{**given, "actuators": tuple(given["actuators"]), **nested})
+
+
+def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:
+    """The state that a run has reached."""
+    n, z, states = len(machine.inertias), run.z[0], problem.states
+    names = [one.name for one in machine.inertias]
+    held = [
+        (float(z[states + one["held"]]), *map(float, queue[: one["delay"] + 1]))
+        if one["held"] >= 0
+        else ()
+        for one, queue in zip(problem.contacts, run.queues, strict=True)
+    ]
+    return FinalState(
+        time=float(run.clock[0]),
+        angles=dict(zip(names, map(float, z[:n]), strict=True)),
+        speeds=dict(zip(names, map(float, z[n : 2 * n]), strict=True)),
+        actuators=tuple(map(float, z[2 * n : states])),
+        held=tuple(held),
+        sampled=tuple((float(mode["first_sample"]), int(mode["samples"])) for mode in run.modes),
+        modes=tuple(tuple(int(mode[name]) for name in _MODE) for mode in run.modes),
+    )
+
+
+def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: Run) -> None:
+    """Set a run to a state; raises ``InputError`` if it is not one of this machine."""
+    names = [one.name for one in machine.inertias]
+    n, states = len(names), problem.states
+    fits = list(state.angles) == names and len(state.modes) == problem.contacts.size
+    if not fits or len(state.actuators) != states - 2 * n:
+        raise InputError(
+            f"initial = {shown(state)}: must be a state of a machine with the same inertias,"
+            " contacts and lags. Use the final state of a run of this machine."
+        )
+    run.z[0, :n] = list(state.angles.values())
+    run.z[0, n : 2 * n] = list(state.speeds.values())
+    run.z[0, 2 * n : states] = state.actuators
+    for number, mode in enumerate(run.modes):
+        for name, value in zip(_MODE, state.modes[number], strict=True):
+            mode[name] = value
+        mode["first_sample"], mode["samples"] = state.sampled[number]
+        contact = problem.contacts[number]
+        if contact["held"] >= 0:
+            run.z[0, states + contact["held"]] = state.held[number][0]
+            run.queues[number, : contact["delay"] + 1] = state.held[number][1:]
+    for mode, contact in zip(run.modes, problem.contacts, strict=True):
+        # Another table of friction may have other lines.
+        lines = contact["lines_forward"] + contact["lines_backward"]
+        if not 0 <= mode["line"] < max(lines, 1):
+            mode["line"] = contact["lines_forward"] if mode["side"] < 0 else 0
+
+
+def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:
+    """Set the states of a run to those that the machine states; lags start at the force."""
+    n = len(machine.inertias)
+    run.z[0, :n] = [one.angle for one in machine.inertias]
+    run.z[0, n : 2 * n] = [one.speed for one in machine.inertias]
+    run.z[0, 2 * n : problem.states] = 0.0
+    for contact, one in zip(problem.contacts, machine.contacts, strict=True):
+        if contact["lag"] > 0:
+            force = one.actuation.initial_force
+            at = problem.start_time
+            run.z[0, contact["state"]] = float(force(at)) if callable(force) else force
+    run.modes["first_sample"] = problem.start_time

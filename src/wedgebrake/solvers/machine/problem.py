@@ -1,0 +1,143 @@
+"""A machine as numbers, for the exact solver of any number of inertias and contacts.
+
+Between events the machine is x' = A x + B u(t) + b, with the state x = (angles, speeds, actuator
+states), the inputs u and a mode of each contact. A linear quantity of the machine is a row of
+factors of z = (x, u, 1).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.records import record
+from wedgebrake.dynamics.signals import Signals
+
+TERMS = 28
+"""Most terms of a Taylor series."""
+
+# A contact between inertia ``a`` and inertia ``b`` (-1: ground or a moving base).
+#
+# force           : input that is the actuation force at rest, -1: ``initial_force``
+# base_input, base_rate : inputs that are the speed of the base and its rate, -1: ``base_speed``
+# base_bound      : bound of that speed
+# slope           : of the force against the sliding speed
+# lag             : order of the actuator's lag, 0 to 2; its first state is ``state``
+# lag_time, lag_frequency, lag_damping : its parameters
+# lowest, highest : limits of the force, the release among them
+# forward, backward, breakaway_forward, breakaway_backward : R g(m), at +-mu_k and +-mu_s
+# lines_forward, lines_backward : numbers of lines of the torque over the sliding speed, from
+#                   ``first_line`` on, where friction depends on the speed; otherwise 0
+# held            : input that is the force a digital controller has set, -1: there is none
+# sample_time, resolution, delay : of the controller
+CONTACT = record(
+    "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest"
+    " forward backward breakaway_forward breakaway_backward sample_time resolution",
+    whole="a b force base_input base_rate lag state first_line lines_forward lines_backward held"
+    " delay",
+)
+
+# Mode of a contact. side: direction of sliding, 0 in a stick; line: of the torque over the speed;
+# limit: -1 or 1 where the force is at a limit; clamp: -1 or 1 where a stick has its largest torque,
+# since others hold the rest; fresh: bits of the guards that it has just been at, by ``bit``;
+# limited: -1 or 1 where its holding torque has just reached a limit; before, first: side before an
+# event, and at the start;
+# first_sample, samples: time of the first sampling of its controller, and number of them so far.
+MODE = record("first_sample", whole="side line limit clamp fresh limited before first samples")
+
+# A guard of a mode: a linear quantity that is positive inside. sign: of the limit that it is about.
+GUARD = record(whole="contact kind sign")
+
+# An event of a contact: sides of sliding before and after it.
+EVENT = record("time", whole="contact kind before after")
+
+
+class MachineProblem(NamedTuple):
+    """The numbers of a machine.
+
+    inverse     : (n,) one over the inertias
+    torque      : (n, z) rows of the torques on the inertias without the contacts
+    sliding     : (m, z) rows of the sliding speeds of the contacts
+    contacts    : of dtype ``CONTACT``
+    lines       : of dtype ``piecewise_linear.LINE``, of all contacts
+    signals     : the first inputs
+    states      : number of states
+    frequency   : largest angular frequency of the signals [rad/s]
+    start_time  : [s]
+    """
+
+    inverse: Any
+    torque: Any
+    sliding: Any
+    contacts: Any
+    lines: Any
+    signals: Signals
+    states: int
+    frequency: float
+    start_time: float
+
+
+class Systems(NamedTuple):
+    """The linear systems of the modes that a run has been in, one in each slot.
+
+    used        : (1,) number of slots in use
+    keys        : (slots, m) which mode it is
+    longest, counts : of each slot, its longest cell [s] and number of guards
+    rates       : (slots, states, z) x' = rates z
+    contact, force : (slots, m, z) torque of each contact on its first inertia, actuation force
+    guards, what: (slots, most, z) and their descriptions, of dtype ``GUARD``
+    """
+
+    used: Any
+    keys: Any
+    longest: Any
+    counts: Any
+    rates: Any
+    contact: Any
+    force: Any
+    guards: Any
+    what: Any
+
+
+class Run(NamedTuple):
+    """What changes in a run.
+
+    clock   : (2,) time [s], as a sum of two numbers
+    z       : (TERMS, z) Taylor series of the states, inputs and 1
+    modes   : (m,) of dtype ``MODE``
+    queues  : (m, longest delay + 1) forces that controllers have sampled
+    resting : (m,) contacts with zero sliding speed, whose next state is to be decided
+    pending : (1,) number of them; -1 where the modes have not changed
+    guard   : (TERMS,) series of a guard
+    spare   : (z,) workspace for a row
+    """
+
+    clock: Any
+    z: Any
+    modes: Any
+    systems: Systems
+    queues: Any
+    resting: Any
+    pending: Any
+    guard: Any
+    spare: Any
+
+
+_SLOTS = 64
+
+
+def run_of(problem: MachineProblem, inputs: int, longest_delay: int) -> Run:
+    """Room for a run of a machine."""
+    m, states = problem.contacts.size, problem.states
+    width, most = states + inputs + 1, 6 * m + 1
+    systems = Systems(
+        np.zeros(1, np.int64), np.zeros((_SLOTS, m), np.int64), np.zeros(_SLOTS),
+        np.zeros(_SLOTS, np.int64),
+        np.zeros((_SLOTS, states, width)), np.zeros((_SLOTS, m, width)),
+        np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),
+        np.zeros((_SLOTS, most), GUARD),
+    )  # fmt: skip
+    return Run(
+        np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems,
+        np.zeros((m, longest_delay + 1)), np.zeros(m, np.int64), np.zeros(1, np.int64),
+        np.zeros(TERMS), np.zeros(width),
+    )  # fmt: skip

@@ -1,0 +1,162 @@
+"""The response of a machine as a labelled dataset, and the energy of its parts."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake._version import __version__
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import shaft_rows
+from wedgebrake.model.machine_parts import GROUND
+from wedgebrake.model.signals import as_signal
+from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
+from wedgebrake.solvers.machine.sticks import stick_rows
+from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS
+from wedgebrake.solvers.status import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_FLAGS: dict[str, dict[str, Any]] = {
+    "sticking": {"flag_values": [0, 1], "flag_meanings": "slips sticks"},
+    "event_kind": {
+        "flag_values": [int(kind) for kind in EVENT_MEANINGS],
+        "flag_meanings": " ".join(kind.name.lower() for kind in EVENT_MEANINGS),
+    },
+    **dict.fromkeys(("event_before", "event_after", "stick_entry", "stick_exit"), SIDE_FLAGS),
+}
+_Array = NDArray[np.float64]
+_Table = dict[str, tuple[Any, Any, str, str]]
+
+
+def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Dataset:
+    """The solver's answer as a dataset over time, inertia, shaft, contact, event and stick."""
+    import xarray as xr
+
+    reached = int(answer.observer.at[0])
+    times = answer.observer.times[:reached]
+    table: _Table = {
+        **_motion(machine, answer, times),
+        **_events(answer),
+        **_sticks(answer),
+    }
+    labels = {
+        "time": ("time", times, {"units": "s", "long_name": "time"}),
+        "inertia": [one.name for one in machine.inertias],
+        "shaft": np.array([one.name for one in machine.shafts], str),
+        "contact": np.array([one.name for one in machine.contacts], str),
+    }
+    found = xr.Dataset(
+        {
+            name: (dims, values, {"units": unit, "long_name": meaning})
+            for name, (dims, values, unit, meaning) in table.items()
+        },
+        coords=labels,
+    )
+    for name, flags in _FLAGS.items():
+        found[name].attrs.update(flags)
+    status = Status.of(answer.outcome)
+    found.attrs = {
+        "wedgebrake_version": __version__,
+        "method": "exact",
+        "system": json.dumps(machine.as_dict()),
+        "status": status.value,
+        "message": " ".join(part for part in (status.sentence, _detail(answer)) if part),
+        "start_time": task.start,
+        "final_time": answer.final.time,
+        "final_state": answer.final.to_json(),
+        "at_rest": int(answer.at_rest),
+        "work": answer.cells,
+    }
+    if task.initial is not None:
+        found.attrs["initial_state"] = task.initial.to_json()
+    return found
+
+
+def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
+    """Variables over time."""
+    observer, n, reached = answer.observer, len(machine.inertias), times.size
+    angle, speed = observer.states[:reached, :n], observer.states[:reached, n : 2 * n]
+    twist = shaft_rows(machine)
+    stiffness, damping = (
+        np.array([getattr(one, name) for one in machine.shafts])
+        for name in ("stiffness", "damping")
+    )
+    shaft_torque = angle @ twist.T * stiffness + speed @ twist.T * damping
+    torque = np.zeros((reached, n))
+    for one in machine.torques:
+        torque[:, machine.index(one.on)] += one.signal(times)
+    sticking = observer.side[:reached] == 0
+    sliding = np.zeros((reached, len(machine.contacts)))
+    for j, contact in enumerate(machine.contacts):
+        if contact.b == GROUND:
+            other = as_signal(contact.base_speed)(times)
+        else:
+            other = speed[:, machine.index(contact.b)]
+        sliding[:, j] = np.where(sticking[:, j], 0.0, speed[:, machine.index(contact.a)] - other)
+    by_inertia, by_contact = ("time", "inertia"), ("time", "contact")
+    return {
+        "angle": (by_inertia, angle, "rad", "angle"),
+        "velocity": (by_inertia, speed, "rad/s", "speed"),
+        "torque": (by_inertia, torque, "N m", "external torque"),
+        "shaft_torque": (("time", "shaft"), shaft_torque, "N m", "torque of the shaft against a"),
+        "brake_torque": (
+            by_contact, 0.0 - observer.torque[:reached], "N m", "torque of the contact against a",
+        ),
+        "actuation_force": (by_contact, observer.force[:reached], "N", "actuation force"),
+        "sliding_velocity": (by_contact, sliding, "rad/s", "sliding speed"),
+        "sticking": (by_contact, sticking.astype(np.int8), "1", "at rest"),
+    }  # fmt: skip
+
+
+def _events(answer: MachineAnswer) -> _Table:
+    """Variables over the events."""
+    events = answer.events
+    return {
+        "event_time": ("event", events["time"].copy(), "s", "time of the event"),
+        "event_contact": ("event", events["contact"].copy(), "1", "number of the contact"),
+        "event_kind": ("event", events["kind"].astype(np.int8), "1", "kind of the event"),
+        "event_before": (
+            "event", events["before"].astype(np.int8), "1", "sign of the sliding speed before",
+        ),
+        "event_after": (
+            "event", events["after"].astype(np.int8), "1", "sign of the sliding speed after",
+        ),
+    }  # fmt: skip
+
+
+def _sticks(answer: MachineAnswer) -> _Table:
+    """Variables over the sticks, in order of their beginnings."""
+    columns = np.array(stick_rows(answer), float).reshape(-1, 5).T
+    spec = {
+        "stick_start": ("s", "beginning of rest", float),
+        "stick_end": ("s", "end of rest", float),
+        "stick_contact": ("1", "number of the contact", np.int64),
+        "stick_entry": (
+            "1",
+            "sign of the sliding speed before; 0: at rest from the start",
+            np.int8,
+        ),
+        "stick_exit": (
+            "1",
+            "sign of the sliding speed after; 0: still at rest at the end",
+            np.int8,
+        ),
+    }
+    return {
+        name: ("stick", column.astype(kind), unit, meaning)
+        for column, (name, (unit, meaning, kind)) in zip(columns, spec.items(), strict=True)
+    }
+
+
+def _detail(answer: MachineAnswer) -> str:
+    """What the status sentence does not say."""
+    at = f"t = {answer.final.time:.6g} s"
+    if answer.at_rest:
+        return f"All contacts are at rest from {at} on and stay so."
+    return "" if answer.outcome == Outcome.COMPLETED else f"Stopped at {at}."

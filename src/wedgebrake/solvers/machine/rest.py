@@ -1,0 +1,243 @@
+"""Proof that a machine whose contacts are at rest stays so for ever.
+
+The signals must be constant or sums of sines from now on. Then the state is an equilibrium, steady
+vibration, and a free vibration whose energy never grows: the latter bounds every guard.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.signal_orders import Orders
+from wedgebrake.model.signal_tables import Table
+from wedgebrake.model.signals import Harmonic, Product, Signal, Sum
+from wedgebrake.solvers.machine.assemble import Assembled
+from wedgebrake.solvers.machine.modes import select_system
+from wedgebrake.solvers.machine.problem import MachineProblem, Run
+
+_Matrix = NDArray[np.float64]
+# Relative size of what is rounding: of a residual of equilibrium, and of singular values.
+_ROUNDING = 1e-9
+
+
+class _Steady(NamedTuple):
+    """A signal from a time on: mean and sines (angular frequency, complex amplitude)."""
+
+    mean: float
+    sines: tuple[tuple[float, complex], ...]
+
+
+def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
+    """Return True if no contact can leave its present rest."""
+    problem = assembled.problem
+    time, n, states = float(run.clock[0]), len(machine.inertias), problem.states
+    if run.modes["side"].any() or run.modes["clamp"].any() or not _is_held(problem, run):
+        return False
+    if any(one["base_input"] >= 0 or one["base_speed"] != 0.0 for one in problem.contacts):
+        return False
+    found = [_steady(one, time) for one in assembled.signals]
+    signals = [one for one in found if one is not None]
+    if len(signals) < len(found):
+        return False
+    slot = select_system(problem, run)
+    guards = run.systems.guards[slot, : run.systems.counts[slot]]
+    free = _free_directions(problem)
+    mean = run.z[0].copy()
+    steady = _equilibrium(problem, signals, mean[:n], free)
+    if steady is None:
+        return False
+    mean[:n], mean[n : 2 * n] = steady, 0.0
+    for contact, one in zip(problem.contacts, machine.contacts, strict=True):
+        if contact["lag"] > 0:
+            force = _steady(one.actuation.initial_force, time)
+            if force is None or force.sines:
+                return False
+            mean[contact["state"]] = force.mean
+            mean[contact["state"] + 1 : contact["state"] + contact["lag"]] = 0.0
+    for number, signal in enumerate(signals):
+        mean[states + number] = signal.mean
+    least = guards @ mean
+    transient = run.z[0, :states] - mean[:states]
+    for frequency in sorted({one for signal in signals for one, _ in signal.sines}):
+        shape = _vibration(problem, signals, frequency, free, len(run.z[0]))
+        if shape is None:
+            return False
+        least = least - np.abs(guards @ shape)
+        transient = transient - shape[:states].real
+    least = least - _reach(problem, guards, transient)
+    return bool(np.all(least > 0.0))
+
+
+def _is_held(problem: MachineProblem, run: Run) -> bool:
+    """Return True if every controller holds one force that it will not change."""
+    for contact, queue, mode in zip(problem.contacts, run.queues, run.modes, strict=True):
+        places = contact["delay"] + 1
+        if contact["held"] >= 0 and (
+            contact["force"] >= 0
+            or mode["samples"] < places
+            or np.ptp(queue[:places]) > 0.0
+            or queue[0] != _rounded(contact)
+        ):
+            return False
+    return True
+
+
+def _rounded(contact: Any) -> float:
+    """The force that a controller sets at rest."""
+    force, step = float(contact["initial_force"]), float(contact["resolution"])
+    return step * round(force / step) if step > 0.0 else force
+
+
+def _shafts(problem: MachineProblem) -> tuple[_Matrix, _Matrix]:
+    """Stiffness and damping of the shafts, (n, n) each."""
+    n = problem.inverse.size
+    return -problem.torque[:, :n], -problem.torque[:, n : 2 * n]
+
+
+def _free_directions(problem: MachineProblem) -> _Matrix:
+    """(n, k) basis of the motions without sliding."""
+    slips = np.zeros((problem.contacts.size, problem.inverse.size))
+    for row, contact in zip(slips, problem.contacts, strict=True):
+        row[contact["a"]] += 1.0
+        if contact["b"] >= 0:
+            row[contact["b"]] -= 1.0
+    _, sizes, basis = np.linalg.svd(slips)
+    rank = int(np.sum(sizes > _ROUNDING))
+    free: _Matrix = basis[rank:].T
+    return free
+
+
+def _equilibrium(
+    problem: MachineProblem, signals: list[_Steady], angles: _Matrix, free: _Matrix
+) -> _Matrix | None:
+    """Angles of the equilibrium without sliding, or None if there is none."""
+    stiffness, _ = _shafts(problem)
+    load, drive = problem.torque[:, -1], problem.torque[:, problem.states : -1]
+    means = np.zeros(drive.shape[1])
+    means[: len(signals)] = [one.mean for one in signals]
+    torque = load + drive @ means - stiffness @ angles
+    matrix, right = free.T @ stiffness @ free, free.T @ torque
+    found = np.linalg.lstsq(matrix, right, rcond=_ROUNDING)[0]
+    scale = np.abs(right).max(initial=0.0) + np.abs(load).max(initial=0.0)
+    if np.abs(matrix @ found - right).max(initial=0.0) > _ROUNDING * scale:
+        return None
+    moved: _Matrix = angles + free @ found
+    return moved
+
+
+def _vibration(
+    problem: MachineProblem, signals: list[_Steady], frequency: float, free: _Matrix, width: int
+) -> NDArray[np.complex128] | None:
+    """Complex amplitudes of z at a frequency, at the present time; None at resonance."""
+    n, states = problem.inverse.size, problem.states
+    shape = np.zeros(width, complex)
+    for number, signal in enumerate(signals):
+        shape[states + number] = sum(a for one, a in signal.sines if one == frequency)
+    stiffness, damping = _shafts(problem)
+    drive = problem.torque[:, states:-1]
+    dynamic = (
+        stiffness + 1j * frequency * damping
+        - np.diag(frequency**2 / problem.inverse)
+    )  # fmt: skip
+    matrix = free.T @ dynamic @ free
+    right = free.T @ (drive @ shape[states:-1])
+    if matrix.size:
+        sizes = np.linalg.svd(matrix, compute_uv=False)
+        if sizes[-1] <= _ROUNDING * sizes[0]:
+            return None
+        shape[:n] = free @ np.linalg.solve(matrix, right)
+    shape[n : 2 * n] = 1j * frequency * shape[:n]
+    return shape
+
+
+def _reach(problem: MachineProblem, guards: _Matrix, transient: _Matrix) -> _Matrix:
+    """Bound of the change of each guard by a free vibration, from its energy."""
+    n = problem.inverse.size
+    stiffness, _ = _shafts(problem)
+    angles, speeds = transient[:n], transient[n : 2 * n]
+    energy = angles @ stiffness @ angles + speeds @ (speeds / problem.inverse)
+    springs = np.linalg.pinv(stiffness, _ROUNDING)
+    by_angle, by_speed = guards[:, :n], guards[:, n : 2 * n]
+    gain = np.einsum("gi,ij,gj->g", by_angle, springs, by_angle)
+    gain = gain + (by_speed**2 * problem.inverse).sum(axis=1)
+    reach = np.sqrt(gain * max(float(energy), 0.0))
+    for contact in problem.contacts:
+        at, lag = contact["state"], contact["lag"]
+        if lag == 1:
+            reach = reach + np.abs(guards[:, at] * transient[at])
+        elif lag == 2:
+            # F''/w^2 + 2 zeta F'/w + F = 0: F^2 + (F'/w)^2 never grows.
+            size = math.hypot(transient[at], transient[at + 1] / contact["lag_frequency"])
+            reach = (
+                reach + np.hypot(guards[:, at], guards[:, at + 1] * contact["lag_frequency"]) * size
+            )
+    return np.asarray(reach)
+
+
+def _steady(signal: Signal | float, time: float) -> _Steady | None:
+    """What a signal is from a time on; None if it is neither constant nor a sum of sines."""
+    if not isinstance(signal, Signal):
+        return _Steady(float(signal), ())
+    if not signal.varies:
+        return _Steady(float(signal(time)), ())
+    plain = signal.primitive()
+    if isinstance(plain, Harmonic):
+        rate = 2.0 * math.pi * plain.frequency
+        return _sine(plain.amplitude, rate, rate * time + plain.phase)
+    if isinstance(plain, Table):
+        return _steady_table(plain, time)
+    if isinstance(plain, Orders):
+        speed = _steady(plain.speed, time)
+        if speed is None or speed.sines:
+            return None
+        angle = float(plain.speed.integral(time))
+        parts = [
+            _sine(amplitude, abs(order * speed.mean), order * angle + phase)
+            if order * speed.mean >= 0.0
+            else _sine(-amplitude, abs(order * speed.mean), -order * angle - phase)
+            for order, amplitude, phase in plain.orders
+        ]
+        return _sum(parts)
+    found = (
+        [_steady(one, time) for one in plain.signals] if isinstance(plain, Sum | Product) else []
+    )
+    parts = [one for one in found if one is not None]
+    if isinstance(plain, Product) and any(one.mean == 0.0 and not one.sines for one in parts):
+        return _Steady(0.0, ())
+    if len(parts) < len(found) or not parts:
+        return None
+    if isinstance(plain, Sum):
+        return _sum(parts)
+    waves = [one for one in parts if one.sines]
+    if len(waves) > 1:
+        return None
+    factor = math.prod(one.mean for one in parts if not one.sines)
+    if not waves:
+        return _Steady(factor, ())
+    sines = tuple((rate, factor * amplitude) for rate, amplitude in waves[0].sines)
+    return _Steady(factor * waves[0].mean, sines)
+
+
+def _steady_table(table: Table, time: float) -> _Steady | None:
+    """What a table is from a time on; None if it changes."""
+    now = float(table(time))
+    left = np.array(table.values)[np.array(table.times) > time]
+    return None if table.periodic or np.any(left != now) else _Steady(now, ())
+
+
+def _sine(amplitude: float, rate: float, angle: float) -> _Steady:
+    """Amplitude sin(angle + rate tau), as the real part of a rotating amplitude."""
+    value = amplitude * complex(math.sin(angle), -math.cos(angle))
+    return _Steady(value.real, ()) if rate == 0.0 else _Steady(0.0, ((rate, value),))
+
+
+def _sum(parts: list[_Steady]) -> _Steady:
+    """Sum of steady signals."""
+    return _Steady(
+        sum(one.mean for one in parts), tuple(sine for one in parts for sine in one.sines)
+    )

@@ -1,0 +1,92 @@
+"""``wb.simulate`` for machines."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.validation import check_choice, check_instance, check_number, check_whole
+from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.machine.final_state import FinalState, parse_state
+from wedgebrake.solvers.times import wanted_times
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
+
+_SAMPLES = 2000
+_LONGEST = 1e12
+_MOST_EVENTS = 10**12
+
+
+def simulate_machine(
+    machine: Machine,
+    duration: float | None,
+    *,
+    times: ArrayLike | None,
+    initial: tuple[float, float] | FinalState | None,
+    start_time: float,
+    until: str | None,
+    max_events: int,
+) -> xr.Dataset:
+    """The response of a machine; see ``wb.simulate``."""
+    state = None
+    if initial is not None:
+        allowed = "a final state, as wb.final_state returns it"
+        check_instance("initial", initial, FinalState, allowed)
+        state = cast("FinalState", initial)
+        start_time = state.time
+    check_number("start_time", start_time, -_LONGEST, _LONGEST)
+    if until is not None:
+        check_choice("until", until, ["rest"])
+    if duration is None:
+        raise InputError(
+            "duration = None: must be a number of seconds for a machine, the longest one with"
+            " until='rest'. Give for example duration=5.0."
+        )
+    end = start_time + check_number("duration", duration, 0.0, _LONGEST)
+    check_whole("max_events", max_events, 1, _MOST_EVENTS)
+    if until is not None:
+        end = min([end, *(one.span[1] for one in machine.signals().values())])
+    machine.check_times(start_time, end)
+    wanted = np.linspace(start_time, end, _SAMPLES)
+    if times is not None:
+        wanted = wanted_times(times, start_time, end)
+
+    from wedgebrake.solvers.machine.solve import MachineTask
+
+    task = MachineTask(start_time, end, wanted, state, until == "rest", max_events)
+    if until is not None and times is None:
+        found = solved(machine, dataclasses.replace(task, times=wanted[:0])).final.time
+        task = dataclasses.replace(task, times=np.linspace(start_time, found, _SAMPLES))
+    answer = solved(machine, task)
+
+    from wedgebrake.solvers.machine.response import dataset
+
+    return dataset(machine, task, answer)
+
+
+def solved(machine: Machine, task: MachineTask, **options: Any) -> MachineAnswer:
+    """The answer of the solver; Ctrl-C stops it."""
+    from wedgebrake.solvers.machine.solve import solve_machine
+
+    return interruptible(
+        lambda: solve_machine(machine, task, **options), stop=lambda: task.stop.fill(True)
+    )
+
+
+def task_of(response: xr.Dataset) -> MachineTask:
+    """The task whose answer a response is, without samples."""
+    from wedgebrake.solvers.machine.solve import MachineTask
+
+    text = response.attrs.get("initial_state")
+    initial = None if text is None else parse_state(json.loads(text))
+    start, end = response.attrs["start_time"], response.attrs["final_time"]
+    return MachineTask(start, end, np.empty(0), initial, False, _MOST_EVENTS)

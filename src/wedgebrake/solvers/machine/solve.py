@@ -1,0 +1,155 @@
+"""The method "exact" for machines: from a task to the answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import shaft_rows
+from wedgebrake.solvers.machine import trajectory
+from wedgebrake.solvers.machine.assemble import Assembled, assemble
+from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
+from wedgebrake.solvers.machine.observers import Observer, PowerRows, observer_of
+from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
+from wedgebrake.solvers.machine.rest import remains_at_rest
+
+FloatArray = NDArray[np.float64]
+# Time between two proofs that a machine stays at rest, in longest cells.
+_PATIENCE = 16.0
+# Rows of the log that is filled at a time.
+_ROWS = 4096
+
+
+@dataclass(frozen=True)
+class MachineTask:
+    """Task of the solver: initial state, end, and times of the samples.
+
+    times : (k,) times at which the response is wanted [s], ascending
+    until_rest : end where all contacts are at rest for good
+    stop  : (1,) ends the run at its next event when another thread sets it to True
+    """
+
+    start: float
+    end: float
+    times: FloatArray
+    initial: FinalState | None
+    until_rest: bool
+    max_events: int
+    stop: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, dtype=np.bool_))
+
+
+class MachineAnswer(NamedTuple):
+    """The solver's answer: numbers of the machine, samples, events and final state.
+
+    start : time of the start [s]
+    sides : of the contacts at the start
+    """
+
+    assembled: Assembled
+    observer: Observer
+    events: Any
+    start: float
+    sides: NDArray[np.int64]
+    outcome: Outcome
+    at_rest: bool
+    cells: int
+    final: FinalState
+
+
+def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
+    """Simulate a machine exactly (docs/theory.md, section 13).
+
+    powers : whether to integrate the work of every part too, in the order of ``power_rows``
+
+    Raises ``InputError`` for what the method "exact" cannot solve.
+    """
+    assembled = assemble(machine, task.start)
+    problem = assembled.problem
+    run = run_of(problem, assembled.inputs, assembled.longest_delay)
+    if task.initial is None:
+        start_state(machine, problem, run)
+    else:
+        restore(task.initial, machine, problem, run)
+    observer = observer_of(problem, task.times, power_rows(machine, assembled) if powers else None)
+    trajectory.start(problem, run, task.initial is not None)
+    run.modes["first"] = run.modes["side"]
+    log, events, count, cells = np.zeros(_ROWS, EVENT), [np.zeros(0, EVENT)], 0, 0
+    outcome, at_rest, end, begins = Outcome.LOG_FULL, False, task.end, True
+    while outcome in (Outcome.LOG_FULL, Outcome.PAUSED):
+        if task.until_rest and not run.modes["side"].any():
+            if remains_at_rest(machine, assembled, run):
+                at_rest, outcome = True, Outcome.COMPLETED
+                break
+            # Try again later.
+            end = min(task.end, run.clock[0] + _patience(run))
+        span = trajectory.Span(
+            end, task.max_events - count, task.until_rest, begins, task.stop
+        )  # fmt: skip
+        ended = trajectory.move(problem, run, span, log, observer)
+        events.append(log[: ended.events].copy())
+        count, cells, outcome = count + ended.events, cells + ended.cells, Outcome(ended.outcome)
+        if outcome == Outcome.COMPLETED and end < task.end:
+            outcome = Outcome.PAUSED
+        end, begins = task.end, False
+    final = state_of(machine, problem, run)
+    return MachineAnswer(
+        assembled,
+        observer,
+        np.concatenate(events),
+        task.start,
+        run.modes["first"].copy(),
+        outcome,
+        at_rest,
+        cells,
+        final,
+    )
+
+
+def _patience(run: Run) -> float:
+    """Time until the next proof [s]."""
+    longest = run.systems.longest[: run.systems.used[0]]
+    finite = longest[np.isfinite(longest)]
+    return _PATIENCE * float(finite.max()) if finite.size else 1.0
+
+
+def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
+    """Rows of the powers: friction heat and base of contacts, losses of shafts, torques.
+
+    The powers are in this order, each over all parts of its kind.
+    """
+    problem = assembled.problem
+    n, states, count = len(machine.inertias), problem.states, len(machine.contacts)
+    width = states + assembled.inputs + 1
+    parts = 2 * count + len(machine.shafts) + len(machine.torques)
+    left, right = np.zeros((parts, width)), np.zeros((parts, width))
+    contact = np.full(parts, -1)
+    for j, one in enumerate(problem.contacts):
+        heat, base = right[j], right[count + j]
+        contact[j] = contact[count + j] = j
+        heat[n + one["a"]] = -1.0
+        if one["b"] >= 0:
+            heat[n + one["b"]] = 1.0
+        base[-1] = one["base_speed"]
+        if one["base_input"] >= 0:
+            base[states + one["base_input"]] = 1.0
+        heat += base
+    for row, shaft, twist in zip(
+        range(2 * count, parts), machine.shafts, shaft_rows(machine), strict=False
+    ):
+        left[row, n : 2 * n] = shaft.damping * twist
+        right[row, n : 2 * n] = twist
+    first = 2 * count + len(machine.shafts)
+    for row, (torque, number) in enumerate(
+        zip(machine.torques, assembled.torques, strict=True), first
+    ):
+        if number >= 0:
+            left[row, states + number] = 1.0
+        else:
+            left[row, -1] = float(torque.signal(problem.start_time))
+        right[row, n + machine.index(torque.on)] = 1.0
+    return PowerRows(left, right, contact)

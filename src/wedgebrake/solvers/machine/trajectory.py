@@ -1,0 +1,281 @@
+"""The run of a machine: cells of Taylor series, the first zero of every guard, and events."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.dynamics.jit import compiled, inlined, internal
+from wedgebrake.dynamics.signals import advance, expand, next_knot, pass_knots, start_tables
+from wedgebrake.solvers.machine.cells import (
+    advance_states,
+    combine,
+    expand_states,
+    first_zero,
+    terms_for,
+)
+from wedgebrake.solvers.machine.events import (
+    FLAT,
+    Cell,
+    apply_event,
+    classify,
+    find_arrived,
+    follow_bases,
+    kind_of,
+    next_sampling,
+    sample_controllers,
+    set_sides,
+    settle,
+)
+from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system
+from wedgebrake.solvers.machine.observers import observe
+from wedgebrake.solvers.machine.problem import TERMS
+
+# Relative size of a guard that is rounding.
+_ROUNDING = 1e-13
+# Relative size of a difference of two times that is rounding.
+_TOGETHER = 4e-15
+# Modes of no length at one instant, per contact, after which the run gives up.
+_CASCADE = 12
+
+
+class Span(NamedTuple):
+    """How far a run goes.
+
+    end    : time [s]
+    events : most events
+    pause  : whether to end where all contacts have come to rest
+    begins : whether it follows ``start``, whose state is no event
+    stop   : (1,) ends the run when another thread sets it to True
+    """
+
+    end: float
+    events: int
+    pause: bool
+    begins: bool
+    stop: Any
+
+
+class Ended(NamedTuple):
+    """How a run ended, an ``Outcome``; its events, cells and time [s]."""
+
+    outcome: int
+    events: int
+    cells: int
+    time: float
+
+
+class Clock(NamedTuple):
+    """A time as a sum of two numbers, so that many small cells lose nothing."""
+
+    time: float
+    rest: float
+
+
+@inlined
+def later(clock, tau):
+    """A clock a time tau later."""
+    total = clock.time + tau
+    back = total - clock.time
+    lost = (clock.time - (total - back)) + (tau - back) + clock.rest
+    time = total + lost
+    return Clock(time, lost - (time - total))
+
+
+@internal
+def _expand_inputs(problem, run, clock, terms):
+    """Store the series of the signals, and the rates of moving bases."""
+    states, z = problem.states, run.z
+    expand(problem.signals, clock.time, clock.rest, terms, z, states)
+    for contact in problem.contacts:
+        if contact.base_rate >= 0:
+            base, rate = states + contact.base_input, states + contact.base_rate
+            for k in range(terms - 1):
+                z[k, rate] = (k + 1.0) * z[k + 1, base]
+            z[terms - 1, rate] = 0.0
+
+
+@internal
+def _first_event(run, slot, terms, longest):
+    """(time until the first zero of a guard, its number); (longest, -1) if there is none."""
+    systems, z, g = run.systems, run.z, run.guard
+    tau, first = longest, -1
+    for number in range(systems.counts[slot]):
+        what = systems.what[slot, number]
+        scale = combine(systems.guards[slot, number], z, terms, g)
+        marks = run.modes[what.contact].fresh
+        fresh = marks & bit(what.kind, what.sign) != 0
+        flat = what.kind == GuardKind.ZERO_SPEED and marks & FLAT != 0
+        found = first_zero(g, terms, tau, _ROUNDING * scale, fresh, flat)
+        if found <= tau:
+            tau, first = found, number
+    return tau, first
+
+
+@internal
+def _log_events(run, time, log, count, bent, begins):
+    """Log what has happened to the contacts; returns the number of events.
+
+    bent   : contact whose brake torque bends, -1: none
+    begins : at the start of a run, which is no event
+    """
+    if bent >= 0:
+        side = run.modes[bent].side
+        count = _log(log, count, time, bent, EventKind.BREAKPOINT, side, side)
+    for number in range(run.modes.size):
+        mode = run.modes[number]
+        if begins:
+            mode.first = mode.side
+        elif mode.before != mode.side:
+            kind = kind_of(mode.before, mode.side)
+            count = _log(log, count, time, number, kind, mode.before, mode.side)
+        mode.before = mode.side
+    return count
+
+
+@internal
+def _log(log, count, time, contact, kind, before, after):
+    """Log an event; returns the number of events."""
+    event = log[count]
+    event.time, event.contact, event.kind = time, contact, kind
+    event.before, event.after = before, after
+    return count + 1
+
+
+@internal
+def _after_knot(problem, run, cell, time):
+    """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
+
+    cell : that ended at the knot
+    """
+    sample_controllers(problem, run, time)
+    if follow_bases(problem, run):
+        classify(problem, run)
+    else:
+        find_arrived(problem, run, cell)
+
+
+@internal
+def _is_locked(run, slot):
+    """Return True if a contact slides in a direction in which its brake locks itself."""
+    for number in range(run.modes.size):
+        if run.modes[number].side != 0:
+            for entry in run.systems.contact[slot, number]:
+                if math.isinf(entry):
+                    return True
+    return False
+
+
+@internal
+def _all_at_rest(modes):
+    """Return True if no contact slides."""
+    resting = True
+    for mode in modes:
+        resting = resting and mode.side == 0
+    return resting
+
+
+@internal
+def _finish_cell(problem, run, terms, tau):
+    """Move the states, the angles of orders and the marks of the guards on by tau."""
+    advance_states(run.z, problem.states, terms, tau)
+    advance(problem.signals, run.z, problem.states, terms, tau)
+    if tau > 0.0:
+        for mode in run.modes:
+            mode.fresh = 0
+
+
+@compiled
+def start(problem, run, restart):
+    """Set the inputs and modes at the start.
+
+    restart : the modes, held forces and queues are those of a former run
+    """
+    clock, terms = Clock(problem.start_time, 0.0), np.int64(2)
+    run.clock[0], run.clock[1] = clock.time, clock.rest
+    start_tables(problem.signals, clock.time)
+    _expand_inputs(problem, run, clock, terms)
+    run.z[0, run.z.shape[1] - 1] = 1.0
+    if restart:
+        run.pending[0] = 0
+        if follow_bases(problem, run):
+            classify(problem, run)
+        return
+    set_sides(problem, run)  # controllers sample the sliding speeds
+    sample_controllers(problem, run, clock.time)
+    classify(problem, run)
+
+
+@compiled
+def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
+    """Move a run on, after ``start`` or a former part of it; returns ``Ended``.
+
+    log      : of dtype ``EVENT``; the run ends before it may be too short
+    observer : an ``Observer`` of the cells
+
+    ``settle`` and ``select_system`` are called at one place, as each call is compiled anew.
+    """
+    clock, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0
+    count = np.int64(0)  # Numba would compile functions for a literal 0 too
+    few = np.int64(2)
+    contacts, slot, bent = run.modes.size, 0, -1
+    run.pending[0] = max(run.pending[0], 0)
+    knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
+    outcome = Outcome.STEP_LIMIT
+    while not span.stop[0]:
+        if run.pending[0] >= 0:
+            if run.pending[0] > 0 and not settle(problem, run):
+                outcome = Outcome.NO_FORWARD_SOLUTION
+                break
+            run.pending[0] = -1
+            slot = select_system(problem, run)
+            begins = span.begins and cells == 0
+            count = _log_events(run, clock.time, log, count, bent, begins)
+            if span.pause and cells > 0 and bent < 0 and _all_at_rest(run.modes):
+                outcome = Outcome.PAUSED
+                break
+            if again > _CASCADE * (contacts + 1) or _is_locked(run, slot):
+                outcome = Outcome.NO_FORWARD_SOLUTION
+                break
+            if count >= span.events:
+                outcome = Outcome.EVENT_LIMIT
+                break
+            if count + contacts > log.size:
+                outcome = Outcome.LOG_FULL
+                break
+        ahead = min(span.end, knot)
+        remaining = (ahead - clock.time) - clock.rest
+        longest = run.systems.longest[slot]
+        h = min(longest, remaining)
+        terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
+        _expand_inputs(problem, run, clock, terms)
+        expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
+        tau, first = _first_event(run, slot, terms, h)
+        observe(observer, problem, run, slot, terms, clock.time, clock.rest, tau)
+        _finish_cell(problem, run, terms, tau)
+        clock = later(clock, tau)
+        cells += 1
+        again = 0 if tau > 0.0 else again + 1
+        bent = -1
+        # An event within rounding of a knot is at the knot.
+        at_knot = remaining - tau <= (_TOGETHER * max(abs(ahead), h) if first >= 0 else 0.0)
+        if at_knot:
+            clock = Clock(ahead, 0.0)
+            if clock.time >= span.end and first < 0:
+                outcome = Outcome.COMPLETED
+                break
+            pass_knots(problem.signals, clock.time)
+        elif first < 0:
+            continue
+        _expand_inputs(problem, run, clock, few)
+        cell = Cell(h, terms, tau)
+        if at_knot:
+            _after_knot(problem, run, cell, clock.time)
+            knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
+        if first >= 0:
+            what = run.systems.what[slot, first]
+            if apply_event(problem, run, what, cell):
+                bent = what.contact
+    run.clock[0], run.clock[1] = clock.time, clock.rest
+    return Ended(outcome, count, cells, clock.time)

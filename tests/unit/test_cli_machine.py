@@ -1,0 +1,171 @@
+"""The commands on studies of machines: reports, files, changed values, refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import wedgebrake as wb
+from wedgebrake.analysis.contacts import contact_summary
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CLUTCH, LINE = EXAMPLES / "clutch.toml", EXAMPLES / "driveline.toml"
+SHORT = ["--set", "duration=1"]
+
+
+def test_simulate_reports_the_numbers_of_the_library(answer):
+    told = answer("simulate", CLUTCH)
+    study = wb.load_study(CLUTCH)
+    response = wb.simulate(study.system, **study.run.arguments())
+    state = wb.final_state(response)
+    assert told["system"] == json.loads(json.dumps(study.system.as_dict()))
+    assert told["status"] == "completed"
+    assert told["final"] == {"time": state.time, "angles": state.angles, "speeds": state.speeds}
+    for name in ("start", "end", "entry", "exit"):
+        assert np.array_equal(told["sticks"][name], response[f"stick_{name}"])
+    names = response.contact.to_numpy()[response.stick_contact]
+    assert told["sticks"]["contact"] == names.tolist()
+    assert sum(told["events"].values()) == response.sizes["event"]
+    balance = wb.energy(response)
+    for name in ("friction_heat", "base_work", "viscous_loss", "torque_work"):
+        assert list(told["energy"][name].values()) == balance[name].to_numpy().tolist()
+    summary = contact_summary(response)
+    for name, one in told["contacts"].items():
+        own = summary.sel(contact=name)
+        assert one["rest_share"] == own.rest_share.item()
+        assert one["sticks"] == own.sticks.item()
+
+
+def test_the_summary_of_contacts_counts_and_adds_up():
+    study = wb.load_study(CLUTCH)
+    response = wb.simulate(study.system, duration=3.0)
+    clutch, brake = (contact_summary(response).sel(contact=name) for name in ("clutch", "brake"))
+    assert (clutch.sticks, brake.sticks) == (3, 1)
+    for i, one in enumerate((clutch, brake)):
+        own = response.stick_contact.to_numpy() == i
+        lengths = (response.stick_end - response.stick_start).to_numpy()[own]
+        assert one.rest_time.item() == pytest.approx(lengths.sum())
+        assert one.rest_share.item() == pytest.approx(lengths.sum() / 3.0)
+        assert one.longest_rest.item() == lengths.max()
+        assert one.entered_forward + one.entered_backward == one.sticks
+        assert one.final_side == 0
+        assert one.rest_from.item() == response.stick_start.to_numpy()[own][-1]
+    with pytest.raises(wb.InputError):
+        contact_summary(wb.simulate(wb.paper.system(), periods=2))
+
+
+def test_simulate_names_every_contact_in_its_text(run):
+    status, text, _ = run("simulate", CLUTCH)
+    assert status == 0
+    for name in ("clutch", "brake", "load", "plate", "engine"):
+        assert name in text
+
+
+def test_simulate_writes_picture_and_data(run, tmp_path):
+    status, _, _ = run("simulate", LINE, *SHORT, "--plot", "line.png", "--out", "line.nc")
+    assert status == 0
+    assert (tmp_path / "line.png").stat().st_size > 10_000
+    read = xr.load_dataset(tmp_path / "line.nc")
+    study = wb.load_study(LINE)
+    again = wb.simulate(study.system, duration=1.0)
+    assert np.array_equal(read.velocity, again.velocity)
+    assert wb.final_state(read) == wb.final_state(again)
+    assert wb.energy(read).residual.item() == wb.energy(again).residual.item()
+
+
+def test_values_are_set_by_dotted_name(answer):
+    changes = {"brake.slope": -40.0, "disc.inertia": 1.2, "disc-vehicle.stiffness": 3e4}
+    options = [word for name, value in changes.items() for word in ("--set", f"{name}={value}")]
+    told = answer("simulate", LINE, *SHORT, *options)
+    machine = wb.load_study(LINE).system.replace(changes)
+    assert told["system"] == json.loads(json.dumps(machine.as_dict()))
+    assert told["final"]["time"] == 1.0
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["slope=-40", "brake.slop=-40", "disk.inertia=1", "disc.inertia=-1", "disc.inertia=x",
+     "brake=3", "periods=20", "brake.slope"],
+)  # fmt: skip
+def test_wrong_changes_are_refused(change, run):
+    status, text, message = run("simulate", LINE, "--set", change)
+    assert (status, text) == (2, "")
+    assert message.startswith("error: --set")
+
+
+def test_a_change_given_twice_is_refused(run):
+    assert run("simulate", LINE, "--set", "disc.speed=1", "--set", "disc.speed=2")[0] == 2
+
+
+def test_stability_reports_modes(answer, run):
+    told = answer("stability", LINE)
+    found = wb.stability(wb.load_study(LINE).system)
+    case = told["cases"][told["critical"]]
+    assert told["stable"] == found.stable
+    assert [one["frequency"] for one in case["modes"]] == [one.frequency for one in found.modes]
+    assert told["inertias"] == ["engine", "gearbox", "disc", "vehicle"]
+    status, text, _ = run("stability", LINE)
+    assert status == 0
+    assert found.verdict in text
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("sweep", "--over", "brake.slope=-40:0:4"), ("continue", "--over", "brake.slope=-40:0")],
+)
+def test_other_commands_refuse_machines(command, run):
+    name, *options = command
+    status, text, message = run(name, LINE, *options)
+    assert (status, text) == (2, "")
+    assert message.startswith("error: ")
+    assert message.count("\n") == 1
+
+
+class TestFunctions:
+    """Functions for one inertia refuse machines, and their responses, with an ``InputError``."""
+
+    MACHINE = wb.load_study(CLUTCH).system
+
+    @pytest.mark.parametrize(
+        "call",
+        [
+            wb.motion, wb.orbit, wb.basins, wb.stability_map,
+            lambda machine: wb.poincare(machine, periods=3),
+            lambda machine: wb.sweep(machine, {"brake.slope": [-2.0, -1.0]}),
+            lambda machine: wb.sweep(machine, slope=[-2.0, -1.0]),
+            lambda machine: wb.bifurcation(machine, {"brake.slope": [-2.0, -1.0]}),
+            lambda machine: wb.regime_map(machine, slope=[1.0], kinetic=[0.1, 0.2]),
+            lambda machine: wb.branches(machine, slope=(-1.0, 0.0)),
+            lambda machine: wb.boundaries(machine, slope=(-1.0, 0.0), kinetic=(0.1, 0.2)),
+        ],
+    )  # fmt: skip
+    def test_refuse_machines(self, call):
+        with pytest.raises(wb.InputError):
+            call(self.MACHINE)
+
+    @pytest.mark.parametrize("call", [wb.sticks, wb.brake_torque, wb.spectrum, wb.poincare])
+    def test_refuse_responses(self, call):
+        with pytest.raises(wb.InputError):
+            call(wb.simulate(self.MACHINE, duration=0.1))
+
+    def test_a_spectrum_takes_one_part(self):
+        response = wb.simulate(self.MACHINE, duration=1.0)
+        lines = wb.spectrum(response.sel(inertia="engine"))
+        assert lines.amplitude.max() > 0.0
+
+    def test_energy_of_a_window_is_refused(self):
+        with pytest.raises(wb.InputError):
+            wb.energy(wb.simulate(self.MACHINE, duration=0.1), start=0.05)
+
+
+def test_sweeps_take_parameters_as_a_mapping():
+    system, how = wb.paper.system(eta=-6), {"periods": 60, "transient": 50}
+    found = wb.sweep(system, {"slope": [-3.0, -2.0]}, **how)
+    assert found.identical(wb.sweep(system, slope=[-3.0, -2.0], **how))
+    for wrong in (3, {"slope": [1.0], "damping": [1.0]}):
+        with pytest.raises(wb.InputError):
+            wb.sweep(system, wrong, slope=[-3.0], **how)

@@ -1,0 +1,330 @@
+"""Stability of machines beyond closed forms: cases, rigid modes, limits of stability, errors."""
+
+import json
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+
+
+def contact(name, a="disc", b="ground", *, brake=None, friction=None, base_speed=0.0, **actuation):
+    return wb.Contact(
+        a, b, name=name, brake=brake or wb.ConventionalBrake(radius=0.2),
+        friction=friction or wb.CoulombFriction(kinetic=0.3),
+        actuation=wb.Actuation(**{"initial_force": 300.0, **actuation}), base_speed=base_speed,
+    )  # fmt: skip
+
+
+def held(*contacts, speed=0.0, damping=0.6):
+    return wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, speed=speed)],
+        shafts=[wb.Shaft("disc", "ground", stiffness=100.0, damping=damping)],
+        contacts=contacts,
+    )
+
+
+FREE = wb.Machine(
+    inertias=[wb.Inertia("motor", 0.2, speed=10.0), wb.Inertia("disc", 1.0, speed=10.0)],
+    shafts=[wb.Shaft("motor", "disc", stiffness=500.0, damping=0.1)],
+    contacts=[contact("brake")],
+)
+
+
+class TestCases:
+    def test_a_contact_that_slides_has_one_direction(self):
+        [case] = wb.stability(held(contact("brake")), speeds=[-3.0]).cases
+        assert case.directions == {"brake": -1}
+        assert case.speeds == {"brake": -3.0}
+
+    def test_a_contact_that_stands_has_two(self):
+        found = wb.stability(held(contact("brake", slope=-5.0)))
+        assert [one.directions["brake"] for one in found.cases] == [1, -1]
+
+    def test_only_directions_that_are_possible(self):
+        # Two brakes on one inertia slide together; of a ring of clutches not all slide forwards.
+        assert len(wb.stability(held(contact("one"), contact("other"))).cases) == 2
+        ring = wb.Machine(
+            inertias=[wb.Inertia(name, 1.0) for name in "abc"],
+            contacts=[contact("x", "a", "b"), contact("y", "b", "c"), contact("z", "c", "a")],
+        )
+        found = {tuple(one.directions.values()) for one in wb.stability(ring).cases}
+        assert len(found) == 6
+        assert not {(1, 1, 1), (-1, -1, -1)} & found
+
+    def test_speeds_by_name_and_in_order(self):
+        one = wb.stability(FREE, speeds={"disc": 7.0})
+        other = wb.stability(FREE, speeds=(10.0, 7.0))
+        assert one.cases[0].speeds == other.cases[0].speeds == {"brake": 7.0}
+
+    def test_the_critical_case_is_the_least_stable_one(self):
+        machine = held(contact("brake", brake=wb.WedgeBrake(radius=0.2, angle=0.4), slope=-5.0))
+        found = wb.stability(machine)
+        assert found.critical.directions == {"brake": 1}
+        assert not found.stable
+        assert found.cases[1].stable
+        assert found.modes is found.critical.modes
+
+    def test_a_brake_that_locks_itself_does_not_slide(self):
+        machine = held(contact("brake", brake=wb.WedgeBrake(radius=0.2, angle=0.2)))
+        forwards, backwards = (found := wb.stability(machine)).cases
+        assert forwards.locked == ("brake",)
+        assert forwards.stable is None
+        assert found.stable
+        assert found.critical is backwards
+        assert "locks itself" in found.verdict
+        turning = wb.stability(machine, speeds=[5.0])
+        assert turning.critical is None
+        assert turning.growth_rate is None
+        assert not turning.stable
+
+    def test_limits_and_release_cut_the_feedback(self):
+        for speed, more in ((30.0, {}), (5.0, {"limits": (250.0, 400.0)})):
+            machine = held(contact("brake", slope=-15.0, **more), speed=speed)
+            [case] = wb.stability(machine).cases
+            assert case.limited == ("brake",)
+            assert case.modes[0].growth_rate == pytest.approx(-0.3)
+        [case] = wb.stability(held(contact("brake", slope=-15.0), speed=5.0)).cases
+        assert case.limited == ()
+        assert case.modes[0].growth_rate == pytest.approx(-0.5 * (0.6 - 0.2 * 0.3 * 15.0))
+
+    def test_a_brake_pressed_by_its_speed_alone(self):
+        # F_a0 = 0: near rest a positive slope presses it, a negative one does not.
+        for slope, damping in ((10.0, 0.6 + 0.6), (-10.0, 0.6)):
+            found = wb.stability(held(contact("brake", initial_force=0.0, slope=slope)))
+            assert found.growth_rate == pytest.approx(-0.5 * damping)
+
+
+class TestModes:
+    def test_shapes_and_frequencies_of_a_free_driveline(self):
+        found = wb.stability(FREE)
+        flexible, *rigid = found.modes
+        assert [one.rigid for one in found.modes] == [False, True, True]
+        omega = np.sqrt(500.0 * (1.0 / 0.2 + 1.0))
+        assert abs(flexible.eigenvalue) == pytest.approx(omega)
+        assert flexible.frequency == flexible.eigenvalue.imag / (2.0 * np.pi)
+        assert flexible.damping_ratio == pytest.approx(0.5 * 0.1 * 6.0 / omega)
+        np.testing.assert_allclose(flexible.shape, [1.0, -0.2], atol=1e-12)
+        for one in rigid:
+            np.testing.assert_allclose(one.shape, [1.0, 1.0], rtol=1e-12)
+        assert found.stable
+        assert found.eigenvalues.count(0j) == 2
+
+    def test_a_free_driveline_whose_speed_runs_away(self):
+        found = wb.stability(FREE.replace({"brake.slope": -1.0}))
+        assert not found.stable
+        assert found.modes[0].frequency == 0.0
+        assert found.growth_rate == pytest.approx(0.2 * 0.3 / 1.2, rel=1e-3)
+        assert [one.rigid for one in found.modes] == [False, False, True]
+
+    def test_the_contact_that_feeds_a_mode(self):
+        drives = contact("drives", slope=-30.0)
+        damps = contact("damps", slope=20.0)
+        [case] = wb.stability(held(damps, drives, speed=1.0)).cases
+        assert case.modes[0].fed_by == "drives"
+        assert wb.stability(held(damps, speed=1.0)).modes[0].fed_by is None
+
+    def test_an_undamped_machine_does_not_decay(self):
+        machine = held(contact("brake"), damping=0.0)
+        found = wb.stability(machine, speeds=[1.0])
+        assert not found.stable
+        assert found.critical.state == "does not decay"
+
+    def test_a_machine_without_contacts(self):
+        found = wb.stability(held())
+        assert found.stable
+        assert found.growth_rate == pytest.approx(-0.3)
+
+    def test_a_vibration_faster_than_the_samples(self):
+        # A controller too weak to matter, at a seventh of the frequency of the vibration.
+        sampled = held(contact("brake", slope=1e-6, sample_time=4.4, delay=1), speed=1.0)
+        [mode] = [one for one in wb.stability(sampled).modes if one.growth_rate > -1.0]
+        exact = wb.stability(held(speed=1.0)).modes[0]
+        assert mode.frequency == pytest.approx(exact.frequency, rel=1e-6)
+        assert mode.growth_rate == pytest.approx(exact.growth_rate, rel=1e-5)
+
+    def test_multipliers_of_delayed_samples(self):
+        found = wb.stability(
+            held(contact("brake", slope=-5.0, sample_time=0.01, delay=3), speed=2.0)
+        )
+        assert len(found.multipliers) == 5
+        rates = [np.log(complex(one)) / 0.01 for one in found.multipliers if abs(one) > 1e-12]
+        np.testing.assert_allclose(
+            sorted(one.real for one in found.eigenvalues), sorted(one.real for one in rates)
+        )
+
+    def test_a_free_driveline_with_a_controller(self):
+        found = wb.stability(FREE.replace({"brake.sample_time": 0.002, "brake.slope": 2.0}))
+        assert found.stable
+        assert sum(one.rigid for one in found.modes) == 1
+        slow = min(found.modes[:-1], key=lambda one: abs(one.eigenvalue))
+        assert slow.growth_rate == pytest.approx(-2.0 * 0.2 * 0.3 / 1.2, rel=1e-3)
+
+
+def test_friction_that_falls_with_the_speed_of_any_brake():
+    # A brake of one's own, whose g has no closed derivative here, against one that has.
+    class Squeezed(wb.Brake):
+        angle: float = 0.6
+
+        def shape(self):
+            return (np.tan(self.angle),)
+
+        @staticmethod
+        def law(m, shape):
+            gap = shape[0] - m
+            return m / gap if gap > 0.0 else np.inf
+
+    friction = wb.StribeckFriction(kinetic=0.3, static=0.5, speed=1.0)
+    known = wb.WedgeBrake(radius=0.2, angle=0.6)
+    one, other = (
+        wb.stability(held(contact("brake", brake=brake, friction=friction), speed=speed))
+        for speed in (2.0,)
+        for brake in (known, Squeezed(radius=0.2))
+    )
+    np.testing.assert_allclose(one.eigenvalues, other.eigenvalues, rtol=1e-10)
+
+
+def test_a_table_at_one_of_its_points_counts_the_less_stable_side():
+    table = wb.TabulatedFriction(speeds=(0.0, 1.0, 2.0), coefficients=(0.4, 0.3, 0.35))
+    machine = held(contact("brake", friction=table), speed=5.0)
+    assert wb.stability(machine).growth_rate == pytest.approx(-0.5 * (0.6 - 0.04 * 300.0 * 0.1))
+
+
+class TestLimit:
+    def test_release_is_a_jump(self):
+        # Beyond 7.5 rad/s nothing presses the brake.
+        machine = held(contact("brake", slope=-40.0))
+        found = wb.hopf(machine, "disc.speed", between=(1.0, 20.0))
+        assert found.value == pytest.approx(7.5)
+        assert not found.continuous
+        assert "jumps" in repr(found)
+
+    def test_a_speed_that_runs_away_is_a_divergence(self):
+        found = wb.hopf(FREE.replace({"brake.slope": 1.0}), "brake.slope", between=(-3.0, 2.0))
+        assert found.kind == "divergence"
+        assert found.frequency == 0.0
+        assert found.value == pytest.approx(0.0, abs=1e-12)
+
+    def test_limits_between_ends_of_one_verdict(self):
+        # Falling friction at low speeds only: unstable between two speeds.
+        table = wb.TabulatedFriction(speeds=(0.0, 1.0, 1.4, 2.0), coefficients=(0.4, 0.4, 0.3, 0.3))
+        machine = held(contact("brake", friction=table))
+        found = wb.hopf(machine, "disc.speed", between=(0.5, 30.0))
+        assert found.value == pytest.approx(5.0)
+        found = wb.hopf(machine, "disc.speed", between=(30.0, 0.5))
+        assert found.value == pytest.approx(7.0)
+
+    def test_from_no_decay_to_growth(self):
+        # Undamped: small vibration keeps its size for slopes from 0 on where the force is limited.
+        machine = held(contact("brake", limits=(0.0, 300.0)), damping=0.0, speed=1.0)
+        found = wb.hopf(machine, "brake.slope", between=(-3.0, 4.0))
+        assert found.value == pytest.approx(0.0, abs=1e-12)
+
+    @pytest.mark.parametrize("name", ["disc.inertia", "disc-ground.damping", "brake.kinetic"])
+    def test_any_parameter(self, name):
+        machine = held(contact("brake", slope=-10.5, lag=0.01), speed=5.0)
+        start = machine.parameters()[name]
+        found = wb.hopf(machine, name, between=(0.05 * start, 4.0 * start))
+        assert found.continuous
+        at = wb.stability(machine.replace({name: found.value}))
+        assert at.growth_rate == pytest.approx(0.0, abs=1e-12)
+        below, above = (
+            wb.stability(machine.replace({name: f * found.value})) for f in (0.99, 1.01)
+        )
+        assert below.stable != above.stable
+        assert found.frequency == at.modes[0].frequency > 0.0
+
+    def test_nothing_to_find(self):
+        with pytest.raises(wb.InputError, match=r"decays .* at 0 and decays .* at 5") as caught:
+            wb.hopf(held(contact("brake")), "brake.slope", between=(0.0, 5.0))
+        assert caught.value.name == "between"
+
+
+def test_of_a_driveline():
+    system = wb.paper.system(eta=-3.0)
+    found = wb.hopf(system, "brake.slope", between=(-20.0, 0.0))
+    assert found.value == pytest.approx(wb.stability(system).forward.hopf_slope, rel=1e-12)
+
+
+class TestDisplay:
+    def test_in_a_terminal_and_in_a_notebook(self):
+        found = wb.stability(held(contact("brake", slope=-15.0), speed=1.0))
+        assert repr(found).startswith("Sliding forwards at brake: small vibration grows (1.5")
+        html = found._repr_html_()
+        for word in (
+            "mode 0",
+            "growth_rate",
+            "Linearly unstable.",
+            "fed_by",
+            "sliding speed, brake",
+        ):
+            assert word in html
+        limit = wb.hopf(held(contact("brake"), speed=1.0), "brake.slope", between=(-60.0, 0.0))
+        assert repr(limit).startswith("Hopf point at brake.slope = -10, 1.59155 Hz")
+        assert "mode" in limit._repr_html_()
+
+    def test_as_json(self):
+        sampled = contact("brake", slope=-12.0, sample_time=0.01)
+        for machine in (held(sampled, speed=1.0), FREE):
+            told = json.loads(json.dumps(wb.stability(machine).as_dict()))
+            assert told["critical"] == 0
+            assert len(told["cases"][0]["modes"]) >= 1
+        limit = wb.hopf(held(sampled, speed=1.0), "brake.slope", between=(-60.0, 0.0))
+        assert json.loads(json.dumps(limit.as_dict()))["kind"] == "hopf"
+
+
+@pytest.mark.parametrize(
+    ("speeds", "name"),
+    [
+        ({"disk": 1.0}, "speeds.disk"), ({"disc": np.nan}, "speeds.disc"), ([1.0], "speeds"),
+        (3.0, "speeds"), ("fast", "speeds"), ([1.0, "x"], "speeds.disc"),
+    ],
+)  # fmt: skip
+def test_wrong_speeds(speeds, name):
+    with pytest.raises(wb.InputError) as caught:
+        wb.stability(FREE, speeds=speeds)
+    assert caught.value.name == name
+
+
+def test_speeds_of_a_driveline():
+    with pytest.raises(wb.InputError, match=r"^speeds = .*drive_speed"):
+        wb.stability(wb.paper.system(), speeds=[1.0])
+    with pytest.raises(wb.InputError, match=r"^system"):
+        wb.stability(3.0)
+    with pytest.raises(wb.InputError, match=r"wb\.stability\(system\.machine\)"):
+        wb.stability(wb.paper.system().replace(lag=0.01))
+
+
+@pytest.mark.parametrize("between", [(1.0, 1.0), (1.0,), 3.0, "ab", (0.0, np.inf), None])
+def test_wrong_intervals(between):
+    with pytest.raises(wb.InputError, match=r"^between"):
+        wb.hopf(FREE, "brake.slope", between=between)
+
+
+def test_wrong_parameters():
+    with pytest.raises(wb.InputError, match=r"slope"):
+        wb.hopf(FREE, "brake.slop", between=(0.0, 1.0))
+    with pytest.raises(wb.InputError, match=r"^parameter"):
+        wb.hopf(FREE, 3, between=(0.0, 1.0))
+    with pytest.raises(wb.InputError, match=r"^machine"):
+        wb.hopf(3.0, "brake.slope", between=(0.0, 1.0))
+
+
+def test_controllers_need_one_sample_time():
+    two = [contact(f"brake{i}", slope=1.0, sample_time=0.01 * i) for i in (1, 2)]
+    with pytest.raises(wb.InputError, match="one sample time") as caught:
+        wb.stability(held(*two, speed=1.0))
+    assert caught.value.name == "brake1.sample_time"
+    constant = wb.stability(held(two[0], contact("brake2", sample_time=0.02), speed=1.0))
+    assert constant.multipliers is not None
+
+
+def test_delays_that_are_too_long():
+    long = contact("brake", slope=1.0, sample_time=1e-4, delay=9000)
+    with pytest.raises(wb.InputError, match="delay"):
+        wb.stability(held(long, speed=1.0))
+
+
+def test_too_many_contacts_that_stand():
+    with pytest.raises(wb.InputError, match="stand"):
+        wb.stability(held(*(contact(f"brake{i}") for i in range(11))))

@@ -1,0 +1,139 @@
+"""Pictures of machines: their contents as data, and that every kind of machine can be drawn."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.figures.data.machine import MachineHistory, looks
+from wedgebrake.figures.data.modes import Modes
+from wedgebrake.figures.matplotlib.machine import history
+
+FRICTION = wb.CoulombFriction(kinetic=0.6, static=1.0)
+
+
+def contact(block, force=1.0, **more):
+    return wb.Contact(
+        block, name=f"on-{block}", brake=wb.ConventionalBrake(radius=1.0), friction=FRICTION,
+        actuation=wb.Actuation(initial_force=force), **{"base_speed": 0.2, **more},
+    )  # fmt: skip
+
+
+def chain(count, contacts):
+    """Blocks in a row, each held by a spring, the first ones on a belt."""
+    names = [f"block{i}" for i in range(count)]
+    return wb.Machine(
+        inertias=[wb.Inertia(name, 1.0) for name in names],
+        shafts=[wb.Shaft(name, "ground", stiffness=1.0) for name in names]
+        + [wb.Shaft(a, b, stiffness=1.2) for a, b in itertools.pairwise(names)],
+        contacts=[contact(name, 1.0 - 0.06 * i) for i, name in enumerate(names[:contacts])],
+    )
+
+
+@pytest.fixture(scope="module")
+def response():
+    return wb.simulate(chain(2, 2), duration=30.0)
+
+
+class TestHistory:
+    def test_holds_the_response(self, response):
+        data = MachineHistory.of(response)
+        assert (data.begin, data.end) == (0.0, 30.0)
+        shown = {panel.variable: panel for panel in data.panels}
+        assert set(shown) == {
+            "velocity", "sliding_velocity", "brake_torque", "actuation_force", "shaft_torque",
+        }  # fmt: skip
+        for variable, panel in shown.items():
+            for i, curve in enumerate(panel.curves):
+                assert np.array_equal(curve.values, response[variable][:, i])
+        assert [curve.name for curve in shown["velocity"].curves] == ["block0", "block1"]
+        assert [rests.name for rests in data.rests] == ["on-block0", "on-block1"]
+        for i, rests in enumerate(data.rests):
+            own = response.stick_contact.to_numpy() == i
+            assert np.array_equal(rests.start, response.stick_start[own])
+            assert np.array_equal(rests.end, response.stick_end[own])
+
+    def test_is_cut_to_its_window(self, response):
+        data = MachineHistory.of(response, 5.0, 12.0)
+        assert data.time.min() >= 5.0
+        assert data.time.max() <= 12.0
+        for rests in data.rests:
+            assert np.all((rests.start >= 5.0) & (rests.end <= 12.0) & (rests.end > rests.start))
+
+    @pytest.mark.parametrize("window", [(-1.0, None), (None, 31.0), (5.0, 4.0), ("a", None)])
+    def test_refuses_times_outside(self, response, window):
+        with pytest.raises(wb.InputError):
+            MachineHistory.of(response, *window)
+
+    def test_refuses_other_datasets(self):
+        with pytest.raises(wb.InputError):
+            MachineHistory.of(wb.simulate(wb.paper.system(), periods=2))
+
+    def test_colours_tell_contacts_apart(self):
+        colours, dashes = looks(14, contacts=True)
+        assert len(set(zip(colours, dashes, strict=True))) == 14
+
+    def test_external_torques_are_those_that_act(self):
+        machine = chain(2, 0).replace(
+            torques=[wb.Torque("block1", wb.Harmonic(1.0, 0.3), name="drive")]
+        )
+        panels = MachineHistory.of(wb.simulate(machine, duration=5.0)).panels
+        [torque] = [panel for panel in panels if panel.variable == "torque"]
+        assert [curve.name for curve in torque.curves] == ["block1"]
+
+
+@pytest.mark.parametrize(("count", "contacts"), [(1, 0), (1, 1), (3, 2), (6, 6)])
+def test_machines_of_all_sizes_are_drawn(count, contacts, tmp_path):
+    figure = wb.plot(wb.simulate(chain(count, contacts), duration=8.0))
+    figure.savefig(tmp_path / "picture.png")
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert len(labels) == len(set(labels))
+    strips = figure.axes[0].get_yticklabels() if contacts else []
+    assert len(strips) == contacts
+
+
+def test_narrow_and_cut_pictures(response, tmp_path):
+    history(response, 2.0, 9.0, width=3.5).savefig(tmp_path / "picture.png")
+    wb.plot(response, stop=response.attrs["final_time"]).savefig(tmp_path / "picture.svg")
+    nothing = wb.simulate(chain(1, 1), duration=5.0, times=[])
+    wb.plot(nothing).savefig(tmp_path / "picture.png")
+    with pytest.raises(wb.InputError):
+        wb.plot(response, periods=3)
+
+
+class TestModes:
+    def test_hold_the_modes_that_vibrate(self):
+        machine = wb.Machine(
+            inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0)],
+            shafts=[wb.Shaft("a", "b", stiffness=50.0, damping=0.1)],
+        )
+        found = wb.stability(machine)
+        data = Modes.of(found)
+        assert data.inertias == ("a", "b")
+        [shape] = data.shapes
+        assert np.allclose(np.abs(shape.deflection), 1.0)
+        assert np.isclose(shape.deflection.sum(), 0.0)  # against each other
+        assert not shape.grows
+        assert data.hidden == len(found.modes) - 1
+
+    def test_of_a_falling_force_grow(self):
+        machine = chain(3, 3).replace({"on-block0.slope": -1.0})
+        assert any(shape.grows for shape in Modes.of(wb.stability(machine)).shapes)
+
+    @pytest.mark.parametrize(("count", "contacts"), [(1, 0), (2, 1), (6, 6)])
+    def test_are_drawn(self, count, contacts, tmp_path):
+        found = wb.stability(chain(count, contacts))
+        figure = wb.plot(found)
+        figure.savefig(tmp_path / "picture.png")
+        assert sum(axes.axison for axes in figure.axes) == len(Modes.of(found).shapes)
+
+    def test_without_any_are_a_sentence(self, tmp_path):
+        free = wb.Machine(inertias=[wb.Inertia("disc", 1.0)])
+        wb.plot(wb.stability(free)).savefig(tmp_path / "picture.png")
+
+    def test_refuse_drivelines(self):
+        with pytest.raises(wb.InputError):
+            Modes.of(wb.stability(wb.paper.system()))
