@@ -62,7 +62,7 @@ class MachineAnswer(NamedTuple):
 
 
 def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
-    """Simulate a machine exactly (docs/theory.md, section 13).
+    """Simulate a machine exactly (docs/theory.md, section 14).
 
     powers : whether to integrate the work of every part too, in the order of ``power_rows``
 
