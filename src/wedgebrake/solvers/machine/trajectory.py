@@ -36,6 +36,8 @@ from wedgebrake.solvers.machine.problem import TERMS
 _ROUNDING = 1e-13
 # Relative size of a difference of two times that is rounding.
 _TOGETHER = 4e-15
+# Size of a state that counts as divergence.
+_LARGEST = 1e18
 # Modes of no length at one instant, per contact, after which the run gives up.
 _CASCADE = 12
 
@@ -168,6 +170,15 @@ def _is_locked(run, slot):
 
 
 @internal
+def _is_bounded(state):
+    """Return True if no state is beyond the largest allowed, or no number."""
+    bounded = True
+    for value in state:
+        bounded = bounded and abs(value) < _LARGEST
+    return bounded
+
+
+@internal
 def _all_at_rest(modes):
     """Return True if no contact slides."""
     resting = True
@@ -256,6 +267,9 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         _finish_cell(problem, run, terms, tau)
         clock = later(clock, tau)
         cells += 1
+        if not _is_bounded(run.z[0]):
+            outcome = Outcome.DIVERGED
+            break
         again = 0 if tau > 0.0 else again + 1
         bent = -1
         # An event within rounding of a knot is at the knot.
