@@ -16,7 +16,7 @@ import pytest
 
 import machine_plain
 import wedgebrake as wb
-from machine_cases import Case, compare_events, compare_states, random_case
+from machine_cases import Case, compare_events, random_case
 from machine_plain import Tables
 
 BREAKPOINT = 5
@@ -66,14 +66,18 @@ def check_against_reference(case: Case, response: Any, *, with_events: bool = Tr
         compare_events(
             run, *(response[f"event_{name}"].values for name in ("time", "contact", "kind"))
         )
-    found = {name: response[name].values for name in ("time", *STATES)}
-    # The force of a released brake: test_released_brake_has_no_force (test_machine_solver.py).
-    found["actuation_force"] = np.maximum(found["actuation_force"], 0.0)
-    seen = run.at(found["time"])
-    for name, error in compare_states(run, found, STATES).items():
+    times = response["time"].values
+    jumps = np.array([0.0, *(event.time for event in run.events), *run.machine.plain.knots])
+    kept = np.flatnonzero(np.min(np.abs(times[:, None] - jumps), axis=1) > 1e-9)[::5]
+    seen = run.at(times[kept])
+    for name in STATES:
+        values = response[name].values[kept]
+        if name == "actuation_force":
+            # Of a released brake: test_released_brake_has_no_force (test_machine_solver.py).
+            values = np.maximum(values, 0.0)
         # A machine that stands still but for rounding has no scale of its own.
-        scale = float(np.max(np.abs(seen[name]), initial=0.0))
-        assert error * scale < 1e-8 * scale + 1e-14, name
+        room = 1e-8 * np.max(np.abs(seen[name]), initial=1e-6)
+        np.testing.assert_allclose(values, seen[name], rtol=0, atol=room, err_msg=name)
 
 
 @pytest.mark.parametrize("seed", FEW)
