@@ -262,6 +262,32 @@ def test_shares_follow_limits_that_vary() -> None:
     np.testing.assert_allclose(response["brake_torque"][0], [4.8, 1.2], rtol=1e-12)
 
 
+@pytest.mark.parametrize("first", [
+    pytest.param("brake", marks=pytest.mark.xfail(
+        reason="the contact whose limit is seen first is made to slip", strict=True
+    )),
+    "clutch",
+])  # fmt: skip
+def test_a_jump_that_more_than_one_contact_cannot_hold(first: str) -> None:
+    """A brake of 3 N m holds i0, a clutch of 5 N m joins i1 to it, which 8 N m pull from 1 s on.
+
+    Both would be beyond their limits at rest. Once the brake slips, the clutch has to pass on
+    8 - 2 (8 - 3)/(1 + 2) = 14/3 N m only, and holds.
+    """
+    brake = contact("i0", name="brake", force=3.0)
+    clutch = contact("i1", "i0", name="clutch", force=5.0)
+    step = wb.Table((0.0, 1.0, 1.0), (0.0, 0.0, 8.0), after="hold")
+    machine = wb.Machine(
+        inertias=[wb.Inertia("i0", 1.0), wb.Inertia("i1", 2.0)],
+        contacts=[brake, clutch] if first == "brake" else [clutch, brake],
+        torques=[wb.Torque("i1", step, name="pull")],
+    )
+    response = wb.simulate(machine, 3.0, times=[3.0])
+    assert response.attrs["status"] == "completed"
+    assert events(response) == [(1.0, 0 if first == "brake" else 1, SLIP)]
+    np.testing.assert_allclose(response["velocity"][-1], 10.0 / 3.0, rtol=1e-13)
+
+
 # Linear motion.
 
 
@@ -613,6 +639,21 @@ def test_force_that_jumps_beyond_a_limit(values: tuple[float, ...]) -> None:
     response = wb.simulate(machine, 2.0, times=times)
     expected = np.clip(force(times), 2.0, 8.0)
     np.testing.assert_allclose(response["actuation_force"][:, 0], expected, rtol=1e-13)
+
+
+@pytest.mark.xfail(
+    reason="a force that jumps beyond a limit and moves back towards it gets the other limit",
+    strict=True,
+)
+def test_brake_that_a_jump_releases() -> None:
+    """50 - 2 |v| is pressed at v = 15 or so; 4 - 2 |v|, from 1 s on, is not."""
+    force = wb.Table((0.0, 1.0, 1.0, 2.0), (50.0, 50.0, 4.0, 12.0))
+    machine = single(contact("disc", force=force, slope=-2.0), inertia=10.0, speed=20.0)
+    times = np.linspace(0.05, 1.95, 20)
+    response = wb.simulate(machine, 2.0, times=times)
+    speed = response["velocity"].values[:, 0]
+    expected = np.maximum(force(times) - 2.0 * speed, 0.0)
+    np.testing.assert_allclose(response["actuation_force"][:, 0], expected, atol=1e-12)
 
 
 @pytest.mark.xfail(
