@@ -33,7 +33,7 @@ UNKNOWN = (151, 1115, 1172, 1374, 1572)
 # What the solver has wrong: see the expected failures of test_machine_solver.py.
 WRONG = {
     **dict.fromkeys(
-        (280, 523, 564, 626, 767, 1483, 1578, 1752, 1771),
+        (280, 523, 564, 626, 767, 1107, 1483, 1578, 1752, 1771),
         "a force that jumps beyond a limit and moves back towards it gets the other limit",
     ),
     **dict.fromkeys((1375, 1693), "the contact whose limit is seen first is made to slip"),
