@@ -23,6 +23,8 @@ from wedgebrake.model.signal_tables import Table
 from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
 from wedgebrake.solvers.machine.problem import CONTACT, TERMS, MachineProblem
 
+_MOST_CONTACTS = 12
+
 
 @dataclass
 class _Programs:
@@ -136,6 +138,12 @@ def assemble(machine: Machine, start: float) -> Assembled:
 
     Raises ``InputError`` for what the method "exact" cannot solve.
     """
+    if len(machine.contacts) > _MOST_CONTACTS:
+        raise InputError(
+            f"machine.contacts: {len(machine.contacts)} contacts, but the method 'exact' tries all"
+            f" patterns of sticks and slips of at most {_MOST_CONTACTS}. Use fewer contacts.",
+            name="machine.contacts", value=len(machine.contacts), allowed=_MOST_CONTACTS,
+        )  # fmt: skip
     programs = _Programs()
     n, count = len(machine.inertias), len(machine.contacts)
     load, drives = np.zeros(n), []

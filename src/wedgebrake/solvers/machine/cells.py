@@ -121,8 +121,8 @@ def first_zero(g, terms, h, room, fresh, flat):
     tau = 0.0
     if zero:
         tau = _first_step(0.0 if flat else g[1], g[2], third / 6.0, h)
-        if tau == 0.0 or tau >= h:
-            return 0.0 if tau == 0.0 else math.inf
+        if tau < 0.0 or tau >= h:
+            return 0.0 if tau < 0.0 else math.inf
     elif start <= 0.0:
         return 0.0
     tick = 1e-16 * h
@@ -160,13 +160,13 @@ def _derivatives(g, terms, tau):
 
 @inlined
 def _first_step(slope, curve, third, h):
-    """Step within which a polynomial that begins at zero is positive; 0: it is not.
+    """Step within which a polynomial that begins at zero is positive; negative: it is not.
 
     g = tau (slope + curve tau + ...), and slope + curve d - third d^2 > 0 excludes a zero of the
     bracket.
     """
     if slope < 0.0 or (slope == 0.0 and curve < 0.0):
-        return 0.0
+        return -1.0
     if third == 0.0:
         step = h if curve >= 0.0 else min(h, -slope / curve)
     else:

@@ -53,8 +53,6 @@ def simulate_machine(
         )
     end = start_time + check_number("duration", duration, 0.0, _LONGEST)
     check_whole("max_events", max_events, 1, _MOST_EVENTS)
-    if until is not None:
-        end = min([end, *(one.span[1] for one in machine.signals().values())])
     machine.check_times(start_time, end)
     wanted = np.linspace(start_time, end, _SAMPLES)
     if times is not None:

@@ -82,18 +82,16 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     outcome, at_rest, end, begins = Outcome.LOG_FULL, False, task.end, True
     while outcome in (Outcome.LOG_FULL, Outcome.PAUSED):
         if task.until_rest and not run.modes["side"].any():
-            if remains_at_rest(machine, assembled, run):
-                at_rest, outcome = True, Outcome.COMPLETED
-                break
-            # Try again later.
-            end = min(task.end, run.clock[0] + _patience(run))
+            at_rest = remains_at_rest(machine, assembled, run)
+            # End here, with a last sample in the new modes, or try again later.
+            end = min(task.end, run.clock[0] + (0.0 if at_rest else _patience(run)))
         span = trajectory.Span(
             end, task.max_events - count, task.until_rest, begins, task.stop
         )  # fmt: skip
         ended = trajectory.move(problem, run, span, log, observer)
         events.append(log[: ended.events].copy())
         count, cells, outcome = count + ended.events, cells + ended.cells, Outcome(ended.outcome)
-        if outcome == Outcome.COMPLETED and end < task.end:
+        if outcome == Outcome.COMPLETED and end < task.end and not at_rest:
             outcome = Outcome.PAUSED
         end, begins = task.end, False
     final = state_of(machine, problem, run)
