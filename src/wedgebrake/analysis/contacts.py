@@ -105,7 +105,7 @@ def _sentence(name: str, one: dict[str, Any]) -> str:
         rest = f"at rest {share}, in {counted(one['sticks'], 'stick')}{longest}"
     final = _FINALLY[int(one["final_side"])]
     if np.isfinite(one["rest_from"]):
-        final += f", since {one['rest_from']:.6g} s"
+        final += f" (since {one['rest_from']:.6g} s)"
     return (
         f"{name}: {rest}; {counted(one['reversals'], 'reversal')}; torque up to"
         f" {one['peak_torque']:.4g} N m; at the end it {final}."

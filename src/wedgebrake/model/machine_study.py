@@ -175,6 +175,6 @@ def _flat(table: Mapping[str, Any]) -> dict[str, Any]:
 def beside_machine(name: str) -> str:
     """The error message for a table of a braked driveline in the study of a machine."""
     return (
-        f"[{name}]: stands beside {', '.join(f'[[{one}]]' for one in TABLES)}. A study is a machine"
-        " of these, or a braked driveline; keep the tables of one of them."
+        f"[{name}]: given together with {', '.join(f'[[{one}]]' for one in TABLES)}. A study is a"
+        " machine of these, or a braked driveline; keep the tables of one of them."
     )
