@@ -155,8 +155,8 @@ def _sticks(answer: MachineAnswer) -> _Table:
 
 
 def _detail(answer: MachineAnswer) -> str:
-    """What the status sentence does not say."""
+    """Details that the status sentence omits."""
     at = f"t = {answer.final.time:.6g} s"
     if answer.at_rest:
-        return f"All contacts are at rest from {at} on and stay so."
+        return f"All contacts are at rest from {at} on and stay at rest."
     return "" if answer.outcome == Outcome.COMPLETED else f"Stopped at {at}."

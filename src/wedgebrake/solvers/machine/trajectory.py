@@ -178,7 +178,7 @@ def _all_at_rest(modes):
 
 @internal
 def _finish_cell(problem, run, terms, tau):
-    """Move the states, the angles of orders and the marks of the guards on by tau."""
+    """Advance the states, the angles of orders and the marks of the guards by tau."""
     advance_states(run.z, problem.states, terms, tau)
     advance(problem.signals, run.z, problem.states, terms, tau)
     if tau > 0.0:
@@ -209,7 +209,7 @@ def start(problem, run, restart):
 
 @compiled
 def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
-    """Move a run on, after ``start`` or a former part of it; returns ``Ended``.
+    """Continue a run after ``start`` or an earlier part of it; returns ``Ended``.
 
     log      : of dtype ``EVENT``; the run ends before it may be too short
     observer : an ``Observer`` of the cells
