@@ -457,7 +457,7 @@ def test_start_on_a_limit_of_the_force() -> None:
 
 
 def test_start_on_a_bend_of_the_friction() -> None:
-    """v = 1 is where the table bends: from there on the torque is 5 - v/... of the lower line."""
+    """The speed starts at 1 rad/s, where the table bends, and follows the lower line from there."""
     friction = wb.TabulatedFriction(speeds=(0.0, 2.0, 4.0), coefficients=(0.5, 0.3, 0.3))
     machine = single(contact("disc", force=10.0, friction=friction), speed=1.0)
     # Radius 2: the bend is at 1 rad/s; below it the torque is 20 (0.5 - 0.2 v): v' = 4 v - 10.

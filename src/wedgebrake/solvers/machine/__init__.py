@@ -1,1 +1,1 @@
-"""The exact solver for machines of any number of inertias and contacts."""
+"""The exact solver for machines with any number of inertias and contacts."""

@@ -1,4 +1,4 @@
-"""From a machine of the model to the numbers of the kernels."""
+"""Conversion of a ``Machine`` to the numbers of the kernels."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ class Assembled:
 
 
 def assemble(machine: Machine, start: float) -> Assembled:
-    """Return the numbers of a machine for a run from a time [s] on.
+    """Return the numbers of a machine for a run that starts at a time [s].
 
     Raises ``InputError`` for what the method "exact" cannot solve.
     """
@@ -197,7 +197,7 @@ def assemble(machine: Machine, start: float) -> Assembled:
 def _contact(
     row: Any, contact: Contact, machine: Machine, start: float, programs: _Programs
 ) -> None:
-    """Set the numbers of a contact, but for its lines."""
+    """Set the numbers of a contact, except its lines."""
     brake, friction, given = contact.brake, contact.friction, contact.actuation
     if not isinstance(friction, SetValuedFriction):
         raise InputError(

@@ -62,7 +62,7 @@ def combine(row, z, terms, result):
 
 @internal
 def value(row, z):
-    """Value of a row at the begin of a cell."""
+    """Value of a row at the beginning of a cell."""
     total = 0.0
     for j in range(row.size):
         if row[j] != 0.0:
@@ -90,7 +90,7 @@ def polynomial(coefficients, terms, tau):
 
 @internal
 def advance_states(z, states, terms, tau):
-    """Move the states z[0] on by tau."""
+    """Advance the states z[0] by tau."""
     for i in range(states):
         z[0, i] = polynomial(z[:, i], terms, tau)
 
@@ -102,9 +102,9 @@ def first_zero(g, terms, h, room, fresh, flat):
     Each step is one within which a bound of the second derivative excludes a zero (Newton's step
     from the safe side).
 
-    room  : size of a value at the begin that is rounding
-    fresh : g has just been zero, so that a small value at the begin is zero
-    flat  : so is its derivative
+    room  : size of an initial value that is rounding error
+    fresh : True if g has just been zero, so that a small initial value is zero
+    flat  : True if the same holds for its derivative
     """
     reach = 0.0
     for k in range(terms - 1, 0, -1):

@@ -37,7 +37,7 @@ class Cell(NamedTuple):
 
 @internal
 def _limited_force(problem, number, run, side):
-    """(actuation force, -1 or 1 if a limit gives it) at the present state."""
+    """The actuation force in the present state, and -1 or 1 if it is at a limit, otherwise 0."""
     contact, row = problem.contacts[number], run.spare
     unlimited_force_row(problem, number, side, row)
     force = value(row, run.z)

@@ -80,7 +80,7 @@ def observe(observer, problem, run, slot, terms, clock, tau, last):
 
 @internal
 def _sample(observer, problem, run, slot, terms, at, since, tau):
-    """Record the state at a time since the begin of a cell of length tau."""
+    """Record the state at a time since the beginning of a cell of length tau."""
     since, z, g, systems = min(max(since, 0.0), tau), run.z, run.guard, run.systems
     for i in range(problem.states):
         observer.states[at, i] = polynomial(z[:, i], terms, since)

@@ -30,7 +30,7 @@ class MachineTask:
     """Task of the solver: initial state, end, and times of the samples.
 
     times : (k,) times at which the response is wanted [s], ascending
-    until_rest : end where all contacts are at rest for good
+    until_rest : end as soon as all contacts are permanently at rest
     stop  : (1,) ends the run at its next event when another thread sets it to True
     """
 
@@ -64,7 +64,7 @@ class MachineAnswer(NamedTuple):
 def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
     """Simulate a machine exactly (docs/theory.md, section 14).
 
-    powers : whether to integrate the work of every part too, in the order of ``power_rows``
+    powers : whether to integrate the work of every part as well, in the order of ``power_rows``
 
     Raises ``InputError`` for what the method "exact" cannot solve.
     """

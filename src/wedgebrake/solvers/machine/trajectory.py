@@ -237,7 +237,7 @@ def start(problem, run, restart):
 
 @compiled
 def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
-    """Move a run on, after ``start`` or a former part of it; returns ``Ended``.
+    """Continue a run after ``start`` or an earlier part of it; returns ``Ended``.
 
     log      : of dtype ``EVENT``; the run ends before it may be too short
     observer : an ``Observer`` of the cells
