@@ -30,15 +30,7 @@ SAME_MOTION = (291, 445, 985, 1047, 1052, 1223, 1314, 1766, 1774, 1818, 1847, 18
 # The reference finds no answer (1172), or its angles and the states of its lags jump where
 # contacts that close a circle come to rest.
 UNKNOWN = (151, 1115, 1172, 1374, 1572)
-# What the solver has wrong: see the expected failures of test_machine_solver.py.
-WRONG = {
-    **dict.fromkeys(
-        (280, 523, 564, 626, 767, 1107, 1483, 1578, 1752, 1771),
-        "a force that jumps beyond a limit and moves back towards it gets the other limit",
-    ),
-    **dict.fromkeys((1375, 1693), "the contact whose limit is seen first is made to slip"),
-}
-LEFT_OUT = {*AMBIGUOUS, *SAME_MOTION, *UNKNOWN, *WRONG}
+LEFT_OUT = {*AMBIGUOUS, *SAME_MOTION, *UNKNOWN}
 FEW = tuple(seed for seed in range(60) if seed not in LEFT_OUT)
 MANY = 2000
 PACK = 50  # cases of a slow test
@@ -71,9 +63,6 @@ def check_against_reference(case: Case, response: Any, *, with_events: bool = Tr
     seen = run.at(times[kept])
     for name in STATES:
         values = response[name].values[kept]
-        if name == "actuation_force":
-            # Of a released brake: test_released_brake_has_no_force (test_machine_solver.py).
-            values = np.maximum(values, 0.0)
         # A machine that stands still but for rounding has no scale of its own.
         room = 1e-8 * np.max(np.abs(seen[name]), initial=1e-5)
         np.testing.assert_allclose(values, seen[name], rtol=0, atol=room, err_msg=name)
@@ -99,19 +88,6 @@ def test_reference_on_circles_of_contacts(seed: int) -> None:
     case = random_case(seed)
     response = simulated(case.tables, case.duration)
     check_against_reference(case, response, with_events=False)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "seed",
-    [
-        pytest.param(seed, marks=pytest.mark.xfail(reason=reason, strict=True))
-        for seed, reason in WRONG.items()
-    ],
-)
-def test_reference_on_what_is_wrong(seed: int) -> None:
-    case = random_case(seed)
-    check_against_reference(case, simulated(case.tables, case.duration))
 
 
 # What holds of every motion. Events are compared as (time, contact, kind), without breakpoints.

@@ -110,7 +110,7 @@ def first_zero(g, terms, h, room, fresh, flat):
     for k in range(terms - 1, 0, -1):
         reach = (reach + abs(g[k])) * h
     small = room + (_FRESH * reach if fresh else 0.0)
-    zero = abs(g[0]) <= small or (fresh and reach == 0.0)
+    zero = abs(g[0]) <= small or (fresh and reach == 0.0 and h > 0.0)
     offset = g[0] if zero else 0.0
     start = g[0] - offset
     if start > reach:

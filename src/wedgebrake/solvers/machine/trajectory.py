@@ -119,6 +119,8 @@ def _first_event(run, slot, terms, longest):
         found = first_zero(g, terms, tau, _ROUNDING * scale, fresh, flat)
         if found <= tau:
             tau, first = found, number
+            if tau == 0.0:
+                break
     return tau, first
 
 
