@@ -77,6 +77,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/sweeps.py
 	$(BIN)/python benchmarks/paper.py
 	$(BIN)/python benchmarks/orbits.py
+	$(BIN)/python benchmarks/machines.py
 	$(BIN)/python benchmarks/explorer.py
 
 bench-docs: $(VENV)/.bench

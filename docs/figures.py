@@ -214,7 +214,7 @@ def _tutorial() -> wb.BrakedDriveline:
 
 
 def _gallery(name: str) -> Figure:
-    """The figure of a program of the gallery."""
+    """The figure that a program of the gallery draws."""
     page = Path(__file__).with_name("gallery.md").read_text(encoding="utf-8")
     [program] = re.findall(rf"```python\n(# gallery: {name}\n.*?)```", page, flags=re.DOTALL)
     found: dict[str, Figure] = {}
@@ -227,7 +227,7 @@ GALLERY = ("belt", "blocks", "clutch", "judder", "stop", "controller")
 
 
 def line() -> Figure:
-    """The run of the tutorial of machines."""
+    """The run of the tutorial on machines."""
     return wb.plot(wb.simulate(_line(), duration=4.0))
 
 
@@ -237,7 +237,7 @@ def line_modes() -> Figure:
 
 
 def _line() -> wb.Machine:
-    """The machine that the tutorial of machines writes into its last file."""
+    """The machine in the last study file of the tutorial on machines."""
     page = Path(__file__).with_name("tutorial_machine.md").read_text(encoding="utf-8")
     return wb.read_study(page.split("```toml\n")[-1].split("```")[0]).system
 

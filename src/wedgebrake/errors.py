@@ -21,11 +21,11 @@ class WedgebrakeError(Exception):
 class InputError(WedgebrakeError, ValueError):
     """An argument or a study file is wrong; the message names it and the way out.
 
-    name    : the argument, as "disc.inertia"; None if it is not known
+    name    : the argument, for example "disc.inertia"; None if it is not known
     value   : its value; None if it is missing or not known
-    allowed : what it must be, in words, or a tuple of the allowed words; None if not known
+    allowed : the allowed values in words, or a tuple of the allowed words; None if not known
 
-    Of several errors in one message they describe the first.
+    If the message reports several errors, the attributes describe the first.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class InputError(WedgebrakeError, ValueError):
             self._read(message)
 
     def _read(self, message: str) -> None:
-        """Take the attributes from a message of the usual form."""
+        """Set the attributes from a message of the usual form."""
         found = _FORM.match(message)
         if found is None or (found["value"] is None and found["allowed"] is None):
             return

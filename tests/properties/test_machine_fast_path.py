@@ -20,8 +20,16 @@ MOST_GROWTH = 1e3
 
 
 def pressed(system: wb.BrakedDriveline) -> bool:
-    """Whether there is something to follow: a torque, and a force that may hold."""
-    return system.excitation.amplitude > 0.0 and system.actuation.initial_force > 0.0
+    """Whether there is something to follow: a torque, and a force that may hold.
+
+    A torque whose peak is that which the brake holds, to the last bits, releases it or not.
+    """
+    torque, force = system.excitation.amplitude, system.actuation.initial_force
+    if torque == 0.0 or force == 0.0:
+        return False
+    static = system.friction.breakaway
+    gains = [abs(system.brake.amplification(side * static)) for side in (1.0, -1.0)]
+    return all(abs(system.brake.radius * force * gain / torque - 1.0) > 1e-6 for gain in gains)
 
 
 def events(response: Any) -> list[tuple[float, int]]:

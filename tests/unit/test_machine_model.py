@@ -449,9 +449,7 @@ class TestBrakedDrivelineWithSignals:
         assert not system.plain
 
     @pytest.mark.parametrize("name", SIGNALS)
-    @pytest.mark.parametrize(
-        "function", [wb.stability, wb.stability_map, wb.orbit, wb.poincare, wb.motion]
-    )
+    @pytest.mark.parametrize("function", [wb.stability_map, wb.orbit, wb.poincare, wb.motion])
     def test_what_needs_numbers_refuses_signals(self, name: str, function: Any) -> None:
         with pytest.raises(wb.InputError) as raised:
             function(self.SYSTEM.replace(**{name: SIGNALS[name]}))
@@ -477,4 +475,11 @@ class TestBrakedDrivelineWithSignals:
             system = self.SYSTEM.replace(**changes)
             assert not system.plain
             with pytest.raises(wb.InputError):
-                wb.stability(system)
+                wb.motion(system)
+
+    def test_linear_stability_depends_on_no_torque(self) -> None:
+        torque = {"excitation": SIGNALS["excitation"]}
+        assert wb.stability(self.SYSTEM.replace(**torque)) == wb.stability(self.SYSTEM)
+        for changes in ({"drive_speed": RAMP}, {"lag": 0.1}):
+            with pytest.raises(wb.InputError):
+                wb.stability(self.SYSTEM.replace(**changes))

@@ -30,20 +30,20 @@ _FINALLY = {1: "slides forwards", -1: "slides backwards", 0: "sticks"}
 
 
 def contact_summary(response: xr.Dataset) -> xr.Dataset:
-    """Return how often and how long each contact of a machine sticks.
+    """Return how often and for how long each contact of a machine sticks.
 
     Parameters
     ----------
     response : xarray.Dataset
-        Of a machine, as returned by ``simulate``.
+        The response of a machine, as returned by ``simulate``.
 
     Returns
     -------
     xarray.Dataset
         Over ``contact``: sticks, entered_forward, entered_backward, reversals; rest_time [s],
-        rest_share, longest_rest [s]; rest_from [s], where the stick at the end began, nan if the
-        contact slides at the end; final_side; peak_torque [N m]. ``attrs``: start, stop [s],
-        status and message of the response.
+        rest_share, longest_rest [s]; rest_from [s], the start of the stick that lasts to the end,
+        nan if the contact slides at the end; final_side; peak_torque [N m]. ``attrs``: start,
+        stop [s], status and message of the response.
 
     Raises ``InputError`` for other datasets.
     """
@@ -89,7 +89,7 @@ def _row(response: xr.Dataset, number: int, duration: float) -> dict[str, float]
 
 
 def contact_sentences(response: xr.Dataset) -> list[str]:
-    """How each contact of a machine sticks and slides, one sentence for each."""
+    """How each contact of a machine sticks and slides, one sentence for each contact."""
     summary = contact_summary(response)
     return [
         _sentence(str(name), {str(key): summary[key].to_numpy()[i] for key in summary.data_vars})
@@ -105,7 +105,7 @@ def _sentence(name: str, one: dict[str, Any]) -> str:
         rest = f"at rest {share}, in {counted(one['sticks'], 'stick')}{longest}"
     final = _FINALLY[int(one["final_side"])]
     if np.isfinite(one["rest_from"]):
-        final += f", since {one['rest_from']:.6g} s"
+        final += f" (since {one['rest_from']:.6g} s)"
     return (
         f"{name}: {rest}; {counted(one['reversals'], 'reversal')}; torque up to"
         f" {one['peak_torque']:.4g} N m; at the end it {final}."
@@ -113,5 +113,5 @@ def _sentence(name: str, one: dict[str, Any]) -> str:
 
 
 def counted(count: int, word: str) -> str:
-    """A number of things: "1 stick", "3 sticks", "no sticks"."""
+    """A count with its noun: "1 stick", "3 sticks", "no sticks"."""
     return f"{count or 'no'} {word}{'' if count == 1 else 's'}"

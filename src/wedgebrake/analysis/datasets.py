@@ -48,7 +48,7 @@ def refuse_machine_response(response: Any) -> None:
     """Raise ``InputError`` for the response of a ``Machine``."""
     if is_of_machine(response):
         raise InputError(
-            "response: is that of a machine, must be that of a BrakedDriveline here. Responses of"
-            " machines are taken by wb.plot, wb.energy and wb.final_state; a spectrum needs one of"
+            "response: is that of a machine, must be that of a BrakedDriveline here. wb.plot,"
+            " wb.energy and wb.final_state accept responses of machines; a spectrum needs one of"
             " their parts, for example wb.spectrum(response.sel(inertia='disc'))."
         )

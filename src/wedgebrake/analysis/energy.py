@@ -53,7 +53,7 @@ _INTEGRALS = (*_BALANCE[:4], "amplification_time", "amplification_integral", "pe
 def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     """Energy balance of every whole period of the torque (docs/theory.md, section 10).
 
-    Of a machine, which may have no period: the balance of the whole run, part by part.
+    For a machine, which may have no period, the balance covers the whole run, part by part.
 
     With v = drive_speed + theta' the sliding velocity,
 
@@ -92,13 +92,13 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         "samples": where the torque between the samples comes from; method, status and
         message of the response.
 
-        Of a machine: friction_heat and base_work over ``contact``, viscous_loss over ``shaft``,
+        For a machine: friction_heat and base_work over ``contact``, viscous_loss over ``shaft``,
         torque_work over ``torque``, stored_change and residual [J]; ``attrs``: start, stop [s].
 
     Raises
     ------
     InputError
-        For a dataset that is not a response, a start for that of a machine, a start outside it,
+        For a dataset that is not a response, a start for a machine, a start outside the response,
         less than one whole period, or samples too far apart: more than a tenth of the torque's
         period or a quarter of the natural one.
     """
@@ -145,13 +145,13 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
 
 
 def _of_machine(response: xr.Dataset, start: float | None) -> xr.Dataset:
-    """The balance of a whole run of a machine."""
+    """The energy balance of a whole run of a machine."""
     from wedgebrake.analysis.machine_energy import machine_energy
 
     if start is not None:
         raise InputError(
             f"start = {start!r}: must be None for a machine, whose balance covers the whole run."
-            " Simulate the first part alone, and continue from wb.final_state(response)."
+            " Simulate the first part alone and continue from wb.final_state(response)."
         )
     return machine_energy(machine_from_response(response), response)
 

@@ -25,8 +25,8 @@ _PARTS = {
 def machine_energy(machine: Machine, response: xr.Dataset) -> xr.Dataset:
     """Work and heat of every part of a machine over a whole response.
 
-    The run is repeated, and every power is integrated on each cell of its Taylor series, so that
-    the residual is rounding.
+    The run is repeated, and every power is integrated over each cell of its Taylor series, so that
+    the residual is rounding error.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def machine_energy(machine: Machine, response: xr.Dataset) -> xr.Dataset:
 
 
 def _stored(machine: Machine, state: FinalState | None) -> float:
-    """Kinetic and elastic energy of a state; None: that in which the machine starts."""
+    """Kinetic and elastic energy of a state; None: the initial state of the machine."""
     angle = np.array([one.angle for one in machine.inertias])
     speed = np.array([one.speed for one in machine.inertias])
     if state is not None:

@@ -135,7 +135,7 @@ class ResponseSystem:
 def system_from_response(response: xr.Dataset) -> ResponseSystem:
     """Read the system of a response from its attributes.
 
-    Raises ``InputError`` if the response does not describe one, or a machine.
+    Raises ``InputError`` if the response does not describe one, or describes a machine.
     """
     refuse_machine_response(response)
     try:

@@ -141,7 +141,7 @@ def is_driven(response: xr.Dataset) -> bool:
 
 
 def _refuse_several(response: xr.Dataset, quantity: str) -> None:
-    """Refuse a variable of several parts of a machine."""
+    """Raise ``InputError`` for a variable over several parts of a machine."""
     for part in response[quantity].dims[1:]:
         first = str(response[part].to_numpy()[0]) if response.sizes[part] else "NAME"
         raise InputError(

@@ -57,7 +57,7 @@ def _refuse_table(option: str, text: str, name: str, tables: Collection[str]) ->
 def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> dict[str, Any]:
     """The changes of several ``--set`` options, values written as in a study file.
 
-    system : of the study; names of a machine have dots, as in brake.slope=-40
+    system : of the study; the parameters of a machine have dotted names: brake.slope=-40
 
     Raises ``InputError`` for a text that is not NAME=VALUE, or a name given twice.
     """
@@ -75,7 +75,7 @@ def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> di
 
 
 def _check_dotted(text: str, name: str, machine: Machine) -> None:
-    """Raise ``InputError`` for a name that is no parameter of a machine and no run setting."""
+    """Raise ``InputError`` unless a name is a parameter of a machine or a run setting."""
     parts = name.split(".")
     if name in MachineRun.model_fields or (len(parts) > 1 and parts[0] in machine.parts()):
         return
@@ -85,7 +85,7 @@ def _check_dotted(text: str, name: str, machine: Machine) -> None:
 
 
 def _owners(name: str, allowed: Collection[str]) -> str:
-    """A sentence with the dotted names that end with a name, else with the nearest ones."""
+    """A sentence with the dotted names that end with a name, or with the nearest allowed names."""
     found = [one for one in allowed if one.rpartition(".")[2] == name]
     if not found:
         return nearest(name, allowed)

@@ -57,7 +57,7 @@ def stability(
 
     Prints the eigenvalues, the bifurcation points (Hopf and node-focus, in eta and as slopes of
     the actuation force), for a wedge also the angles of Hopf points and of self-locking, and a
-    verdict. Of a machine with several inertias it prints the modes at the speeds at the start, with
+    verdict. For a machine with several inertias, prints the modes at the initial speeds, with
     frequency, damping and shape. Nothing is simulated.
     """
     from wedgebrake.analysis.linear_stability import stability as evaluate
@@ -99,8 +99,8 @@ def simulate(
 ) -> None:
     """The response in time: 250 periods of the torque, unless the study sets another duration.
 
-    Of a machine with several inertias: 10 s by default. Prints how each contact sticks and slides,
-    how the run ended, and its energy.
+    For a machine with several inertias the default is 10 s, and the command prints how each
+    contact sticks and slides, how the run ended, and its energy balance.
 
     Prints how the brake vibrates in the last fifth of the run, the class of stick-slip, the
     events, and the final state. With --json: parameters, groups, status, sticks, Poincare
@@ -307,7 +307,7 @@ def example(
     """Example study files of wedgebrake, to run and to edit.
 
     paper is the wedge brake of the source paper; sweep varies the slope of its actuation
-    force; driveline is a machine of four inertias and a brake. Without a name, lists all.
+    force; driveline is a machine with four inertias and a brake. Without a name, lists all.
     """
     from wedgebrake.cli import examples
 

@@ -42,7 +42,7 @@ def example(name: str) -> str:
 
 
 def written(name: str, path: Path) -> Path:
-    """Write an example to a new file, its records beside it; returns its full path.
+    """Write an example and its records to new files; returns the full path of the example.
 
     Raises ``InputError`` for an unknown name and if a file exists or cannot exist, and
     ``OutputError`` if one cannot be written; no incomplete file remains.

@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
     from wedgebrake.model.study import Study
 
-# Modes that are listed one by one.
+# Largest number of modes listed one by one.
 _MOST_MODES = 12
 _ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
 
 
 def machine_stability_report(machine: Machine, found: MachineStability) -> dict[str, Any]:
-    """The data of ``stability --json`` of a machine."""
+    """The data of ``stability --json`` for a machine."""
     return {"wedgebrake": __version__, "system": machine.as_dict(), **found.as_dict()}
 
 
 def machine_stability_text(machine: Machine, found: MachineStability) -> str:
-    """The text of ``stability`` of a machine."""
+    """The text of ``stability`` for a machine."""
     lines = [describe_machine(machine), "", f"Linear stability: {found.verdict}"]
     case = found.critical
     if case is None:
@@ -66,7 +66,7 @@ def _complex(value: complex) -> str:
 
 
 def run_machine(loaded: Study, out: Path | None, plot: Path | None, as_json: bool) -> None:
-    """Simulate a machine, and report; exit with status 1 if a limit stopped the run."""
+    """Simulate a machine and report; exit with status 1 if a limit stopped the run."""
     from wedgebrake.cli.interrupts import announce_compilation
     from wedgebrake.solvers.interrupts import interruptible
     from wedgebrake.solvers.simulate import simulate
@@ -96,7 +96,7 @@ def run_machine(loaded: Study, out: Path | None, plot: Path | None, as_json: boo
 
 
 def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
-    """The data of ``simulate --json`` of a machine."""
+    """The data of ``simulate --json`` for a machine."""
     from wedgebrake.dynamics.enums import EventKind
 
     attrs, state = response.attrs, final_state(response)
@@ -153,12 +153,12 @@ def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
 
 
 def describe_machine(machine: Machine) -> str:
-    """A machine in one line: its parts by name."""
+    """A machine in one line: the number of its parts."""
     return machine._headline()
 
 
 def machine_text(machine: Machine, report: dict[str, Any]) -> str:
-    """The text of ``simulate`` of a machine."""
+    """The text of ``simulate`` for a machine."""
     final = report["final"]
     span = f"{report['start_time']:.6g} to {final['time']:.6g} s"
     response = f"Response ({report['method']}), {span}: {report['message']}"
@@ -177,7 +177,7 @@ def machine_text(machine: Machine, report: dict[str, Any]) -> str:
 
 
 def _energy_text(energy: dict[str, Any]) -> list[str]:
-    """The energy balance in one or two lines."""
+    """The energy balance as lines of text."""
     words = {
         "torque_work": "work of torques",
         "base_work": "work of moving bases",

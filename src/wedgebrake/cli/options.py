@@ -16,7 +16,7 @@ def _set(settings: str) -> Any:
     return _option(
         "NAME=VALUE",
         "Change one value of the study, written as in the file: a parameter (inertia=2), a group"
-        f" (F0=0.05) or {settings}; of a machine by dotted name (brake.slope=-40). Repeatable.",
+        f" (F0=0.05) or {settings}; for a machine by dotted name (brake.slope=-40). Repeatable.",
         "--set",
     )
 
@@ -72,8 +72,8 @@ RunPicture = Annotated[
     Path | None,
     _option(
         "RUN.png",
-        "Draw history, phase portrait, Poincare section and spectrum; of a machine speeds, sticks,"
-        " torques and forces" + _SUFFIX,
+        "Draw history, phase portrait, Poincare section and spectrum; for a machine speeds,"
+        " sticks, torques and forces" + _SUFFIX,
     ),
 ]
 SweepData = Annotated[

@@ -45,19 +45,19 @@ def load(
     unused  : settings that the command does not use, and their replacements
     options : of the command; their names must not be set as well
 
-    Raises ``InputError``, also for the study of a machine.
+    Raises ``InputError``, including for the study of a machine.
     """
     study = load_study(path)
     if is_of_machine(study):
         raise InputError(
-            f"{path}: describes a machine ([[inertia]] ...). This command is for a BrakedDriveline"
-            " ([driveline] ...) so far; machines are taken by simulate, stability and app."
+            f"{path}: describes a machine ([[inertia]] ...). This command currently requires a"
+            " BrakedDriveline ([driveline] ...); simulate, stability and app accept machines."
         )
     return _changed(study, changes, method, unused, options)
 
 
 def load_any(path: Path, changes: Iterable[str] | None, method: str | None = None) -> Study:
-    """As ``load``, for the study of a braked driveline or of a machine."""
+    """Read the study file of a braked driveline or of a machine; otherwise as ``load``."""
     study = load_study(path)
     if not is_of_machine(study):
         return _changed(study, changes, method, {}, {})

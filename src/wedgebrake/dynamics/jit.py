@@ -74,9 +74,9 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 
 def internal(function: Callable[..., Any]) -> Any:
-    """Compile a kernel that kernels alone call, without what calls from Python need.
+    """Compile a kernel that only other kernels call, without the wrapper for calls from Python.
 
-    Converting large named tuples takes most of the compile time otherwise.
+    The wrapper, which converts large named tuples, would take most of the compile time.
     """
     return compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 

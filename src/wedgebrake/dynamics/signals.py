@@ -55,9 +55,9 @@ class Signals(NamedTuple):
 
 @compiled
 def turns(frequency, time, rest):
-    """Frequency (time + rest) modulo 1, right to rounding however long the time.
+    """Frequency (time + rest) modulo 1, accurate to rounding at any time.
 
-    The product is split after Dekker, so that its rounding error is known.
+    Dekker's product gives the rounding error.
     """
     product = frequency * time
     big = 134217729.0 * frequency
@@ -158,7 +158,7 @@ def _order(signals, one, z, first, row, terms):
     stack = signals.stack
     angle = one.frequency * signals.angles[one.index] + one.phase
     speed = first + signals.speeds[one.index]
-    # The row above serves as room for the cosine.
+    # The next row is the workspace for the cosine.
     stack[row, 0], stack[row + 1, 0] = one.value * math.sin(angle), one.value * math.cos(angle)
     for k in range(terms - 1):
         sine, cosine = 0.0, 0.0

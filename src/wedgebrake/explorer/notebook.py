@@ -32,7 +32,7 @@ class Cell:
     """The explorer as a notebook cell shows it.
 
     url   : address of the page, for a separate window
-    state : of the page that was opened last: study and view, immutable; of a machine, its study
+    state : of the page opened last: study and view, immutable; for a machine, its study
     """
 
     def __init__(self, state: PageState | Study, port: int, height: int) -> None:
@@ -45,7 +45,7 @@ class Cell:
 
     @property
     def state(self) -> PageState | Study:
-        """The study and its view as set on the page, immutable; of a machine its study."""
+        """The study and its view as set on the page, immutable; for a machine, its study."""
         return self._state if self._explorer is None else self._explorer.state
 
     @property
@@ -103,7 +103,7 @@ def explore(
     """The explorer in a notebook cell: the page of ``wedgebrake app``, served by this process.
 
     subject : the machine, a study, or the path of a study file; by default the brake of the
-              source paper. A ``Machine`` is shown, not edited
+              source paper. A ``Machine`` is shown but cannot be edited
     port    : port of this process, at 127.0.0.1 only; 0 takes any free port
     height  : of the page in the cell [px]
 

@@ -21,10 +21,10 @@ class Actuation(Member):
     A brake pushed by a negative force has lost contact. ``release=False`` is the law as
     the paper prints it, with which every case of its section 4 below eta = -6 diverges.
 
-    The actuator follows this command in the following order: a digital controller samples it every
+    The force is this command after the following stages: a digital controller samples it every
     ``sample_time``, rounds it to the ``resolution`` and applies it ``delay`` samples later; a lag
-    of the first order (``lag``) or of the second one (``frequency`` and ``damping_ratio``) follows;
-    then come the ``limits`` and the release.
+    of first order (``lag``) or second order (``frequency`` and ``damping_ratio``) filters it; the
+    ``limits`` and the release bound it.
     """
 
     table: ClassVar[str] = "actuation"
@@ -62,9 +62,7 @@ class Actuation(Member):
         "time between the samples of a digital controller", symbol="T_s", unit="s", example=0.001,
         default=None, gt=0, le=1e6,
     )  # fmt: skip
-    delay: int = parameter(
-        "number of samples after which a sample acts", example=1, default=0, ge=0, le=10_000
-    )
+    delay: int = parameter("delay of a sample, in samples", example=1, default=0, ge=0, le=10_000)
     resolution: float | None = parameter(
         "step to which a sampled force is rounded", unit="N", example=0.5, default=None, gt=0,
         le=1e12,
@@ -86,7 +84,7 @@ class Actuation(Member):
         if self.lag > 0.0 and self.frequency is not None:
             raise wrong(
                 "actuation.lag", self.lag, "0 where a frequency is given",
-                "A lag is of the first order (lag) or of the second (frequency, damping_ratio).",
+                "A lag is of first order (lag) or of second order (frequency, damping_ratio).",
             )  # fmt: skip
         if self.limits is not None and not self.limits[0] < self.limits[1]:
             raise wrong("actuation.limits", self.limits, "a lowest and a higher force, (low, high)")
@@ -102,7 +100,7 @@ class Actuation(Member):
         if not self.release and not self.immediate:
             raise wrong(
                 "actuation.release", False, "True with a signal, lag, limits or sampling",
-                "The law without release is for a force that follows the speed at once.",
+                "The law without release requires a force that follows the speed at once.",
             )  # fmt: skip
         return self
 
@@ -121,7 +119,7 @@ class Actuation(Member):
 
     @property
     def law(self) -> Actuator:
-        """The numbers of the law, as the kernels of one inertia take them.
+        """The numbers of the law, in the form that the kernels for one inertia use.
 
         Raises ``InputError`` for a force that does not follow the speed at once.
         """

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from wedgebrake.model.part import Member, parameter
 from wedgebrake.model.signal_base import OrSignal, Signal
 
-# For type checkers a number: all that computes with one inertia refuses signals where it is called.
+# A number for type checkers: functions for one inertia raise an error for signals when called.
 if TYPE_CHECKING:
     _Speed = float
 else:
@@ -19,8 +19,8 @@ class Driveline(Member):
     """J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
 
     ``drive_speed`` is the mean speed of the shaft, a number or a signal: the brake slides at
-    ``drive_speed + theta'``. The paper is ``drive_speed = 0``. Where it is a signal, the base of
-    the brake turns at -drive_speed, and the shaft's other end stays.
+    ``drive_speed + theta'``. In the paper ``drive_speed`` is 0. If it is a signal, the base of the
+    brake turns at -drive_speed and the other end of the shaft is fixed.
     """
 
     table: ClassVar[str] = "driveline"

@@ -21,10 +21,10 @@ FloatArray = NDArray[np.float64]
 class HarmonicTorque(Signal):
     """T(t) = amplitude [sin(2 pi frequency t) + sum of r sin(n 2 pi frequency t + phase)].
 
-    The frequency also fixes the period of Poincare sections where the amplitude is zero.
+    The frequency also fixes the period of Poincare sections if the amplitude is zero.
 
-    orders : (n, r, phase [rad]) of each further order: its order, which may be a fraction, its
-             amplitude relative to the first one, and its phase
+    orders : (n, r, phase [rad]) of each further order: its number, which may be a fraction, its
+             amplitude relative to the first order, and its phase
     """
 
     table: ClassVar[str] = "excitation"
@@ -81,7 +81,7 @@ class HarmonicTorque(Signal):
 
     @property
     def period(self) -> float | None:
-        """1/f_e [s], or the common period of all orders; None if they have none.
+        """The period 1/f_e or the common period of all orders [s]; None if there is none.
 
         It does not depend on the amplitude, which may be zero.
         """

@@ -37,13 +37,13 @@ _EXAMPLES = {
 class Machine(Part, Tabular):
     """A machine of inertias, shafts, contacts (brakes and clutches) and torques.
 
-    Immutable, in SI units; equal to another one if all parts are. Parts are joined by the names of
-    inertias, "ground" is the ground, and no two parts have the same name.
+    Immutable, in SI units; two machines are equal if all their parts are. Shafts, contacts and
+    torques refer to inertias by name; "ground" is the ground. No two parts may have the same name.
     """
 
     table: ClassVar[str] = "machine"
 
-    inertias: tuple[Inertia, ...] = Field(description="bodies that turn, one or more")
+    inertias: tuple[Inertia, ...] = Field(description="rotating bodies, one or more")
     shafts: tuple[Shaft, ...] = Field(description="springs and dampers between them", default=())
     contacts: tuple[Contact, ...] = Field(description="brakes and clutches", default=())
     torques: tuple[Torque, ...] = Field(description="torques on them", default=())
@@ -74,7 +74,7 @@ class Machine(Part, Tabular):
         return self
 
     def _places(self) -> Iterator[tuple[Named, str]]:
-        """Every part, with its place in the machine in words."""
+        """Every part, with its place in the lists of the machine: "shafts[0]"."""
         for kind in KINDS:
             for i, part in enumerate(getattr(self, kind)):
                 yield part, f"{kind}[{i}]"
@@ -86,7 +86,7 @@ class Machine(Part, Tabular):
     def signals(self) -> dict[str, Signal]:
         """The signals by dotted name: "engine.signal", "brake.initial_force", "brake.base_speed".
 
-        Actuation forces and speeds of bases that are numbers are left out.
+        Actuation forces and base speeds that are numbers are left out.
         """
         found = {f"{one.name}.signal": one.signal for one in self.torques}
         for one in self.contacts:
@@ -98,10 +98,10 @@ class Machine(Part, Tabular):
 
     @property
     def period(self) -> float | None:
-        """The common period of all signals [s]; None without one, 0 if none of them varies.
+        """The common period of all signals [s]; None if there is none, 0 if no signal varies.
 
-        Two signals have a common period where the ratio of their frequencies is a fraction with a
-        denominator up to 64.
+        Two signals have a common period if the ratio of their frequencies is a fraction with a
+        denominator of at most 64.
         """
         found = [one.frequencies() for one in self.signals().values()]
         known = [one for one in found if one is not None]
@@ -109,13 +109,13 @@ class Machine(Part, Tabular):
 
     @property
     def autonomous(self) -> bool:
-        """True if no signal varies in time; a controller's sampling is no signal."""
+        """True if no signal varies in time; the sampling of a controller does not count."""
         return self.period == 0.0
 
     def check_times(self, first: float, last: float) -> None:
-        """Refuse a run from ``first`` to ``last`` [s] that goes beyond a recorded signal.
+        """Check that all signals are known in a run from ``first`` to ``last`` [s].
 
-        Raises ``InputError`` that names the signal and the time.
+        Raises ``InputError``, which names the signal and the time.
         """
         for name, signal in self.signals().items():
             begin, end = signal.span
@@ -123,8 +123,8 @@ class Machine(Part, Tabular):
                 if not begin <= time <= end:
                     raise wrong(
                         name, time, f"in [{begin:.17g}, {end:.17g}] s, where it is known",
-                        "Shorten the run, or state with after='hold', after='zero' or"
-                        " periodic=True how the table goes on.",
+                        "Shorten the run, or continue the table with after='hold', after='zero' or"
+                        " periodic=True.",
                     )  # fmt: skip
 
     def parameters(self) -> dict[str, float]:
@@ -157,8 +157,7 @@ class Machine(Part, Tabular):
     def as_dict(self) -> dict[str, list[dict[str, Any]]]:
         """The machine as plain tables, as a study file holds them; empty lists are left out.
 
-        A brake or law without a name in study files is called by its class, without the functions
-        that it holds.
+        A brake or law without a kind is named by its class, and its functions are left out.
         """
         tables = {
             kind.table: [plain_table(part) for part in getattr(self, name)]
@@ -181,7 +180,7 @@ class Machine(Part, Tabular):
             yield name, one.value, unit_of(one.field)
 
     def index(self, name: str) -> int:
-        """Return the number of an inertia in ``inertias``, by its ``name``; -1 for "ground"."""
+        """Return the index in ``inertias`` of an inertia, by its ``name``; -1 for "ground"."""
         if name == GROUND:
             return -1
         names = [one.name for one in self.inertias]

@@ -1,4 +1,4 @@
-"""Matrices of a machine: how its shafts and contacts join its inertias."""
+"""Matrices of a machine, which describe how shafts and contacts join its inertias."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FloatArray = NDArray[np.float64]
 
 
 def shaft_rows(machine: Machine) -> FloatArray:
-    """(shafts, n) factors of the angles in the twist of each shaft, q_a - ratio q_b."""
+    """Factors of the angles in the twist of each shaft, q_a - ratio q_b: (shafts, n)."""
     rows = np.zeros((len(machine.shafts), len(machine.inertias)))
     for row, shaft in zip(rows, machine.shafts, strict=True):
         for end, factor in ((shaft.a, 1.0), (shaft.b, -shaft.ratio)):
@@ -30,9 +30,9 @@ def shaft_matrices(machine: Machine) -> tuple[FloatArray, FloatArray]:
 
 
 def contact_rows(machine: Machine) -> FloatArray:
-    """(contacts, n) factors of the speeds in the sliding speed of each contact: +1 at a, -1 at b.
+    """Factors of the speeds in the sliding speed of each contact, +1 at a, -1 at b: (contacts, n).
 
-    The speed of the base, where there is one, is to be subtracted.
+    The speed of a moving base must be subtracted from the result.
     """
     rows = np.zeros((len(machine.contacts), len(machine.inertias)))
     for row, contact in zip(rows, machine.contacts, strict=True):

@@ -1,8 +1,8 @@
-"""Dotted names of what a machine is made of: "brake.slope", "disc.inertia", "engine.amplitude".
+"""Dotted names of parameters of a machine: "brake.slope", "disc.inertia", "engine.amplitude".
 
-The first word is the name of an inertia, shaft, contact or torque, the next one a field of it. A
-contact's brake, friction and actuation, and a torque's signal, need no word of their own. Further
-words lead into signals: "brake.initial_force.amplitude", "engine.signals.0.frequency".
+The first word is the name of an inertia, shaft, contact or torque, the next one a field of it. The
+brake, friction and actuation of a contact and the signal of a torque are omitted. Further words
+name parameters of signals: "brake.initial_force.amplitude", "engine.signals.0.frequency".
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _Changes = list[tuple[list[str], Any]]
 
 
 class Number(NamedTuple):
-    """A number of a machine, and the field that states it."""
+    """A number of a machine and the field that describes it."""
 
     value: float
     field: FieldInfo
@@ -39,7 +39,7 @@ def _numbers(part: Part, prefix: str) -> Iterator[tuple[str, Number]]:
         value = getattr(part, name)
         if name in inner:
             for dotted, one in _numbers(value, ""):
-                # A name that an earlier part has too needs the name of its own part.
+                # A name that an earlier part also has is preceded by the name of its own part.
                 doubled = dotted.split(".")[1] in taken
                 yield f"{prefix}.{name}{dotted}" if doubled else f"{prefix}{dotted}", one
             taken |= set(type(value).model_fields)
@@ -54,7 +54,7 @@ def _numbers(part: Part, prefix: str) -> Iterator[tuple[str, Number]]:
 
 
 def replaced(parts: Mapping[str, Named], changes: Mapping[str, Any]) -> dict[str, Named]:
-    """The parts with other values, by dotted name.
+    """Copies of the parts with other values, by dotted name.
 
     Raises ``InputError`` for an unknown name and for a value that is not allowed.
     """
@@ -88,7 +88,7 @@ def _changed(part: Any, changes: _Changes, path: str) -> Any:
         words, value = changes[0]
         raise InputError(
             f"{path}.{words[0]}: no such parameter. {path} is a value without parameters; replace"
-            " it by a signal, or leave out what follows its name.",
+            " it with a signal, or leave out what follows its name.",
             name=f"{path}.{words[0]}", value=value, allowed=(path,),
         )  # fmt: skip
     own = {
@@ -135,12 +135,12 @@ def _changed_items(parts: tuple[Any, ...], changes: _Changes, path: str) -> tupl
 
 
 def _inner(part: Part) -> dict[str, Part]:
-    """Parts whose parameters can be named like those of the part itself."""
+    """Inner parts whose parameters are named as those of the part itself."""
     return part.inner() if isinstance(part, Contact | Torque) else {}
 
 
 def _child_with(part: Part, own: Mapping[str, Any], name: str, value: Any, path: str) -> str:
-    """The inner part, as it will be, that has a parameter."""
+    """The name of the inner part that has a parameter, after the changes in ``own``."""
     allowed = list(type(part).model_fields)
     for child, old in _inner(part).items():
         fields = getattr(type(own.get(child, old)), "model_fields", {})

@@ -1,4 +1,4 @@
-"""Parts of a machine: inertias, shafts, contacts and torques, joined by names."""
+"""Parts of a machine: inertias, shafts, contacts and torques."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from wedgebrake.model.signals import OrSignal, Signal, SignalField
 from wedgebrake.model.validation import wrong
 
 GROUND = "ground"
-"""The name of the ground, to which shafts and contacts can join an inertia."""
+"""Name of the ground as an end of shafts and contacts."""
 _NAME = re.compile(r"[^\W\d][\w-]*")
 _LONGEST = 60
 NAMES = f"a name of letters, digits, '_' and '-', at most {_LONGEST}, that begins with a letter"
@@ -31,14 +31,14 @@ Name = Annotated[str, BeforeValidator(_name)]
 
 
 class Named(Positional):
-    """A part of a machine with a name of its own; messages begin with it."""
+    """A part of a machine with a name, with which its error messages begin."""
 
     if TYPE_CHECKING:
         name: str
 
     @classmethod
     def _label(cls, data: dict[str, Any]) -> str:
-        """The name, where there is a good one."""
+        """The name if it is valid, otherwise the table."""
         name = data.get("name")
         good = isinstance(name, str) and len(name) <= _LONGEST and _NAME.fullmatch(name)
         return str(name) if good else cls.table
@@ -49,7 +49,7 @@ class Named(Positional):
 
 def _own_name(**extra: Any) -> Any:
     return parameter(
-        "name, which no other part of the machine has", unit="-", example="disc", **extra
+        "name, different from those of all other parts", unit="-", example="disc", **extra
     )
 
 
@@ -58,7 +58,7 @@ def _end(description: str, example: str, **extra: Any) -> Any:
 
 
 class Inertia(Named):
-    """A body that turns, with its angle and speed at the start."""
+    """A rotating body, with its initial angle and speed."""
 
     table: ClassVar[str] = "inertia"
 
@@ -88,10 +88,10 @@ class Inertia(Named):
 
 
 class Shaft(Named):
-    """A spring and a damper between two inertias, or an inertia and the ground.
+    """A spring and a damper between two inertias, or between an inertia and the ground.
 
-    The torque stiffness (q_a - ratio q_b) + damping (omega_a - ratio omega_b) acts against ``a``,
-    and ratio times it on ``b``.
+    The torque tau = stiffness (q_a - ratio q_b) + damping (omega_a - ratio omega_b) acts as -tau on
+    ``a`` and as ratio tau on ``b``.
     """
 
     table: ClassVar[str] = "shaft"
@@ -105,7 +105,7 @@ class Shaft(Named):
         "viscous damping", symbol="c", unit="N m s/rad", example=1.0, default=0.0, ge=0, le=1e12
     )
     ratio: float = parameter(
-        "speed of a over speed of b, of a gear", symbol="r", example=1.0, default=1.0,
+        "gear ratio, speed of a over speed of b", symbol="r", example=1.0, default=1.0,
         ge=-1e6, le=1e6,
     )  # fmt: skip
     name: Name = _own_name(
@@ -133,17 +133,17 @@ class Shaft(Named):
     def _between(self) -> Shaft:
         _check_ends(self)
         if self.ratio == 0.0:
-            raise self._wrong("ratio", "another number than 0", "Without a gear leave it out.")
+            raise self._wrong("ratio", "another number than 0", "Leave it out if there is no gear.")
         if self.b == GROUND and self.ratio != 1.0:
             raise self._wrong("ratio", "1 for a shaft to the ground", "The ground does not turn.")
         return self
 
 
 class Contact(Named):
-    """A brake or clutch: friction between an inertia and the ground, a moving base or an inertia.
+    """A brake or clutch: friction of an inertia against the ground, a moving base or an inertia.
 
-    It slides at the speed of ``a`` less that of ``b``, or less ``base_speed``, at which the base
-    of a contact with the ground turns.
+    The sliding speed is the speed of ``a`` minus that of ``b``, or, for a contact with the ground,
+    minus ``base_speed``, the speed of the base.
     """
 
     table: ClassVar[str] = "contact"
@@ -171,13 +171,13 @@ class Contact(Named):
         _check_ends(self)
         if self.b != GROUND and self.base_speed != 0.0:
             raise self._wrong(
-                "base_speed", "0 for a contact of two inertias",
+                "base_speed", "0 for a contact between two inertias",
                 "Only the base of a contact with the ground can turn; leave it out.",
             )  # fmt: skip
         return self
 
     def inner(self) -> dict[str, Part]:
-        """The parts whose parameters are named like those of the contact, in order."""
+        """The inner parts whose parameters are named as those of the contact, in order."""
         return {name: getattr(self, name) for name in _OF_CONTACT}
 
 
@@ -193,7 +193,7 @@ class Torque(Named):
 
     table: ClassVar[str] = "torque"
 
-    on: Name = _end("name of the inertia that it drives", "disc")
+    on: Name = _end("name of the inertia on which it acts", "disc")
     signal: SignalField = parameter(
         "the torque, a number or a signal", symbol="T", unit="N m", example=500.0
     )
@@ -215,7 +215,7 @@ class Torque(Named):
         return self
 
     def inner(self) -> dict[str, Part]:
-        """The part whose parameters are named like those of the torque."""
+        """The inner part whose parameters are named as those of the torque."""
         return {"signal": self.signal}
 
 

@@ -16,9 +16,9 @@ from wedgebrake.model.tables import make_part
 from wedgebrake.model.validation import labels, moved, wrong
 
 TABLES = {kind.table: name for name, kind in KINDS.items()}
-"""The list of a ``Machine`` by the name of its tables in a study file."""
+"""Names of the lists of a ``Machine``, by the names of their tables in a study file."""
 _OF_CONTACT = ("brake", "friction", "actuation")
-_JOINTS = ("name", "a", "b", "on")  # they need no comment
+_JOINTS = ("name", "a", "b", "on")  # fields without comments
 
 
 def is_machine(tables: Mapping[str, Any]) -> bool:
@@ -29,7 +29,7 @@ def is_machine(tables: Mapping[str, Any]) -> bool:
 def parse_machine(tables: Mapping[str, Any]) -> Machine:
     """A machine from the tables of a study.
 
-    Raises ``InputError`` with all parts that are wrong.
+    Raises ``InputError`` that reports all wrong parts.
     """
     parts: dict[str, list[Named]] = {}
     wrongs: list[InputError] = []
@@ -78,9 +78,9 @@ def _part(table: str, entry: Any, place: str) -> Named:
 
 
 def machine_text(machine: Machine, records: Records | None = None) -> str:
-    """A machine as the text of a study file, with a unit or a meaning beside each value.
+    """A machine as the text of a study file, with the unit or meaning of each value.
 
-    records : take long tables; by default they are written in the text
+    records : receive long tables; by default these are written in the text
     """
     return "\n".join(
         text
@@ -96,7 +96,7 @@ def _texts(table: str, part: Named, records: Records | None) -> Iterator[str]:
 
     values = {name: value for name, value in given(part).items() if value is not None}
     inner = {name: values.pop(name) for name in _OF_CONTACT if name in values}
-    # The name, where it is not the default, stands first.
+    # A name that is not the default comes first.
     first = {"name": values.pop("name")} if "name" in values else {}
     lines = {name: plain_value(value, name == "signal") for name, value in values.items()}
     words = {name: word for name, word in comments(part).items() if name not in _JOINTS}
@@ -107,7 +107,7 @@ def _texts(table: str, part: Named, records: Records | None) -> Iterator[str]:
 
 
 def kind_of(name: str, part: Chosen) -> str:
-    """The kind of a part; raises ``InputError`` for one that states none."""
+    """The kind of a part; raises ``InputError`` for a part without a kind."""
     if not part.kind:
         raise InputError(
             f"{name} = {part.kind_or_class}: has no kind, so that no study file can name it. Use a"
@@ -118,7 +118,7 @@ def kind_of(name: str, part: Chosen) -> str:
 
 
 def plain_given(part: Part) -> dict[str, Any]:
-    """The values that a part was given, signals as tables."""
+    """The values given to a part, with signals as tables."""
     converts = isinstance(part, Signal)
     return {
         name: plain_value(value, converts)
@@ -130,7 +130,7 @@ def plain_given(part: Part) -> dict[str, Any]:
 def plain_value(value: Any, converts: bool = False) -> Any:
     """A value as numbers, texts, lists and tables.
 
-    converts : whether a number stands for a constant signal there
+    converts : whether a number means a constant signal at this place
     """
     if isinstance(value, Constant) and converts:
         return value.value
@@ -142,7 +142,7 @@ def plain_value(value: Any, converts: bool = False) -> Any:
 
 
 def comments(part: Part) -> dict[str, str]:
-    """The unit, or the meaning, of each field of a part."""
+    """The unit of each field of a part, or its meaning if it has no unit."""
     found = {}
     for name, field in type(part).model_fields.items():
         unit = labels(field).get("unit", "1")
@@ -152,7 +152,7 @@ def comments(part: Part) -> dict[str, str]:
 
 
 def flat_axes(table: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
-    """The [sweep] table of a machine, with dotted names for tables in it: brake.slope = ..."""
+    """The [sweep] table of a machine, with dotted names in place of inner tables."""
     found: dict[str, Any] = {}
     for name, value in table.items():
         if isinstance(value, dict) and name in machine.parts():
@@ -173,8 +173,8 @@ def _flat(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def beside_machine(name: str) -> str:
-    """A sentence on a table of a braked driveline in the study of a machine."""
+    """The error message for a table of a braked driveline in the study of a machine."""
     return (
-        f"[{name}]: stands beside {', '.join(f'[[{one}]]' for one in TABLES)}. A study is a machine"
-        " of these, or a braked driveline; keep the tables of one of them."
+        f"[{name}]: given together with {', '.join(f'[[{one}]]' for one in TABLES)}. A study is a"
+        " machine of these, or a braked driveline; keep the tables of one of them."
     )

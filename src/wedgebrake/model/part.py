@@ -58,7 +58,7 @@ class Part(BaseModel):
     table: ClassVar[str] = ""
     """Name of the part in a study file and in error messages."""
     later: ClassVar[frozenset[str]] = frozenset()
-    """Fields that plain tables of the part leave out at their default."""
+    """Fields that plain tables of the part omit at their default."""
 
     def __init__(self, /, **data: Any) -> None:  # a study may say self = 1
         try:
@@ -68,7 +68,7 @@ class Part(BaseModel):
 
     @classmethod
     def _label(cls, data: dict[str, Any]) -> str:  # noqa: ARG003 - parts with names use it
-        """What stands before the names of fields in messages."""
+        """The prefix of field names in error messages."""
         return cls.table
 
     @model_validator(mode="before")
@@ -90,7 +90,7 @@ def given(part: Part) -> dict[str, Any]:
 
 
 def is_numeric(field: FieldInfo) -> bool:
-    """Return True for a field that always holds a float, or a signal instead."""
+    """Return True for a field that is a float, or a float or a signal."""
     union = get_origin(field.annotation) in (Union, UnionType)
     kinds = get_args(field.annotation) if union else (field.annotation,)
     return float in kinds and type(None) not in kinds
@@ -99,8 +99,8 @@ def is_numeric(field: FieldInfo) -> bool:
 def plain_fields(part: Part) -> dict[str, Any]:
     """The values of a part as numbers, texts, lists and tables; without functions.
 
-    Parts in it become tables, with their kind. Fields that a part names in ``later`` are left out
-    at their default.
+    Inner parts become tables with their kind. The fields in ``later`` of a part are omitted at
+    their default.
     """
     fields = type(part).model_fields
     return {
@@ -111,7 +111,7 @@ def plain_fields(part: Part) -> dict[str, Any]:
 
 
 def plain_table(part: Part) -> dict[str, Any]:
-    """``plain_fields`` with the kind of the part before, where it is of several kinds."""
+    """``plain_fields``, preceded by the kind of the part if it is one of several kinds."""
     kind = {"kind": part.kind_or_class} if isinstance(part, Chosen) else {}
     return kind | plain_fields(part)
 
@@ -146,7 +146,7 @@ class Member(Part):
 
 
 class Positional(Member):
-    """A part whose values can be given by position too, in the order of its fields."""
+    """A part whose values can also be given by position, in the order of its fields."""
 
     def __init__(self, /, *values: Any, **data: Any) -> None:
         super().__init__(**_by_position(type(self), values, data))

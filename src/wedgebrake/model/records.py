@@ -25,7 +25,7 @@ UNITS = {
     "rad": 1.0, "rad/s": 1.0, "rpm": 2.0 * math.pi / 60.0,
 }  # fmt: skip
 """SI values of the units of columns."""
-_FEW = 100  # points of a table that is written into a study
+_FEW = 100  # most points of a table that is written into a study
 _COLUMNS = ("time", "value")
 _DELIMITERS = (",", ";", "\t")
 
@@ -39,7 +39,7 @@ class Record(Part):
         "CSV file, its path relative to the study", unit="-", example="torque.csv"
     )
     columns: tuple[str, str] = parameter(
-        "names of the columns of times and values", unit="-", example=["t", "M"]
+        "names of the columns with the times and the values", unit="-", example=["t", "M"]
     )
     units: tuple[str, str] = parameter(
         "their units", unit="-", example=["s", "kN m"], default=("s", "1")
@@ -47,7 +47,7 @@ class Record(Part):
     scale: float = parameter("factor of the values", example=1.0, default=1.0)
     periodic: bool = parameter("whether the table repeats", unit="-", example=False, default=False)
     after: Literal["error", "hold", "zero"] = parameter(
-        "what the table is outside of its times", unit="-", example="hold", default="error"
+        "value outside its times", unit="-", example="hold", default="error"
     )
 
     @field_validator("columns", "units", mode="before")
@@ -64,7 +64,7 @@ class Record(Part):
         return value
 
     def points(self, folder: Path) -> dict[str, Any]:
-        """The times and values of the record, and how it goes on: the fields of a ``Table``."""
+        """The fields of a ``Table`` with the times and values of the record."""
         times, values = _columns(folder / self.file, self.columns)
         first, second = UNITS[self.units[0]], UNITS[self.units[1]] * self.scale
         return {
@@ -79,7 +79,7 @@ class Record(Part):
 def with_records(table: Any, folder: Path | None, path: str = "") -> Any:
     """The tables of a study with the points of records in place of their files.
 
-    folder : of the study; None if it is not known
+    folder : of the study; None if unknown
 
     Raises ``InputError`` for a file that cannot be read.
     """
@@ -160,8 +160,8 @@ def _text(path: Path) -> str:
 class Records:
     """CSV files for the long tables of a study that is saved.
 
-    stem  : what the names of the files begin with
-    files : their texts by name, filled by ``kept``
+    stem  : common beginning of the file names
+    files : texts of the files by name; ``kept`` adds them
     """
 
     def __init__(self, stem: str) -> None:
@@ -169,7 +169,7 @@ class Records:
         self.files: dict[str, str] = {}
 
     def kept(self, value: Any, name: str) -> Any:
-        """Plain values with files in place of long tables; ``name`` is that of their part."""
+        """Plain values with files in place of long tables; ``name`` is the name of the part."""
         if isinstance(value, list):
             return [self.kept(one, name) for one in value]
         if not isinstance(value, dict):
@@ -184,7 +184,7 @@ class Records:
 
 
 def _csv_text(times: list[float], values: list[float]) -> str:
-    """A record as text; its numbers are read back bit for bit."""
+    """A record as text, from which the numbers are read back exactly."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(_COLUMNS)

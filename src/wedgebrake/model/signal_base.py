@@ -1,4 +1,4 @@
-"""The base of signals, and fields that hold one."""
+"""The base class of signals and field types for signals."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ _ALLOWED = "a number or a signal, for example wb.Harmonic(500.0, 10.03)"
 
 
 class Signal(Positional, Chosen):
-    """A function of time, in the unit of what it drives.
+    """A function of time, in the unit of the quantity that it gives.
 
-    Signals and numbers can be added, subtracted and multiplied. To add a kind of signal, write a
-    class that states
+    Signals and numbers can be added, subtracted and multiplied. To define a kind of signal, write a
+    class with
 
-    - its parameters, and ``kind``, its name in study files;
-    - ``primitive()``: the same signal made of ``Constant``, ``Harmonic``, ``Table``, ``Orders``,
-      ``Sum`` and ``Product`` alone.
+    - its parameters and ``kind``, its name in study files;
+    - ``primitive()``, which returns the same signal composed only of ``Constant``, ``Harmonic``,
+      ``Table``, ``Orders``, ``Sum`` and ``Product``.
 
-    Its values, integral, derivative, period and series follow from that.
+    The values, integral, derivative, period and series follow from it.
     """
 
     table: ClassVar[str] = "signal"
     kinds: ClassVar[dict[str, type[Any]]] = {}
-    # NumPy leaves the product of a scalar of its own and a signal to the signal.
+    # Makes NumPy leave the product of a NumPy scalar and a signal to the signal.
     __array_ufunc__: ClassVar[None] = None
 
     @classmethod
@@ -60,10 +60,10 @@ class Signal(Positional, Chosen):
 
     @abstractmethod
     def primitive(self) -> Signal:
-        """The signal made of the kinds that the solver knows."""
+        """The same signal composed of the kinds that the solver knows."""
 
     def __call__(self, time: ArrayLike) -> FloatArray:
-        """Values at an array of times [s]; after the jump at the time of a jump.
+        """Values at an array of times [s]; at a jump, the value after it.
 
         Raises ``InputError`` for a time at which the signal is not known.
         """
@@ -88,15 +88,15 @@ class Signal(Positional, Chosen):
 
     @property
     def varies(self) -> bool:
-        """Return True if the signal changes in time."""
+        """True if the signal changes in time."""
         return self.primitive().varies
 
     @property
     def period(self) -> float | None:
         """The period [s]; None if the signal has none, 0 if it does not vary.
 
-        Parts of a signal have a common period where the ratios of their frequencies are fractions
-        with denominators up to 64.
+        The terms of a signal have a common period if the ratios of their frequencies are fractions
+        with denominators of at most 64.
         """
         return calculus.common_period(self.frequencies())
 
@@ -111,7 +111,7 @@ class Signal(Positional, Chosen):
         return self.primitive().rate
 
     def frequencies(self) -> tuple[float, ...] | None:
-        """Frequencies that the signal is made of [Hz]; None where it does not repeat."""
+        """Frequencies of the terms of the signal [Hz]; None if it is not periodic."""
         return self.primitive().frequencies()
 
     def knots(self, first: float, last: float) -> FloatArray:
@@ -148,7 +148,7 @@ class Signal(Positional, Chosen):
         return self.primitive()._integral(time)
 
     def _known(self, time: ArrayLike) -> FloatArray:
-        """Times as an array, in the span; beyond it by rounding alone they move to its end."""
+        """Times as an array within the span; times beyond it by rounding are moved to its end."""
         times = np.asarray(time, dtype=float)
         first, last = self.span
         if math.isinf(first) and math.isinf(last):
@@ -158,14 +158,14 @@ class Signal(Positional, Chosen):
         if np.any(beyond):
             raise wrong(
                 "time", float(times[beyond].flat[0]), f"in [{first:.17g}, {last:.17g}] s",
-                f"The {type(self).__name__} is known there alone; let a table go on with"
+                f"The {type(self).__name__} is known only there; continue a table with"
                 " after='hold' or after='zero', or repeat it with periodic=True.",
             )  # fmt: skip
         return inside
 
 
 def _combined(kind: str, first: Any, second: Any) -> Signal:
-    """The sum or product of signals and numbers; that of sums is one sum."""
+    """The sum or product of signals and numbers; nested sums or products become one."""
     parts: tuple[Signal, ...] = ()
     for one in (first, second):
         if not isinstance(one, Signal) and not is_number(one):
@@ -180,9 +180,9 @@ def _is(value: object, kind: str) -> bool:
 
 
 def as_signal(value: Any) -> Any:
-    """Convert a number to a constant signal and a table with its kind to that signal.
+    """Convert a number to a constant signal, and a table with a kind to a signal of that kind.
 
-    Raises ``ValueError`` for anything else but a signal, which is returned as it is.
+    A signal is returned unchanged. Raises ``ValueError`` for anything else.
     """
     if isinstance(value, dict):
         return signal_from(value)
@@ -194,7 +194,7 @@ def as_signal(value: Any) -> Any:
 
 
 def signal_from(table: dict[str, Any]) -> Signal:
-    """A signal from a table of its kind and its values, as a study file holds it."""
+    """A signal from a table with its kind and its values, as in a study file."""
     values = dict(table)
     if "kind" not in values:
         raise InputError(
@@ -214,7 +214,7 @@ def number_of(value: float | Signal) -> float | None:
 
 
 A_SIGNAL = "signal"
-"""Title of the place of a signal in a schema."""
+"""Title that marks a signal in a schema."""
 SignalField = Annotated[
     SerializeAsAny[Signal],
     BeforeValidator(as_signal),

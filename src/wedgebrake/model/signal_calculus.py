@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 LARGEST_DENOMINATOR = 64
 """Two frequencies have a common period if their ratio is a fraction up to this denominator."""
-# Share by which the ratio of two frequencies may differ from a fraction: rounding.
+# Relative difference of the ratio of two frequencies from a fraction that counts as rounding.
 _ALIKE = 1e-12
 _SPLIT = 134217729.0  # 2^27 + 1
-# Gauss-Legendre points on a cell of at most _CELL radians of the fastest sine: its error is below
-# rounding by many orders.
+# Gauss-Legendre points on a cell of at most _CELL radians of the fastest sine; the error is far
+# below rounding.
 _POINTS, _CELL = 20, 3.0
-_MOST_CELLS = 4096  # at a time
+_MOST_CELLS = 4096  # evaluated at once
 
 
 def turns(frequency: float, time: FloatArray) -> FloatArray:
     """Number of turns, frequency times time, modulo 1.
 
-    The product is split after Dekker, so that it is right to rounding at any time.
+    Dekker's product keeps the result accurate to rounding at any time.
     """
     product = frequency * time
     high, low = _halves(np.asarray(frequency))
@@ -35,7 +35,7 @@ def turns(frequency: float, time: FloatArray) -> FloatArray:
 
 
 def _halves(value: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two numbers of half the digits whose sum is the value."""
+    """Split a value into two numbers with half the digits, whose sum is the value."""
     big = _SPLIT * value
     high = big - (big - value)
     return high, value - high
@@ -44,7 +44,7 @@ def _halves(value: FloatArray) -> tuple[FloatArray, FloatArray]:
 def common_period(frequencies: tuple[float, ...] | None) -> float | None:
     """The common period [s] of signals with these frequencies [Hz].
 
-    None if they have none, or are None; 0 if there are no frequencies.
+    None if there is none, or if ``frequencies`` is None; 0 if there are no frequencies.
     """
     if frequencies is None:
         return None
@@ -58,15 +58,15 @@ def common_period(frequencies: tuple[float, ...] | None) -> float | None:
         if abs(ratio - float(fraction)) > _ALIKE * ratio:
             return None
         ratios.append(fraction)
-    # The lowest frequency has the ratio 1: the numerators have no common divisor but those of
-    # the denominators' multiple.
+    # The common frequency is the greatest common divisor of the ratios, as fractions with one
+    # denominator.
     shared = math.lcm(*(ratio.denominator for ratio in ratios))
     divisor = math.gcd(*(int(ratio * shared) for ratio in ratios))
     return shared / divisor / lowest
 
 
 def running_sum(terms: FloatArray) -> FloatArray:
-    """Sums of the first 0, 1, ... n terms, with the rounding error of each addition added back."""
+    """Sums of the first 0, 1, ... n terms, corrected for the rounding error of each addition."""
     sums = np.concatenate(([0.0], np.cumsum(terms)))
     before, after = sums[:-1], sums[1:]
     moved = after - before
@@ -76,7 +76,7 @@ def running_sum(terms: FloatArray) -> FloatArray:
 
 
 class Integrand(Protocol):
-    """What ``quadrature`` needs of a signal."""
+    """The part of a signal that ``quadrature`` uses."""
 
     @property
     def rate(self) -> float:

@@ -1,4 +1,4 @@
-"""Signals that follow a speed: the orders of an engine or of a gear."""
+"""Signals whose frequencies are proportional to a speed: the orders of an engine or a gear."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ Order = tuple[float, float, float]
 
 
 class Orders(Signal):
-    """Sum of amplitude sin(order theta + phase), theta the integral of a speed from time 0 on.
+    """Sum of amplitude sin(order theta + phase), where theta is the integral of a speed.
+
+    The integral begins at time 0.
 
     speed  : a number or a signal [rad/s]
     orders : (order, amplitude, phase [rad]) of each term; an order may be a fraction
@@ -45,17 +47,17 @@ class Orders(Signal):
         return checked_orders(value)
 
     def primitive(self) -> Signal:
-        """The same of a primitive speed."""
+        """The same orders of the primitive speed."""
         return Orders(self.speed.primitive(), self.orders)
 
     def derivative(self) -> Signal:
-        """The sine of a quarter of a turn later, times order times speed."""
+        """The terms a quarter of a cycle ahead, times their order and the speed."""
         terms = tuple((n, n * size, phase + 0.5 * math.pi) for n, size, phase in self.orders)
         return self.speed * Orders(self.speed, terms)
 
     @property
     def span(self) -> tuple[float, float]:
-        """That of the speed."""
+        """The span of the speed."""
         return self.speed.span
 
     @property
@@ -76,7 +78,7 @@ class Orders(Signal):
         return self.speed.rate + self.speed.bound * max(abs(n) for n, _, _ in self.orders)
 
     def frequencies(self) -> tuple[float, ...] | None:
-        """Those of the speed, and of each order at its mean."""
+        """Frequencies of the speed, and of each order at the mean speed [Hz]."""
         if not self.varies:
             return ()
         speed = number_of(self.speed)
@@ -93,7 +95,7 @@ class Orders(Signal):
         return tuple(sorted({*own, *(one for one in each if one > 0.0)}))
 
     def knots(self, first: float, last: float) -> FloatArray:
-        """Those of the speed."""
+        """The knots of the speed [s]."""
         return self.speed.knots(first, last)
 
     def _values(self, time: FloatArray) -> FloatArray:
@@ -110,7 +112,7 @@ def order_values(angle: FloatArray, orders: Sequence[Order]) -> FloatArray:
 
 
 def checked_orders(value: object) -> object:
-    """Orders as tuples; raises ``ValueError`` for one beyond the range."""
+    """Orders as tuples; raises ``ValueError`` for values out of range."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if not isinstance(value, list | tuple):

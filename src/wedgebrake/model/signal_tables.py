@@ -1,4 +1,4 @@
-"""Signals between points: tables, measured or not, and ramps."""
+"""Piecewise linear signals: tables and ramps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from wedgebrake.model.signals import LARGEST, Constant, Signal
 from wedgebrake.model.validation import wrong
 
 _MOST = 10_000_000
-_FEW = 12  # points of a table that is shown with all of them
+_FEW = 12  # most points of a table that is shown in full
 
 
 class Short(str):
@@ -34,17 +34,17 @@ def _column(description: str, **extra: Any) -> Any:
 
 
 class Table(Signal):
-    """Values over time, with straight lines between them; a time given twice is a jump.
+    """Values over time, linear between the points; a repeated time is a jump.
 
-    ``periodic`` repeats the table; where its last value is not its first one, it jumps there.
-    ``after`` states what a table that is not periodic is outside of its times: "error" refuses
-    them, "hold" keeps the first and the last value, "zero" is zero.
+    ``periodic`` repeats the table, with a jump if its last value differs from the first.
+    ``after`` gives the value of a table that is not periodic outside its times: "error" raises an
+    error there, "hold" keeps the first and the last value, "zero" is zero.
     """
 
     kind: ClassVar[str] = "table"
 
     times: tuple[float, ...] = _column(
-        "times [s], ascending; a time given twice is a jump",
+        "times [s], ascending; a repeated time is a jump",
         symbol="t",
         unit="s",
         example=[0.0, 1.0],
@@ -54,7 +54,7 @@ class Table(Signal):
     )
     periodic: bool = parameter("whether the table repeats", unit="-", example=False, default=False)
     after: Literal["error", "hold", "zero"] = parameter(
-        "what the table is outside of its times", unit="-", example="hold", default="error"
+        "value outside its times", unit="-", example="hold", default="error"
     )
 
     if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class Table(Signal):
         ) -> None: ...
 
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
-        """Long tables by their number of points."""
+        """Representation in which long tables are given by their number of points."""
         for name, value in super().__repr_args__():
             long = isinstance(value, tuple) and len(value) > _FEW
             yield name, Short(f"({len(value)} numbers)") if long else value
@@ -81,7 +81,7 @@ class Table(Signal):
     @field_validator("*")
     @classmethod
     def _not_vanishing(cls, value: Any, info: ValidationInfo) -> Any:  # noqa: ARG003
-        """Allow small values, as of a record that dies away: no powers of them are formed."""
+        """Allow very small values, as in a decaying record: no powers of them are formed."""
         return value
 
     @model_validator(mode="after")
@@ -99,8 +99,8 @@ class Table(Signal):
             )  # fmt: skip
         for at in np.flatnonzero(times[2:] == times[:-2])[:1] + 2:
             raise wrong(
-                f"signal.times[{at}]", self.times[at], "a time that stands at most twice",
-                "Give the values before and after a jump alone.",
+                f"signal.times[{at}]", self.times[at], "a time given at most twice",
+                "Give only the values before and after a jump.",
             )  # fmt: skip
         if times[0] == times[-1]:
             raise wrong("signal.times", self.times, "two different times at least")
@@ -114,7 +114,7 @@ class Table(Signal):
         return self
 
     def primitive(self) -> Signal:
-        """The signal itself; a table that ends in zero jumps to zero at both ends and holds it."""
+        """The signal itself; with after="zero", a table that jumps to zero at both ends."""
         if self.after != "zero" or self.periodic:
             return self
         times, values = list(self.times), list(self.values)
@@ -126,7 +126,7 @@ class Table(Signal):
         return Table(times=times, values=values, after="hold")
 
     def derivative(self) -> Signal:
-        """Slopes of the lines, a table that jumps; zero where the table holds a value."""
+        """A table of the slopes, with jumps; zero where the table holds a value."""
         times, slopes = self._points[0], self._slopes
         inside = np.diff(times) > 0.0
         return Table(
@@ -138,14 +138,14 @@ class Table(Signal):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Its own times, or always if it repeats or goes on."""
+        """First and last time of the table [s]; always if it repeats or continues."""
         if self.periodic or self.after != "error":
             return (-math.inf, math.inf)
         return (self.times[0], self.times[-1])
 
     @property
     def varies(self) -> bool:
-        """True, unless all values are the same."""
+        """True unless all values are the same."""
         ends = self.after == "zero" and self.bound > 0.0
         return ends or min(self.values) != max(self.values)
 
@@ -156,11 +156,11 @@ class Table(Signal):
 
     @property
     def rate(self) -> float:
-        """Zero: it is a line between its knots."""
+        """Zero: the signal is linear between its knots."""
         return 0.0
 
     def frequencies(self) -> tuple[float, ...] | None:
-        """One over the length of a table that repeats [Hz]."""
+        """The frequency of a table that repeats [Hz]."""
         if not self.varies:
             return ()
         return (1.0 / self._length,) if self.periodic else None
@@ -180,7 +180,7 @@ class Table(Signal):
         local, _ = self._local(time)
         at = self._line(local)
         found = values[at] + self._slopes[at] * (local - times[at])
-        # The end of a line is its value there to the last bit.
+        # The end of a line has exactly the value given there.
         found = np.where(local == times[at + 1], values[at + 1], found)
         if self.periodic:
             return np.asarray(found)
@@ -192,7 +192,7 @@ class Table(Signal):
         return np.asarray(self._area(time) - self._area(np.zeros(())))
 
     def _area(self, time: FloatArray) -> FloatArray:
-        """Integral from the first time of the table on."""
+        """Integral from the first time of the table."""
         times, values = self._points
         local, repetitions = self._local(time)
         inside = np.clip(local, times[0], times[-1])
@@ -206,20 +206,20 @@ class Table(Signal):
         return np.asarray(area)
 
     def _local(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Time in the first repetition of the table, and the number of repetitions before."""
+        """Time within the first repetition of the table, and the number of repetitions before."""
         if not self.periodic:
             return time, np.zeros_like(time)
         first = self.times[0]
         repetitions = np.floor((time - first) / self._length)
         local = time - repetitions * self._length
-        # Rounding may move a time over an end of the table.
+        # Rounding may move a time beyond an end of the table.
         late, early = local >= self.times[-1], local < first
         repetitions = repetitions + late - early
         moved = np.where(late, local - self._length, local)
         return np.maximum(moved, first), repetitions
 
     def _line(self, local: FloatArray) -> NDArray[np.intp]:
-        """The line at each time, of those that are no jumps; after a jump at its time."""
+        """Index of the line at each time, without jumps; at a jump, the line after it."""
         times = self._points[0]
         at = np.clip(np.searchsorted(times, local, side="right") - 1, 0, times.size - 2)
         return np.asarray(np.where(times[at] == times[at + 1], at - 1, at))
@@ -246,9 +246,9 @@ class Table(Signal):
 
 
 class Ramp(Signal):
-    """A line from ``start`` to ``end`` in ``duration`` seconds from ``begin`` on.
+    """A line from ``start`` to ``end``, which begins at ``begin`` and takes ``duration`` seconds.
 
-    It is ``start`` before and ``end`` after.
+    The value is ``start`` before and ``end`` after.
     """
 
     kind: ClassVar[str] = "ramp"
@@ -272,7 +272,7 @@ class Ramp(Signal):
         if self.begin + self.duration == self.begin:
             raise wrong(
                 "signal.duration", self.duration, f"longer than rounding at begin = {self.begin!r}",
-                "For a jump use a Table with a time given twice.",
+                "For a jump use a Table with a repeated time.",
             )  # fmt: skip
         return self
 

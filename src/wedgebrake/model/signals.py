@@ -1,6 +1,6 @@
 """Signals: torques, actuation forces and speeds as functions of time.
 
-A signal is a constant, a sine, a table, a ramp, a sum of orders of a speed, or a sum or product of
+A signal is a constant, a harmonic, a table, a ramp, orders of a speed, or a sum or product of
 these. ``Table`` and ``Ramp`` are in ``signal_tables``, ``Orders`` in ``signal_orders``.
 """
 
@@ -56,7 +56,7 @@ class Constant(Signal):
 
     @property
     def varies(self) -> bool:
-        """False."""
+        """Always False."""
         return False
 
     @property
@@ -70,7 +70,7 @@ class Constant(Signal):
         return 0.0
 
     def frequencies(self) -> tuple[float, ...] | None:
-        """None at all, an empty tuple."""
+        """An empty tuple."""
         return ()
 
     def knots(self, first: float, last: float) -> FloatArray:  # noqa: ARG002 - it has none
@@ -85,7 +85,7 @@ class Constant(Signal):
 
 
 class Harmonic(Signal):
-    """amplitude sin(2 pi frequency t + phase)."""
+    """The sine amplitude sin(2 pi frequency t + phase)."""
 
     kind: ClassVar[str] = "harmonic"
 
@@ -157,7 +157,7 @@ class _Combined(Signal):
     )  # fmt: skip
 
     def primitive(self) -> Signal:
-        """The same of the primitive signals."""
+        """The same combination of the primitive signals."""
         return type(self)(signals=tuple(one.primitive() for one in self.signals))
 
     @property
@@ -171,7 +171,7 @@ class _Combined(Signal):
         return np.unique(np.concatenate([one.knots(first, last) for one in self.signals]))
 
     def frequencies(self) -> tuple[float, ...] | None:
-        """Frequencies of all signals [Hz]; None if one does not repeat."""
+        """Frequencies of all signals [Hz]; None if one of them is not periodic."""
         if not self.varies:
             return ()
         parts = [one.frequencies() for one in self.signals]
@@ -192,7 +192,7 @@ class Sum(_Combined):
 
     @property
     def varies(self) -> bool:
-        """Return True if one of the signals does."""
+        """True if one of the signals varies."""
         return any(one.varies for one in self.signals)
 
     @property
@@ -218,7 +218,7 @@ class Product(_Combined):
     kind: ClassVar[str] = "product"
 
     def derivative(self) -> Signal:
-        """Sum over the signals, each with the derivative of that one."""
+        """Derivative by the product rule."""
         terms = []
         for i, one in enumerate(self.signals):
             others = self.signals[:i] + self.signals[i + 1 :]
@@ -227,7 +227,7 @@ class Product(_Combined):
 
     @property
     def varies(self) -> bool:
-        """Return True if one of the signals varies, and none is zero."""
+        """True if one of the signals varies and none is zero."""
         return any(one.varies for one in self.signals) and self.bound != 0.0
 
     @property

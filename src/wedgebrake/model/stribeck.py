@@ -1,4 +1,4 @@
-"""Friction that falls from its static to its kinetic value as sliding gets faster."""
+"""Friction that decays from its static to its kinetic value with the sliding speed."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from wedgebrake.model.part import parameter
 class StribeckFriction(_TwoCoefficients, SetValuedFriction):
     """mu(v) = kinetic + (static - kinetic) exp(-|v|/speed), set-valued at rest; v in m/s.
 
-    The exact solver takes the curve through straight lines. Their coefficient differs from mu(v)
-    by at most ``tolerance`` at any speed, and is mu(v) itself at rest and at high speeds. The
-    method smooth takes the curve.
+    The exact solver replaces the curve by straight lines. Their coefficient differs from mu(v) by
+    at most ``tolerance`` at any speed, and equals mu(v) at rest and at high speeds. The method
+    smooth uses the curve.
     """
 
     kind: ClassVar[str] = "stribeck"
 
     speed: float = parameter(
-        "sliding speed at which the static peak has fallen to 1/e", symbol="v_0", unit="m/s",
+        "sliding speed at which the static peak has decayed to 1/e", symbol="v_0", unit="m/s",
         example=0.1, ge=1e-6, le=1e6,
     )  # fmt: skip
     tolerance: float = parameter(
-        "largest error of the lines in the coefficient", symbol="epsilon", example=1e-4,
+        "largest error of the lines, in the coefficient", symbol="epsilon", example=1e-4,
         default=1e-4, ge=1e-8, le=1,
     )  # fmt: skip
 
@@ -35,7 +35,7 @@ class StribeckFriction(_TwoCoefficients, SetValuedFriction):
 
     @property
     def constant(self) -> bool:
-        """Return True without a static peak."""
+        """True if there is no static peak."""
         return self.static == self.kinetic
 
     @property
@@ -46,8 +46,8 @@ class StribeckFriction(_TwoCoefficients, SetValuedFriction):
     def nodes(self) -> tuple[tuple[float, float], ...]:
         """Ends of the lines: (sliding speed [m/s], coefficient).
 
-        The curve is convex: each line lies ``tolerance`` below it at its ends, apart from rest,
-        and at most as much above it between them, so that lines are as long as they can be.
+        The curve is convex: the ends of each line lie ``tolerance`` below it, except at rest, and
+        the line is at most ``tolerance`` above it between them. The lines are as long as possible.
         """
         return self._nodes
 
@@ -56,7 +56,7 @@ class StribeckFriction(_TwoCoefficients, SetValuedFriction):
         peak = self.static - self.kinetic
         if peak == 0.0:
             return ((0.0, self.kinetic),)
-        # In speeds over ``speed``, and heights over the kinetic coefficient in units of the peak.
+        # Speeds in units of ``speed``; heights above the kinetic coefficient in units of the peak.
         error = self.tolerance / peak
         ending = max(-math.log(error), 0.0) if error < 1.0 else 0.0
         if ending == 0.0:

@@ -1,7 +1,7 @@
 """A study file: the machine, the run and the sweep, with the names of the Python objects.
 
-``study_run`` has the [run] table, ``study_schema`` the schema, ``study_text`` writes studies,
-``machine_study`` and ``records`` read the tables of machines.
+``study_run`` defines the [run] table and ``study_schema`` the schema. ``study_text`` writes
+studies; ``machine_study`` and ``records`` read the tables of machines.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ _PLACEHOLDERS = {"slope": 0.0, "frequency": 10.0, "amplitude": 500.0, "angle": 0
 
 @dataclass(frozen=True)
 class Study(Tabular):
-    """A system, a braked driveline or a machine, the settings of a run, and a sweep."""
+    """A system (a braked driveline or a machine), the settings of a run, and a sweep."""
 
-    # A Machine and its MachineRun too; what computes with one inertia alone refuses machines where
-    # it is called.
+    # Also a Machine and its MachineRun; functions for one inertia raise an error for machines when
+    # called.
     system: BrakedDriveline
     run: Run
     sweep: Sweep = field(default_factory=Sweep)
@@ -56,7 +56,7 @@ class Study(Tabular):
     def changed(self, /, **changes: Any) -> Study:
         """A copy with other parameters, groups or run settings (``eta=-30, periods=50``).
 
-        changes : the new values, by name; of a machine by dotted name, as in
+        changes : the new values, by name; for a machine by dotted name, as in
                   ``study.changed(**{"brake.slope": -40.0})``
 
         ``duration`` and ``periods`` are those of the run and replace each other. Of the sweep,
@@ -99,7 +99,7 @@ class Study(Tabular):
     def _check(self, name: str) -> None:
         """Refuse an unknown name, with the nearest of all that can be changed."""
         if isinstance(self.system, Machine):
-            return  # it does so itself
+            return  # its replace checks the names
         parts = self.system.parts().values()
         fields = [name for part in parts for name in type(part).model_fields]
         allowed = [*fields, *SETTERS, *PARTS, *Run.model_fields, *_CHANGED]
@@ -121,8 +121,8 @@ def load_study(path: str | Path) -> Study:
 
     Tables ``driveline``, ``brake``, ``friction``, ``actuation``, ``excitation``; optional
     ``groups`` (eta, f, F0, alpha instead of the SI values that they set), ``run`` and
-    ``sweep``. Or, of a machine, lists of tables ``inertia``, ``shaft``, ``contact`` and
-    ``torque``, with ``run`` and ``sweep``; its records are CSV files beside the study.
+    ``sweep``. For a machine, instead, lists of tables ``inertia``, ``shaft``, ``contact`` and
+    ``torque``, with optional ``run`` and ``sweep``; records are CSV files relative to the study.
 
     Raises ``InputError`` that names the file and what is wrong in it.
     """
@@ -174,7 +174,7 @@ def _content(path: Path) -> bytes:
 def parse_study(tables: dict[str, Any], folder: Path | None = None) -> Study:
     """A study from its tables, as ``tomllib`` gives them.
 
-    folder : of the study file, where its records are
+    folder : of the study file, to which the paths of records are relative
 
     Raises ``InputError`` that names the table, the parameter, the value and the way out.
     """

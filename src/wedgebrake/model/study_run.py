@@ -70,7 +70,7 @@ class Run(Part):
 
 
 class MachineRun(Part):
-    """Arguments of ``wb.simulate`` for a machine."""
+    """Arguments of ``wb.simulate`` for a machine, with its defaults."""
 
     table: ClassVar[str] = "run"
 
@@ -78,7 +78,7 @@ class MachineRun(Part):
         "length of the run", unit="s", example=10.0, default=10.0, ge=0, le=1e12
     )
     until: Literal["rest"] | None = parameter(
-        "'rest': the run ends earlier where all contacts stick and none will slip again",
+        "'rest': end the run as soon as all contacts stick and none will slip again",
         unit="-", example="rest", default=None,
     )  # fmt: skip
     start_time: float = parameter(
@@ -95,5 +95,5 @@ class MachineRun(Part):
     )
 
     def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of ``wb.simulate``: the duration, and what was given."""
+        """Keyword arguments of ``wb.simulate``: the duration and the given settings."""
         return {"duration": self.duration, **given(self)}

@@ -41,7 +41,7 @@ def schema() -> dict[str, Any]:
         names.append(kind.table)
     properties["run"] = {"anyOf": [table_schema(Run), table_schema(MachineRun)]}
     properties["sweep"], definitions = sweep_schema()
-    # Parameters of a machine, "brake.slope".
+    # Parameters of a machine, such as "brake.slope".
     properties["sweep"]["patternProperties"] = {r"\.": {"$ref": "#/$defs/swept_values"}}
     definitions["signal"] = {
         "oneOf": [{"type": "number"}, *_of_kinds(Signal.kinds), _of_kind("table", Record)]
@@ -72,7 +72,7 @@ def _of_kind(kind: str, model: type[Part]) -> dict[str, Any]:
 
 
 def _contact(properties: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a contact, whose parts are those of a braked driveline."""
+    """The schema of a contact, with the parts of a braked driveline."""
     table = table_schema(Contact)
     table.pop("$defs", None)
     inner = {name: properties[name] for name in ("brake", "friction", "actuation")}
@@ -80,7 +80,7 @@ def _contact(properties: dict[str, Any]) -> dict[str, Any]:
 
 
 def _referring(node: Any) -> Any:
-    """The schema with the definition of signals where one stands."""
+    """The schema, with a reference to the definition of signals at each signal."""
     if isinstance(node, list):
         return [_referring(one) for one in node]
     if not isinstance(node, dict):

@@ -37,8 +37,8 @@ _EXAMPLES = {
 }
 
 
-# For type checkers the torque of the normalised groups: all that computes with one inertia refuses
-# other signals where it is called.
+# A HarmonicTorque for type checkers: functions for one inertia raise an error for other signals
+# when called.
 if TYPE_CHECKING:
     _Torque = HarmonicTorque
 else:
@@ -48,7 +48,7 @@ else:
 class BrakedDriveline(Part, Tabular):
     """A driveline with a brake: J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
 
-    The torque, the drive speed and the initial force may be signals. ``machine`` is the same as a
+    The torque, the drive speed and the initial force may be signals. ``machine`` is the equivalent
     ``Machine``. Immutable, in SI units. ``groups`` gives the normalised groups of the paper;
     ``replace`` gives a changed copy, by SI name, group name or whole part.
     """
@@ -105,7 +105,7 @@ class BrakedDriveline(Part, Tabular):
 
     @property
     def machine(self) -> Machine:
-        """The same as a machine of one inertia, "driveline".
+        """The equivalent machine with one inertia, "driveline".
 
         It has the shaft "shaft" to the ground, the contact "brake", whose base turns at
         -drive_speed, and the torque "torque".
@@ -126,7 +126,7 @@ class BrakedDriveline(Part, Tabular):
 
     @property
     def plain(self) -> bool:
-        """True for one sine as torque, numbers elsewhere, and a force that acts at once."""
+        """True if the torque is one sine, other values are numbers, and the force acts at once."""
         parts = self.driveline, self.actuation, self.excitation
         return next(_not_plain(*parts), None) is None
 
@@ -214,14 +214,14 @@ class BrakedDriveline(Part, Tabular):
 
 
 def check_driveline(system: Any) -> BrakedDriveline:
-    """Return a braked driveline with one sine as its torque, and numbers elsewhere.
+    """Return the system if it is a braked driveline with one sine as its torque.
 
-    Raises ``InputError`` for anything else, as for signals.
+    Raises ``InputError`` for anything else, including other signals.
     """
     if isinstance(system, Machine):
         raise wrong(
             "system", system, "a BrakedDriveline here",
-            "Machines are taken by wb.simulate, wb.stability, wb.energy and wb.plot so far.",
+            "Currently wb.simulate, wb.stability and wb.hopf accept machines.",
         )  # fmt: skip
     check_instance("system", system, BrakedDriveline)
     check_plain(system.driveline, system.actuation, system.excitation)
@@ -229,14 +229,14 @@ def check_driveline(system: Any) -> BrakedDriveline:
 
 
 def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
-    """Raise ``InputError`` for signals, and for a force that does not act at once."""
+    """Raise ``InputError`` for signals and for a force that does not act at once."""
     for error in _not_plain(line, actuation, torque):
         raise error
 
 
 def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterator[InputError]:
-    """The errors of what has no closed form for one inertia."""
-    way_out = "This takes no other signals; wb.simulate does."
+    """The errors for signals and actuators that the closed form of one inertia excludes."""
+    way_out = "Other signals are not accepted here; wb.simulate accepts them."
     if not isinstance(torque, HarmonicTorque) or any(share for _, share, _ in torque.orders):
         yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
     speed: float | Signal = line.drive_speed
@@ -258,7 +258,7 @@ def _check_parts(parts: dict[str, Any]) -> None:
 
 
 def _owners(parts: Mapping[str, Part]) -> dict[str, str]:
-    """The part of each field; of two parts the later one, such as the torque's frequency."""
+    """The part of each field; if two parts have it, the later one, as for ``frequency``."""
     return {field: name for name in PARTS for field in type(parts[name]).model_fields}
 
 

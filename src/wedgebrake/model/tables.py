@@ -34,7 +34,7 @@ def refuse_of_another_kind(name: str, system: BrakedDriveline, where: str = "") 
 
 
 def make_part(name: str, table: Mapping[str, Any]) -> Part:
-    """The part of a table of a study file, of the kind that it names.
+    """The part that a table of a study file describes, of the kind that it names.
 
     Raises ``InputError`` for an unknown kind or wrong values.
     """

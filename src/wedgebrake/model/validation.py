@@ -91,13 +91,13 @@ def check_choice(name: str, value: Any, allowed: Collection[str]) -> str:
 
 
 def wrong(name: str, value: Any, allowed: str, way_out: str = "") -> InputError:
-    """Return the error "name = value: must be allowed. Way out", with these as attributes."""
+    """Return the error "name = value: must be allowed. Way out", with these attributes."""
     text = f"{name} = {shown(value)}: must be {allowed}. {way_out}".rstrip()
     return InputError(text, name=name, value=value, allowed=allowed)
 
 
 def unknown(name: str, value: Any, allowed: Collection[str], what: str = "not known") -> InputError:
-    """Return the error of a word that is none of the allowed ones, with the nearest of them."""
+    """Return the error for a word that is not allowed, with the nearest allowed words."""
     text = f"{name} = {shown(value)}: {what}. {nearest(str(value), allowed)}"
     return InputError(text, name=name, value=value, allowed=tuple(allowed))
 
@@ -191,7 +191,7 @@ def _error(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) ->
 
 
 def moved(error: InputError, path: str) -> InputError:
-    """The error of a part, with a path in place of the part's name."""
+    """The error of a part, with a path in place of the name of the part."""
     part, _, rest = (error.name or "").partition(".")
     if not rest or part == path:
         return error

@@ -25,7 +25,7 @@ _FLAGS: dict[str, dict[str, Any]] = {
 
 
 def _sections(system: BrakedDriveline, trajectory: Trajectory) -> FloatArray:
-    """Times of the sections of a torque that is a signal [s]; none if it has no period."""
+    """Times of the Poincare sections for a torque that is a signal [s]; none without a period."""
     return np.asarray(trajectory.returns.period * (system.excitation.period or 0.0))
 
 

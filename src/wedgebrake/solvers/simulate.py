@@ -58,28 +58,28 @@ def simulate(
     max_events: int = 10_000_000,
     max_steps: int = 100_000_000,
 ) -> xr.Dataset:
-    """The response of a braked driveline or of a machine of several inertias and contacts.
+    """The response of a braked driveline or of a machine with several inertias and contacts.
 
     Parameters
     ----------
     system : BrakedDriveline or Machine
-        What is simulated.
+        The machine.
     duration : float
-        How long [s]. For a driveline give either this or ``periods``.
+        Length of the run [s]. For a driveline give either this or ``periods``.
     periods : int
-        How long, in periods of the torque of a driveline.
+        Length of the run of a driveline in periods of the torque.
     initial : (float, float) or FinalState
-        Of a driveline: angle theta [rad] and velocity theta' [rad/s] at the start, by default 0.
-        Of a machine: the state in which another run ended (``wb.final_state``), by default the
+        For a driveline: angle theta [rad] and velocity theta' [rad/s] at the start, 0 by default.
+        For a machine: the final state of another run (``wb.final_state``), by default the initial
         angles and speeds of its inertias.
     start_time : float
-        Time of the start [s]; it sets the phase of the torque. With a ``FinalState`` its time.
+        Time of the start [s]; it sets the phase of the torque. A ``FinalState`` has its own.
     until : {"rest"}
-        End the run of a machine where all contacts are at rest and provably stay so; ``duration``
-        is then the longest one.
+        End the run of a machine as soon as all contacts are at rest and provably stay so;
+        ``duration`` is then the maximum length of the run.
     method : {"exact", "smooth", "ode14x"}
         Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws.
-        "exact" for machines, and for drivelines with signals, a lag, limits or sampling.
+        Machines, and drivelines with signals, a lag, limits or sampling, require "exact".
     times : array of float
         Times at which the response is wanted [s], ascending; default 2 000 equally spaced times
         for a machine, ``samples_per_period`` in each period of the torque for a driveline.
@@ -98,13 +98,13 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Of a driveline, over ``time``: angle [rad], velocity [rad/s], brake_torque, drive_torque
+        For a driveline, over ``time``: angle [rad], velocity [rad/s], brake_torque, drive_torque
         [N m], sticking. Over ``period``: the Poincare section. Over ``event`` and ``stick``: the
-        events, and the intervals of rest. Of a machine, over (``time``, ``inertia``): angle,
+        events and the intervals of rest. For a machine, over (``time``, ``inertia``): angle,
         velocity, torque; over (``time``, ``shaft``): shaft_torque; over (``time``, ``contact``):
         brake_torque, actuation_force [N], sliding_velocity, sticking; over ``event`` and ``stick``
-        those of all contacts. How it ended is in ``attrs["status"]`` and ``attrs["message"]``:
-        divergence and self-locking are answers, not exceptions.
+        those of all contacts. ``attrs["status"]`` and ``attrs["message"]`` describe how the run
+        ended: divergence and self-locking are results, not exceptions.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def simulate(
 
 
 def _refuse_for_machines(periods: int | None, method: str | None) -> None:
-    """Raise ``InputError`` for arguments that a machine does not have."""
+    """Raise ``InputError`` for arguments that do not apply to a machine."""
     if periods is not None:
         raise InputError(
             f"periods = {periods!r}: must be None for a machine, which may have no period. Give"
@@ -167,7 +167,7 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     """
     set_valued = isinstance(system.friction, SetValuedFriction)
     if not system.plain and (not set_valued or method not in (None, "exact")):
-        check_driveline(system)  # which says what is in the way
+        check_driveline(system)  # raises an error that names the obstacle
     if method is None:
         return "exact" if set_valued else "smooth"
     check_choice("method", method, METHODS)
@@ -185,7 +185,7 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
 
 
 def _clock(system: BrakedDriveline, duration: float | None) -> Clock:
-    """The clock of a run, by the period of the torque; without one, by a tenth of the duration."""
+    """The clock of a run: the period of the torque or, without one, a tenth of the duration."""
     if system.plain:
         return Clock(system.excitation.angular_frequency)
     period = system.excitation.period

@@ -1,4 +1,4 @@
-"""Times at which a response is wanted."""
+"""Output times of a response."""
 
 from __future__ import annotations
 

@@ -300,7 +300,7 @@ def split_options(
 
 
 def joined(over: Any, parameters: dict[str, Any]) -> dict[str, Any]:
-    """Swept parameters, given as a mapping and as keywords.
+    """Combine swept parameters given as a mapping and as keywords.
 
     Raises ``InputError`` for anything but a mapping, or a parameter given twice.
     """

@@ -5,9 +5,9 @@ damping           : definition of steady sliding of a driveline and of its dampi
 verdict           : eigenvalues, bifurcation points, margins and the verdict in words
 maps              : ``stability_map``: stability over a grid of groups
 sliding_contact   : a contact of a machine, linearised about steady sliding
-linear_system     : the linear system of a machine, also with controllers that sample
+linear_system     : the linear system of a machine, including sampled controllers
 modes             : its eigenvalues and modes
-machine_stability : every case of steady sliding of a machine
+machine_stability : verdict on every case of steady sliding of a machine
 hopf              : ``hopf``: the value of a parameter at which the verdict changes
 """
 

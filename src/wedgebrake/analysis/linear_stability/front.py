@@ -1,4 +1,4 @@
-"""The front door of linear stability, for drivelines and for general machines."""
+"""``stability``: linear stability of drivelines and of machines."""
 
 from __future__ import annotations
 
@@ -32,29 +32,29 @@ def stability(
 ) -> Stability | MachineStability:
     """Linear stability of steady sliding.
 
-    Of a ``BrakedDriveline`` (eqs. 8 to 13, 23 to 29) sliding is evaluated at the speed of its
-    shaft, if that turns, otherwise near rest in both directions, with the slope of the friction
-    law and the release at that speed.
+    For a ``BrakedDriveline`` (eqs. 8 to 13, 23 to 29) sliding is evaluated at the speed of its
+    shaft if the shaft turns, otherwise near rest in both directions, with the slope of the
+    friction law and the release at that speed.
 
-    Of a ``Machine`` it is evaluated at given speeds of the inertias. A contact whose sliding speed
-    is then 0 can begin to slide in either direction: each pattern of directions is one case. The
-    linear system holds the shafts, the speeds, the lags of the actuators, and the slope of each
-    friction law. A force that a limit or the release holds is constant. Signals have their values
-    at time 0, or at the first time at which they are known. With controllers (``sample_time``) the
-    modes follow from the multipliers of the exactly discretised system; their rounding to the
-    resolution is left out.
+    For a ``Machine`` sliding is evaluated at given speeds of the inertias. A contact whose sliding
+    speed is then 0 can begin to slide in either direction: each combination of directions is one
+    case. The linear system includes the shafts, the speeds, the lags of the actuators and the
+    slope of each friction law. A force held by a limit or by the release is constant. Signals have
+    their values at time 0, or at the first time at which they are known. With controllers
+    (``sample_time``) the modes follow from the multipliers of the exactly discretised system;
+    rounding of the force to the ``resolution`` is neglected.
 
     system : the machine
-    speeds : of a ``Machine`` alone: speeds of the inertias [rad/s], as a mapping from their names
-             or a sequence in their order; by default, and where a mapping leaves them out, those
-             at the start
+    speeds : for a ``Machine`` only: speeds of the inertias [rad/s], as a mapping from their names
+             or a sequence in their order; by default, and where a mapping leaves them out, the
+             initial speeds
 
-    Returns a ``Stability`` of a ``BrakedDriveline``, a ``MachineStability`` of a ``Machine``.
+    Returns a ``Stability`` for a ``BrakedDriveline``, a ``MachineStability`` for a ``Machine``.
 
-    Raises ``InputError`` for anything else as system, for a ``BrakedDriveline`` with lag, limits,
-    sampling or signals, which ``system.machine`` converts, for speeds that are not finite numbers
-    or of no inertia, for more than 10 contacts that stand, and for controllers with different
-    sample times or with delays of more than 2000 samples.
+    Raises ``InputError`` for any other system, for a ``BrakedDriveline`` with lag, limits, sampling
+    or signals (use ``system.machine``), for speeds that are not finite numbers or belong to no
+    inertia, for more than 10 contacts at rest, and for controllers with different sample times or
+    with delays of more than 2000 samples.
     """
     if isinstance(system, Machine):
         return machine_stability(system, speeds)

@@ -21,11 +21,12 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, wrong
 
-# Points at which an interval is scanned whose ends have one verdict: each scan halves its steps.
+# Steps of the scans of an interval whose ends have the same verdict.
 _SCANS = (8, 16, 32, 64)
-# Relative accuracy of the value: rounding.
+# Relative tolerances of the value, at rounding level.
 _XTOL, _RTOL = 1e-15, 1e-15
-# A growth rate that is this share of those on both sides of the limit is 0: it passes continuously.
+# Distance of the points beside a limit, as a share of the interval, and the share of their growth
+# rates up to which the growth rate at the limit counts as 0, which means that it is continuous.
 _SIDE, _SMALL = 1e-6, 0.1
 
 _Value = tuple[int, MachineStability]
@@ -36,12 +37,12 @@ class StabilityLimit(Result):
     """The value of a parameter at which the linear verdict on steady sliding changes.
 
     parameter   : its name
-    value       : at the limit, in the unit of the parameter
+    value       : of the parameter at the limit, in its unit
     kind        : "hopf" if the critical mode oscillates, else "divergence"
     frequency   : of the critical mode [Hz]; 0 for a divergence
     growth_rate : of the critical mode at the value [1/s], about 0
-    continuous  : False if the growth rate jumps past 0, as where an actuator is released; then
-                  ``growth_rate`` is that on one side
+    continuous  : False if the growth rate jumps across 0, for example where an actuator is
+                  released; then ``growth_rate`` is the value on one side
     mode        : the critical mode
     case        : the case of sliding that it belongs to, with all its modes
     """
@@ -87,19 +88,19 @@ def hopf(
 ) -> StabilityLimit:
     """Find the value of a parameter at which the linear verdict on steady sliding changes.
 
-    There the largest growth rate of small vibration, over all cases of sliding, passes 0. A mode
-    that oscillates begins in a Hopf bifurcation; one that does not is a divergence. Rotations that
-    nothing holds or restrains do not count.
+    There the largest growth rate of small vibration, over all cases of sliding, crosses 0. The
+    limit is a Hopf bifurcation if the critical mode oscillates, otherwise a divergence. Rotations
+    that nothing holds or restrains do not count.
 
-    machine   : the machine; a ``BrakedDriveline`` is converted to one
+    machine   : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
     parameter : dotted name, as in ``machine.replace``: "brake.slope"
-    between   : two values, between which the limit is sought. If the verdict is the same at both,
-                the interval is scanned, and the limit nearest to the first value is returned; a
-                pair of limits nearer to each other than 1/64 of the interval may be missed
-    speeds    : of the inertias, as for ``wb.stability`` [rad/s]; by default those at the start, of
+    between   : two values between which the limit is sought. If the verdict is the same at both,
+                the interval is scanned and the limit nearest to the first value is returned; a
+                pair of limits closer together than 1/64 of the interval may be missed
+    speeds    : of the inertias, as for ``wb.stability`` [rad/s]; by default the initial speeds of
                 the machine with the new value
 
-    The value is as accurate as rounding in the eigenvalues permits.
+    The accuracy of the value is limited only by rounding in the eigenvalues.
 
     Raises ``InputError`` if no limit is found, for an unknown parameter, and for what
     ``wb.stability`` does not accept.
@@ -135,7 +136,7 @@ def _interval(between: Any) -> tuple[float, float]:
 
 
 def _verdict(found: MachineStability) -> int:
-    """1 if vibration grows, -1 if it decays, 0 if it does neither, 2 if no sliding exists."""
+    """Return 1 if vibration grows, -1 if it decays, 0 if neither, 2 if no sliding exists."""
     if found.critical is None:
         return 2
     if found.stable:
@@ -202,7 +203,7 @@ def _growth(at: Callable[[float], _Value]) -> Callable[[float], float]:
 def _limit(
     at: Callable[[float], _Value], parameter: str, value: float, width: float
 ) -> StabilityLimit:
-    """What there is at the limit."""
+    """The result for a value at which the verdict changes."""
     growth = _growth(at)
     near = _SIDE * width
     beside = max(abs(growth(value - near)), abs(growth(value + near)))

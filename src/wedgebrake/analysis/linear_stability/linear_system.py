@@ -1,12 +1,12 @@
 """The linear system of a machine about steady sliding.
 
-The state x holds the twists e of the directions in which shafts hold the inertias, the speeds w
-and the states of the actuators' lags; u holds the forces that controllers command:
+The state x contains the angles e in the directions that shafts restrain, the speeds w
+and the states of the actuators' lags; u contains the forces that controllers command:
 
     e' = Q' w,   M w' = -K Q e - C w + torques of the contacts,   x' = A x + B u.
 
-Rotations that no shaft holds do not appear as angles. So A has no eigenvalue 0 of them, which
-would be a defective one.
+Rotations that no shaft restrains do not appear as angles, so that they do not add a defective
+eigenvalue 0 to A.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from wedgebrake.model.machine_matrices import (
     shaft_rows,
 )
 
-# Relative size below which a singular value, or the share of a row in a subspace, is rounding.
+# Relative size below which a singular value, or the part of a row in a subspace, is rounding error.
 _RANK = 1e-10
-# Relative size below which damping of a free rotation is rounding.
+# Relative size below which the damping of a free rotation is rounding error.
 _NEUTRAL = 1e-13
 _MOST_STATES = 2000
-# Parts of the time between two samples; even, for Simpson's rule.
+# Steps between two samples; even, for Simpson's rule.
 INTERVALS = 16
 
 
 class LinearSystem(NamedTuple):
-    """A machine about steady sliding: x' = A x + B u, of which u is sampled.
+    """A machine linearised about steady sliding: x' = A x + B u, with sampled inputs u.
 
     rates       : (N, N + U) A and B
     torques     : (contacts, N + U) torque of each contact on its first inertia [N m]
@@ -46,10 +46,10 @@ class LinearSystem(NamedTuple):
     commands    : (U, N) commanded force of each sampled contact [N]
     delays      : (U,) of the samples
     sample_time : [s]; None if nothing is sampled
-    speeds      : the part of the state that holds the speeds
+    speeds      : the slice of the state that contains the speeds
     weights     : (N, N) energy of a state, x' weights x / 2, without the actuators
-    free        : (n, r) rotations that no shaft holds
-    neutral     : number of these whose speed nothing restrains
+    free        : (n, r) rotations that no shaft restrains
+    neutral     : number of these whose speed nothing restrains either
     """
 
     rates: FloatArray
@@ -124,7 +124,7 @@ def linear_system(machine: Machine, contacts: Sequence[SlidingContact]) -> Linea
 
 
 def held_step(system: LinearSystem) -> FloatArray:
-    """The matrix that takes (x, u) through 1/``INTERVALS`` of the time between two samples."""
+    """The matrix that advances (x, u) by 1/``INTERVALS`` of the time between two samples."""
     from scipy.linalg import expm
 
     assert system.sample_time is not None  # noqa: S101 - only systems with controllers
@@ -136,9 +136,9 @@ def held_step(system: LinearSystem) -> FloatArray:
 
 
 def sampled_system(system: LinearSystem, part: FloatArray) -> FloatArray:
-    """The matrix that takes the state at a sample, and the delayed forces, to the next sample.
+    """The matrix that advances the state and the delayed forces from one sample to the next.
 
-    The forces of each controller follow the state, the one that acts next first.
+    In its vectors the delayed forces of each controller follow the state, the next to act first.
 
     part : the ``held_step``
     """
@@ -182,7 +182,7 @@ def acting_forces(system: LinearSystem, vectors: NDArray[Any]) -> NDArray[Any]:
 
 
 def _directions(machine: Machine) -> tuple[FloatArray, FloatArray]:
-    """Orthonormal rotations that shafts hold, (n, p), and those that none holds, (n, r)."""
+    """Orthonormal rotations that shafts restrain, (n, p), and those that none does, (n, r)."""
     rows = shaft_rows(machine)[[one.stiffness > 0.0 for one in machine.shafts]]
     if rows.size == 0:
         return np.zeros((len(machine.inertias), 0)), np.eye(len(machine.inertias))
@@ -203,7 +203,7 @@ def _neutral(machine: Machine, contacts: Sequence[SlidingContact], free: FloatAr
 
 
 def _lag(rates: FloatArray, given: Actuation, command: FloatArray, state: int) -> None:
-    """Set the rates of the states of a lag."""
+    """Fill in the rates of the states of a lag."""
     if given.order == 1:
         rates[0] = command / given.lag
         rates[0, state] -= 1.0 / given.lag
@@ -217,7 +217,7 @@ def _lag(rates: FloatArray, given: Actuation, command: FloatArray, state: int) -
 
 
 def _sample_time(machine: Machine, sampled: Sequence[int]) -> float | None:
-    """The common sample time [s] of controllers."""
+    """The common sample time of controllers [s]; None without controllers."""
     times = {machine.contacts[i].name: machine.contacts[i].actuation.sample_time for i in sampled}
     if len(set(times.values())) > 1:
         said = ", ".join(f"{name} every {time:g} s" for name, time in times.items())

@@ -1,4 +1,4 @@
-"""``stability`` of general machines: every case of steady sliding, with its modes."""
+"""``stability`` of machines: every case of steady sliding, with its modes."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import FloatArray, contact_rows
 from wedgebrake.model.validation import check_number, is_number, unknown, wrong
 
-# Relative size below which a difference of speeds is rounding: the contact stands.
+# Relative size below which a difference of speeds is rounding error: the contact is at rest.
 _STANDS = 1e-12
 _FASTEST = 1e12
-# Contacts that stand, each of which doubles the cases.
+# Largest number of contacts at rest, each of which doubles the number of cases.
 _MOST_STANDING = 10
 
 
@@ -36,17 +36,18 @@ class SlidingCase(Result):
 
     directions  : +1 (forwards) or -1 (backwards) of each contact, by name
     speeds      : sliding speed of each contact, by name [rad/s]; 0 for the limit near rest
-    locked      : names of the contacts that lock themselves; if there are any, this sliding does
-                  not exist, and what follows is empty or None
-    limited     : names of the contacts whose force a limit or the release holds
-    modes       : one for each real eigenvalue and each pair of complex ones, the one that grows
-                  fastest first, rigid ones last
+    locked      : names of the self-locking contacts; if there are any, this sliding does not
+                  exist, and the fields below are empty or None
+    limited     : names of the contacts whose force is held by a limit or by the release
+    modes       : one for each real eigenvalue and each pair of complex ones, the fastest-growing
+                  first, rigid ones last
     eigenvalues : all of them [1/s], the largest real part first; with controllers the logarithms
-                  of the multipliers over the sample time, without those that are 0
+                  of the non-zero multipliers over the sample time
     multipliers : factors from sample to sample, the largest magnitude first; None without
                   controllers
     growth_rate : largest growth rate of the modes that are not rigid [1/s]; -inf if there are none
-    stable      : all modes that are not rigid decay
+    stable      : True if all modes that are not rigid decay
+    state       : "decays", "grows" or "does not decay"
     """
 
     directions: dict[str, int]
@@ -96,9 +97,9 @@ class SlidingCase(Result):
 class MachineStability(Result):
     """The linear verdict on steady sliding of a machine.
 
-    cases    : one for each pattern of directions of the contacts that stand; otherwise one
-    stable   : steady sliding exists, and small vibration decays in each case that exists
-    critical : the case that exists whose vibration grows fastest; None if none exists
+    cases    : one for each combination of directions of the contacts at rest; one without these
+    stable   : True if sliding exists and small vibration decays in each case that exists
+    critical : the existing case whose vibration grows fastest; None if none exists
     verdict  : the above in words
     inertias : their names, in the order of the shapes
 
@@ -132,7 +133,7 @@ class MachineStability(Result):
         return None if self.critical is None else self.critical.growth_rate
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values, for JSON; ``critical`` is its number among the cases."""
+        """Plain values, for JSON; ``critical`` is the index of the case in ``cases``."""
         number = next((i for i, one in enumerate(self.cases) if one is self.critical), None)
         cases = [one.as_dict() for one in self.cases]
         plain = {"cases": cases, "critical": number, "inertias": list(self.inertias)}
@@ -170,7 +171,7 @@ def machine_stability(
 
 
 def _case(machine: Machine, speeds: FloatArray, directions: tuple[int, ...]) -> SlidingCase:
-    """Stability of sliding at the magnitudes of speeds in given directions."""
+    """Stability of sliding at the magnitudes of ``speeds`` in given directions."""
     names = tuple(one.name for one in machine.contacts)
     contacts: list[SlidingContact] = [
         linearised(contact, abs(speed), side)
@@ -202,9 +203,9 @@ def _patterns(machine: Machine, speeds: FloatArray) -> Iterator[tuple[FloatArray
     standing = np.flatnonzero(stands)
     if standing.size > _MOST_STANDING:
         raise InputError(
-            f"speeds: {standing.size} contacts stand: must be at most {_MOST_STANDING}, because"
-            " each of them can slide in two directions. Give speeds at which they slide.",
-            name="speeds", value=speeds.tolist(), allowed=f"at most {_MOST_STANDING} that stand",
+            f"speeds: {standing.size} contacts are at rest: must be at most {_MOST_STANDING},"
+            " because each of them can slide in two directions. Give speeds at which they slide.",
+            name="speeds", value=speeds.tolist(), allowed=f"at most {_MOST_STANDING} at rest",
         )  # fmt: skip
     for ways in itertools.product((1, -1), repeat=standing.size):
         if _possible(rows[standing] * np.array(ways)[:, None]):
@@ -214,7 +215,7 @@ def _patterns(machine: Machine, speeds: FloatArray) -> Iterator[tuple[FloatArray
 
 
 def _possible(rows: FloatArray) -> bool:
-    """Return True if some speeds make all rows positive."""
+    """Return True if there are speeds for which all rows are positive."""
     count, n = rows.shape
     if np.linalg.matrix_rank(rows) == count:
         return True
@@ -225,7 +226,7 @@ def _possible(rows: FloatArray) -> bool:
 
 
 def _speeds(machine: Machine, given: Any) -> FloatArray:
-    """The speeds of the inertias [rad/s]; what is not given is as at the start."""
+    """The speeds of the inertias [rad/s]; by default the initial ones."""
     names = [one.name for one in machine.inertias]
     speeds = [one.speed for one in machine.inertias]
     if given is None:

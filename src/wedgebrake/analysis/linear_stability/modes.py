@@ -23,11 +23,11 @@ from wedgebrake.model.machine_matrices import FloatArray
 
 ComplexArray = NDArray[np.complex128]
 
-# Error of eigenvalues relative to the largest one, per state.
+# Error of an eigenvalue relative to the largest one, per state.
 _ROUNDING = 2.0**-50
-# Multipliers below this size are those of delayed samples that have left no trace.
+# Smaller multipliers belong to delayed samples without further effect.
 _GONE = 1e-12
-# Share of a contact's torque times its speed below which its power is rounding.
+# Share of a contact's torque times its speed below which its power is rounding error.
 _NO_POWER = 1e-12
 
 
@@ -36,12 +36,12 @@ class Mode(Result):
     """A mode of small vibration about steady sliding, which varies as exp(eigenvalue t).
 
     eigenvalue    : growth rate and angular frequency, as a complex number [1/s]
-    frequency     : of the vibration, with its damping [Hz]; 0 if it does not oscillate
+    frequency     : of the damped vibration [Hz]; 0 if the mode does not oscillate
     growth_rate   : real part of the eigenvalue [1/s]; negative if the mode decays
     damping_ratio : -growth_rate/|eigenvalue| [1]; 0 for the eigenvalue 0
     shape         : (n,) complex amplitudes of the inertias, in their order; the largest is 1. All
                     are 0 if only actuators move
-    fed_by        : name of the contact that feeds it with the most power; None if none does
+    fed_by        : name of the contact that feeds the most power into it; None if none does
     rigid         : a rotation that nothing holds or restrains; its eigenvalue is 0, and it does not
                     count as an instability
     multiplier    : factor of the mode from sample to sample, with controllers; else None
@@ -85,9 +85,9 @@ class Spectrum:
 
     eigenvalues : [1/s], the largest real part first; with controllers those of the multipliers
     multipliers : from sample to sample, the largest magnitude first; None without controllers
-    modes       : the one that grows fastest first, rigid ones last; one for each pair of complex
+    modes       : the fastest-growing first, rigid ones last; one for each pair of complex
                   eigenvalues
-    rounding    : magnitude of growth rates that is rounding [1/s]
+    rounding    : growth rates up to this magnitude are rounding errors [1/s]
     """
 
     eigenvalues: tuple[complex, ...]
@@ -111,7 +111,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
         kept = np.abs(values) > _GONE
         multipliers = values
         values, vectors = values[kept], vectors[:, kept]
-    # Errors of multipliers count from 1 on, as rates from 0.
+    # Errors of multipliers are relative to 1 or more, those of rates to 0 or more.
     largest = float(np.abs(values).max(initial=0.0))
     if system.sample_time is not None:
         largest = max(largest, 1.0) / system.sample_time
@@ -158,8 +158,8 @@ def _eigen(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
 def _rates(system: LinearSystem, multipliers: ComplexArray, vectors: ComplexArray) -> ComplexArray:
     """Logarithms of multipliers over the sample time [1/s].
 
-    Of the frequencies that have the same samples, the one nearest to that at which the state
-    moves after a sample: a vibration can be faster than the samples.
+    Several frequencies have the same samples; the one nearest to the motion of the state after a
+    sample is taken, because a vibration can be faster than the sampling.
     """
     assert system.sample_time is not None  # noqa: S101 - only systems with controllers
     size, turn = system.rates.shape[0], 2.0 * math.pi / system.sample_time
@@ -215,7 +215,7 @@ def _rigid(shape: NDArray[Any], multiplier: complex | None) -> Mode:
 
 
 def _normalised(shape: ComplexArray) -> ComplexArray:
-    """Amplitudes over the largest of them; read-only."""
+    """Amplitudes divided by the largest one; read-only."""
     largest = shape[np.argmax(np.abs(shape))]
     result = shape / largest if largest != 0.0 else shape.copy()
     result.setflags(write=False)
@@ -223,7 +223,7 @@ def _normalised(shape: ComplexArray) -> ComplexArray:
 
 
 def _powers(system: LinearSystem, vector: ComplexArray, part: FloatArray | None) -> FloatArray:
-    """Mean power of each contact into a mode, up to a factor; 0 where it is rounding."""
+    """Mean power of each contact into a mode, up to a factor; 0 where it is rounding error."""
     size = system.rates.shape[0]
     states, weights = vector[:size, None], np.ones(1)
     inputs = np.zeros((0, 1), complex)

@@ -4,7 +4,7 @@ With the sliding speed v and the sign s of v, the torque on the first inertia is
 
     -R F g(m),   m = s mu(R |v|),
 
-and F follows the command F_a0 + slope |v|. Its change is -R g dF - b dv, with
+and F follows the command F_a0 + slope |v|. The torque changes by -R g dF - b dv, with
 
     b = R^2 F g'(m) mu'(R |v|),   dF_command = slope s dv.
 """
@@ -22,9 +22,9 @@ from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.signals import Signal
 from wedgebrake.model.stribeck import StribeckFriction
 
-# Relative difference from the asymptote at which the steep part of a smooth law ends: rounding.
+# Relative difference from the asymptote at which the steep part of a smooth law ends (rounding).
 _FLAT = 2.0**-56
-# Relative distance from a corner of a law within which a speed is at the corner.
+# Speeds within this relative distance from a corner of a law are at the corner.
 _CORNER = 1e-9
 # Relative step of the one-sided differences of a smooth law.
 _STEP = 1e-5
@@ -36,11 +36,11 @@ class SlidingContact(NamedTuple):
     name      : of the contact
     direction : +1 forwards, -1 backwards
     force     : steady actuation force, after limits and release [N]
-    follows   : the force follows the command or the lag; else a limit or the release holds it
+    follows   : True if the force follows the command; False if a limit or the release holds it
     gain      : R g(m), torque per actuation force [m]
-    slope     : b, rise of the torque with the speed at a constant force [N m s/rad]
-    feedback  : rise of the command with the sliding speed [N s/rad]
-    locked    : the brake locks itself: there is no such sliding
+    slope     : b, change of the torque with the speed at a constant force [N m s/rad]
+    feedback  : change of the command with the sliding speed [N s/rad]
+    locked    : True if the brake locks itself and this sliding does not exist
     """
 
     name: str
@@ -54,7 +54,7 @@ class SlidingContact(NamedTuple):
 
     @property
     def damping(self) -> float:
-        """Rise of the steady torque with the speed [N m s/rad]."""
+        """Change of the steady torque with the speed [N m s/rad]."""
         return self.slope + (self.gain * self.feedback if self.follows else 0.0)
 
 
@@ -66,7 +66,7 @@ def frozen(value: float | Signal) -> float:
 
 
 def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact:
-    """A contact linearised about sliding.
+    """Linearise a contact about steady sliding.
 
     speed     : magnitude of the sliding speed [rad/s]; 0 for the limit near rest
     direction : +1 forwards, -1 backwards
@@ -83,7 +83,7 @@ def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact
     force = min(max(command, low), high)
     follows = low < command < high
     if command in (low, high) and given.slope != 0.0:
-        # At a limit: near rest sliding leads to one side of it, else the less stable side counts.
+        # At a limit: near rest, sliding decides the side; otherwise the less stable side is taken.
         inwards = (given.slope > 0.0) == (command == low)
         follows = inwards if speed == 0.0 else given.slope < 0.0
     feedback = direction * given.slope
@@ -101,7 +101,7 @@ def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact
 
 
 def _coefficient(friction: Friction, speed: float) -> float:
-    """Kinetic coefficient mu at a sliding speed of magnitude [m/s]."""
+    """Kinetic coefficient mu at a magnitude of the sliding speed [m/s]."""
     if isinstance(friction, StribeckFriction):
         return friction.kinetic_at(speed)
     if isinstance(friction, SmoothFriction):
@@ -112,7 +112,7 @@ def _coefficient(friction: Friction, speed: float) -> float:
 
 
 def _coefficient_slopes(friction: Friction, speed: float) -> tuple[float, ...]:
-    """Slopes mu' on both sides of a sliding speed [s/m]; on the upper side alone near rest."""
+    """Slopes mu' on both sides of a sliding speed [s/m]; near rest on the upper side only."""
     if isinstance(friction, StribeckFriction):
         return ((friction.kinetic - friction.kinetic_at(speed)) / friction.speed,)
     if isinstance(friction, SmoothFriction):

@@ -164,7 +164,7 @@ def parameter_axis(state: PageState, name: str) -> ParameterAxis:
 
 def _of_part(state: PageState, part: Part) -> list[Row]:
     """Return rows of all fields of a part; the radius, common to all brakes, is last."""
-    # What the solvers of the page do not take is at its default.
+    # Fields that the solvers of the page do not support keep their defaults.
     names = [name for name in type(part).model_fields if name not in part.later]
     if isinstance(part, Brake):
         names.sort(key=lambda name: name == "radius")

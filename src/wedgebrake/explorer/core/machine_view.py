@@ -1,4 +1,4 @@
-"""What the page shows of a machine with several inertias: sentences and a picture."""
+"""Contents of the page for a machine with several inertias: sentences and a picture."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _WIDTH = 1800
 
 @dataclass(frozen=True)
 class MachineView:
-    """Contents of the page of a machine.
+    """Contents of the page for a machine.
 
     headline  : the machine in words
-    sentences : linear stability, how the run ended, and each contact
+    sentences : on linear stability, the end of the run and each contact
     picture   : PNG of the response
     """
 

@@ -24,8 +24,8 @@ def opened(study: Study, view: View | None = None) -> PageState:
     """
     if is_machine(study):
         raise InputError(
-            "describes a machine ([[inertia]] ...), whose parameters cannot be edited on this page"
-            " so far. Show it with wedgebrake app STUDY.toml, or wb.explore(machine)."
+            "describes a machine ([[inertia]] ...), whose parameters cannot currently be edited on"
+            " this page. Show it with wedgebrake app STUDY.toml, or wb.explore(machine)."
         )
     state = PageState.of(study)
     for name in (one.name for one in fields(View) if one.name != "spans"):

@@ -1,4 +1,4 @@
-"""The page of a machine with several inertias: sentences and a picture of its response."""
+"""The page for a machine with several inertias: sentences and a picture of its response."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from wedgebrake.explorer.core.machine_view import MachineView, take_machine_view
 from wedgebrake.explorer.core.scheduler import Scheduler, common_scheduler
 from wedgebrake.model.study import Study
 
-_STARTING = "Simulating; the first start on a machine compiles the solver, about half a minute."
+_STARTING = "Simulating. The first run on a computer compiles the solver (about half a minute)."
 _HOW = (
-    "Machines with several inertias are shown here, not edited: change the study file, and start"
-    " the explorer again."
+    "A machine with several inertias cannot be edited here. Change the study file and restart the"
+    " explorer."
 )
 
 
 class MachinePage(pn.viewable.Viewer):
-    """A page that shows a machine's study.
+    """A page that shows the study of a machine.
 
     Created within a session of the server, to whose document it belongs.
 
@@ -46,7 +46,7 @@ class MachinePage(pn.viewable.Viewer):
         return self._page
 
     def close(self) -> None:
-        """Discard all work after the page was closed."""
+        """Discard all work after the page has been closed."""
         self._closed = True
         self._slot.stop()
 

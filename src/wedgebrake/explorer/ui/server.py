@@ -50,7 +50,7 @@ def serve(
 ) -> None:
     """Serve the explorer until the event loop is stopped.
 
-    state   : of a new page; or the study of a machine, which is shown
+    state   : of a new page, or the study of a machine
     address : to listen on; port : 0 takes any free one
     origins : "host:port" of pages that may connect, beside the server's own
     ready   : called with the URL once browsers can connect
@@ -81,7 +81,7 @@ def serve(
 
 
 def page_of(state: PageState | Study, scheduler: Scheduler | None = None) -> Explorer | MachinePage:
-    """A new page: of a state, or of the study of a machine."""
+    """A new page for a state or for the study of a machine."""
     if isinstance(state, Study):
         return MachinePage(state, scheduler)
     return Explorer(state, scheduler)

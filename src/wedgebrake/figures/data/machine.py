@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# Names of one kind in a sentence, before they are counted.
+# Largest number of names of one kind in a sentence; more are counted.
 _MOST_NAMES = 6
-# Panels: variable, its dimension, label of the axis, height over that of the others, and whether
-# the curves are named; the colours of contacts are the same in all panels.
+# Panels: variable, its dimension, label of the axis, relative height, and whether a legend names
+# the curves. Contacts have the same colours in all panels.
 _PANELS = (
     ("velocity", "inertia", "speed [rad/s]", 1.7, True),
     ("sliding_velocity", "contact", "sliding\nspeed [rad/s]", 1.0, True),
@@ -47,7 +47,7 @@ class Curve(NamedTuple):
 class Panel(NamedTuple):
     """Curves that share an axis.
 
-    height : relative to that of other panels
+    height : relative to the other panels
     legend : whether the curves are named above the panel
     """
 
@@ -73,9 +73,9 @@ class MachineHistory:
 
     begin, end : of the window [s]
     time       : (n,) [s]
-    panels     : of the variables that the machine has
-    rests      : of each contact, cut to the window
-    sentences  : about the machine, and how the run ended if it ended early
+    panels     : one for each variable that the machine has
+    rests      : one for each contact, clipped to the window
+    sentences  : on the machine and, if the run ended early, on its end
     """
 
     begin: float
@@ -89,9 +89,9 @@ class MachineHistory:
     def of(
         cls, response: xr.Dataset, start: float | None = None, stop: float | None = None
     ) -> MachineHistory:
-        """Response of a machine from a time to another one [s]; None: its ends.
+        """Contents for the response of a machine between two times [s]; None: first or last time.
 
-        Raises ``InputError`` for another dataset, or times outside the response.
+        Raises ``InputError`` for other datasets and for times outside the response.
         """
         if "stick_contact" not in getattr(response, "data_vars", {}):
             raise InputError(
@@ -139,7 +139,7 @@ def _panels(response: xr.Dataset) -> list[Panel]:
 
 
 def _rests(response: xr.Dataset, begin: float, end: float) -> list[Rests]:
-    """The sticks of each contact that have a part in a window, cut there."""
+    """The sticks of each contact that overlap a window, clipped to it."""
     names = response["contact"].to_numpy()
     colours, _ = looks(len(names), contacts=True)
     start, stop = response["stick_start"].to_numpy(), response["stick_end"].to_numpy()
@@ -153,7 +153,7 @@ def _rests(response: xr.Dataset, begin: float, end: float) -> list[Rests]:
 
 
 def looks(count: int, *, contacts: bool) -> tuple[list[str], list[tuple[float, ...]]]:
-    """Colours, and dashes once all colours are used, of ``count`` contacts or other parts."""
+    """Colours and dashes of ``count`` contacts or other parts; dashes once all colours are used."""
     colours = style.CONTACTS if contacts else style.PARTS
     rounds = math.ceil(count / len(colours)) or 1
     dashed = itertools.islice(itertools.cycle(((), (4.0, 1.5), (1.2, 1.2))), rounds)
@@ -179,7 +179,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 def ended(response: xr.Dataset) -> str:
-    """How a run ended, unless it ran to the end of the wanted time."""
+    """How a run ended; empty if it reached the requested time."""
     status = str(response.attrs.get("status", "completed"))
     if status == "completed" and not response.attrs.get("at_rest"):
         return ""

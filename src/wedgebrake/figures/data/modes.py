@@ -13,14 +13,16 @@ from wedgebrake.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
-# Growth rates below this share of the eigenvalue are rounding.
+# Growth rates below this share of the eigenvalue are rounding errors.
 _ROUNDING = 1e-12
 MOST = 12
-"""Modes in a picture."""
+"""Largest number of modes in a picture."""
 
 
 class ModeShape(NamedTuple):
-    """One mode: (n,) deflections of the inertias and their sizes, the largest 1; its title.
+    """One mode: its title and the (n,) deflections of the inertias, of which the largest is 1.
+
+    size  : magnitudes of the deflections
 
     grows : whether the mode grows
     """
@@ -33,12 +35,12 @@ class ModeShape(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """Modes that oscillate or grow, the one that grows fastest first.
+    """Modes of the critical case in which inertias move, the fastest-growing first.
 
-    inertias : names
-    shapes   : of the modes, at most ``most``
-    hidden   : number of further modes, and of rigid ones and those of actuators alone
-    verdict  : on the whole machine
+    inertias : their names
+    shapes   : of the modes shown
+    hidden   : number of modes left out: further ones, rigid ones and those of actuators alone
+    verdict  : on the machine as a whole
     """
 
     inertias: tuple[str, ...]

@@ -33,8 +33,8 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
     result of                               picture
     ======================================  =============================================
     ``simulate``                            overview: history, phase portrait, Poincare
-                                            section, spectrum; of a machine speeds, sticks,
-                                            torques and forces
+                                            section, spectrum; for a machine speeds,
+                                            sticks, torques and forces
     ``poincare``                            Poincare section
     ``spectrum``                            amplitude spectrum
     ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram
@@ -46,7 +46,7 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
     ``stability`` of a machine              modes: shape, frequency, damping ratio
     ======================================  =============================================
 
-    dataset : xarray.Dataset, or the stability of a machine
+    dataset : xarray.Dataset, or the result of ``stability`` for a machine
     options : of the picture, see ``wedgebrake.figures.matplotlib``; for example ``quantity``,
               ``width`` [inch], ``beneath`` (of orbits), ``boundaries`` (of a map)
 

@@ -24,9 +24,9 @@ _HEIGHT, _STRIP, _BELOW, _BETWEEN, _LEGEND = 0.85, 0.13, 0.45, 0.1, 0.13
 _CAPTION = 0.125
 # Widths of the first and last curve of a panel [pt]: coinciding curves stay visible.
 _WIDTHS = 1.4, 0.8
-# Variation below this share of the values, or below this value, is rounding.
+# Variation below this share of the values, or below this value, is rounding error.
 _ROUNDING = 1e-9
-# Most contacts whose shades can be told apart.
+# Largest number of contacts whose shading can be distinguished.
 _SHADED = 3
 # Width of a name in a legend [inch].
 _NAME = 1.15
@@ -39,15 +39,14 @@ def history(
     *,
     width: float = style.PAGE,
 ) -> Figure:
-    """Speeds, sticks, torques and forces of a machine against time: a new figure.
+    """Draw speeds, sticks, torques and forces of a machine against time in a new figure.
 
     response    : of a machine, as returned by ``simulate``
     start, stop : first and last time shown [s]; default all
     width       : of the figure [inch]
 
-    The strip at the top shows when each contact sticks. Of up to three contacts, the panel of
-    speeds is shaded then.
-    Panels of parts that the machine does not have are left out.
+    The strip at the top shows when each contact sticks. With up to three contacts, the panel of
+    speeds is shaded at these times. Panels of parts that the machine does not have are left out.
 
     Raises ``InputError`` for a dataset that is not the response of a machine, or times outside it.
     """
@@ -76,7 +75,7 @@ def history(
 
 
 def draw_rests(axes: Axes, data: MachineHistory) -> None:
-    """Draw when each contact sticks, one row for each."""
+    """Draw the sticks of the contacts, one row for each contact."""
     for row, rests in enumerate(data.rests):
         axes.axhline(row, color=style.PALE_GREY, linewidth=0.5, zorder=1)
         spans = list(zip(rests.start, rests.end - rests.start, strict=True))
@@ -91,7 +90,7 @@ def draw_rests(axes: Axes, data: MachineHistory) -> None:
 
 
 def draw_panel(axes: Axes, data: MachineHistory, panel: Panel) -> None:
-    """Draw the curves of a panel; that of speeds is shaded where contacts stick."""
+    """Draw the curves of a panel; the panel of speeds is shaded where contacts stick."""
     axes.set_ylabel(panel.label)
     if not data.time.size:
         style.say(axes, "no samples in this time span")
@@ -113,12 +112,12 @@ def draw_panel(axes: Axes, data: MachineHistory, panel: Panel) -> None:
 
 
 def _columns(width: float) -> int:
-    """The number of names beside each other in a figure of a width [inch]."""
+    """The number of names in one row of the legend of a figure with a given width [inch]."""
     return max(1, int(width / _NAME))
 
 
 def _limits(low: float, high: float) -> tuple[float, float]:
-    """Limits about low..high; about a constant, a fifth of its size on each side."""
+    """Axis limits around low..high, wider around a constant."""
     largest = max(abs(low), abs(high))
     if high - low > _ROUNDING * max(largest, 1.0):
         return style.margins(low, high, 0.0, share=0.08)

@@ -18,21 +18,21 @@ if TYPE_CHECKING:
 
 # Height of a row of panels and of a line of the caption, width of a panel [inch].
 _ROW, _CAPTION, _PANEL = 1.75, 0.125, 2.4
-# Characters of names that fit beside each other below a panel, for each inch of its width.
+# Characters of names that fit below a panel in one row, per inch of its width.
 _FITS = 9.0
 
 
 def modes(stability: MachineStability, *, width: float = style.PAGE) -> Figure:
-    """Modes of a machine, one panel for each: a new figure.
+    """Draw the modes of a machine in a new figure, one panel for each mode.
 
     stability : as returned by ``wb.stability(machine)``
     width     : of the figure [inch]
 
-    Points are the deflections where that of the largest is 1, the shade is the range of the
-    vibration; titles give frequency and damping ratio. Modes that grow are red. Rigid modes, and
-    those of actuators alone, are left out.
+    Points are the deflections at the instant at which the largest is 1; the shading is the range
+    of the vibration; titles give frequency and damping ratio. Growing modes are red. Rigid modes
+    and those of actuators alone are left out.
 
-    Raises ``InputError`` for anything else.
+    Raises ``InputError`` for any other ``stability``.
     """
     data = Modes.of(stability)
     sentences = [data.verdict]
@@ -56,7 +56,7 @@ def modes(stability: MachineStability, *, width: float = style.PAGE) -> Figure:
 
 
 def draw_mode(axes: Axes, inertias: tuple[str, ...], shape: ModeShape, width: float) -> None:
-    """Draw a mode on axes of a width [inch]."""
+    """Draw a mode on axes with a given width [inch]."""
     colour = style.VERMILLION if shape.grows else style.BLUE
     places = np.arange(len(inertias))
     axes.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=1.5)

@@ -159,6 +159,6 @@ def legend_above(axes: Axes, handles: list[Any], columns: int = 4) -> None:
 
 
 def inches_wide(axes: Axes) -> float:
-    """Width of the figure of axes [inch]."""
+    """Width of the figure that contains the axes [inch]."""
     figure: Any = axes.figure
     return float(figure.get_figwidth())

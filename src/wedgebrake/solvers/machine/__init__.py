@@ -1,1 +1,13 @@
-"""The exact solver for machines of any number of inertias and contacts."""
+"""Exact solver for machines with any number of inertias (docs/theory.md, section 14).
+
+simulate         wb.simulate for a machine; driveline: for a driveline with signals
+solve            a machine and a task to an answer; response: the answer as a dataset
+assemble         the numbers of a machine; problem: their description
+trajectory       the loop: cell, first event, log
+cells            Taylor series, and the first zero of a condition, which is never passed
+modes            the linear system and the conditions of a mode
+events           what changes at an event; complementarity: which contacts hold
+least_torques    torques of contacts that depend on each other
+rest             the proof that contacts stay at rest
+observers        samples and work; sticks: intervals of rest; final_state: restarts
+"""

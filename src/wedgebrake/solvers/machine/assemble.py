@@ -1,4 +1,4 @@
-"""From a machine of the model to the numbers of the kernels."""
+"""Conversion of a ``Machine`` to the numbers of the kernels."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ from wedgebrake.model.signal_orders import Orders
 from wedgebrake.model.signal_tables import Table
 from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
 from wedgebrake.solvers.machine.problem import CONTACT, TERMS, MachineProblem
+
+_MOST_CONTACTS = 12
 
 
 @dataclass
@@ -132,10 +134,16 @@ class Assembled:
 
 
 def assemble(machine: Machine, start: float) -> Assembled:
-    """Return the numbers of a machine for a run from a time [s] on.
+    """Return the numbers of a machine for a run that starts at a time [s].
 
     Raises ``InputError`` for what the method "exact" cannot solve.
     """
+    if len(machine.contacts) > _MOST_CONTACTS:
+        raise InputError(
+            f"machine.contacts: {len(machine.contacts)} contacts, but the method 'exact' tries all"
+            f" patterns of sticks and slips of at most {_MOST_CONTACTS}. Use fewer contacts.",
+            name="machine.contacts", value=len(machine.contacts), allowed=_MOST_CONTACTS,
+        )  # fmt: skip
     programs = _Programs()
     n, count = len(machine.inertias), len(machine.contacts)
     load, drives = np.zeros(n), []
@@ -189,7 +197,7 @@ def assemble(machine: Machine, start: float) -> Assembled:
 def _contact(
     row: Any, contact: Contact, machine: Machine, start: float, programs: _Programs
 ) -> None:
-    """Set the numbers of a contact, but for its lines."""
+    """Set the numbers of a contact, except its lines."""
     brake, friction, given = contact.brake, contact.friction, contact.actuation
     if not isinstance(friction, SetValuedFriction):
         raise InputError(

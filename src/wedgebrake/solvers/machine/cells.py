@@ -62,7 +62,7 @@ def combine(row, z, terms, result):
 
 @internal
 def value(row, z):
-    """Value of a row at the begin of a cell."""
+    """Value of a row at the beginning of a cell."""
     total = 0.0
     for j in range(row.size):
         if row[j] != 0.0:
@@ -90,7 +90,7 @@ def polynomial(coefficients, terms, tau):
 
 @internal
 def advance_states(z, states, terms, tau):
-    """Move the states z[0] on by tau."""
+    """Advance the states z[0] by tau."""
     for i in range(states):
         z[0, i] = polynomial(z[:, i], terms, tau)
 
@@ -102,15 +102,15 @@ def first_zero(g, terms, h, room, fresh, flat):
     Each step is one within which a bound of the second derivative excludes a zero (Newton's step
     from the safe side).
 
-    room  : size of a value at the begin that is rounding
-    fresh : g has just been zero, so that a small value at the begin is zero
-    flat  : so is its derivative
+    room  : size of an initial value that is rounding error
+    fresh : True if g has just been zero, so that a small initial value is zero
+    flat  : True if the same holds for its derivative
     """
     reach = 0.0
     for k in range(terms - 1, 0, -1):
         reach = (reach + abs(g[k])) * h
     small = room + (_FRESH * reach if fresh else 0.0)
-    zero = abs(g[0]) <= small or (fresh and reach == 0.0)
+    zero = abs(g[0]) <= small or (fresh and reach == 0.0 and h > 0.0)
     offset = g[0] if zero else 0.0
     start = g[0] - offset
     if start > reach:
@@ -121,8 +121,8 @@ def first_zero(g, terms, h, room, fresh, flat):
     tau = 0.0
     if zero:
         tau = _first_step(0.0 if flat else g[1], g[2], third / 6.0, h)
-        if tau == 0.0 or tau >= h:
-            return 0.0 if tau == 0.0 else math.inf
+        if tau < 0.0 or tau >= h:
+            return 0.0 if tau < 0.0 else math.inf
     elif start <= 0.0:
         return 0.0
     tick = 1e-16 * h
@@ -160,13 +160,13 @@ def _derivatives(g, terms, tau):
 
 @inlined
 def _first_step(slope, curve, third, h):
-    """Step within which a polynomial that begins at zero is positive; 0: it is not.
+    """Step within which a polynomial that begins at zero is positive; negative: it is not.
 
     g = tau (slope + curve tau + ...), and slope + curve d - third d^2 > 0 excludes a zero of the
     bracket.
     """
     if slope < 0.0 or (slope == 0.0 and curve < 0.0):
-        return 0.0
+        return -1.0
     if third == 0.0:
         step = h if curve >= 0.0 else min(h, -slope / curve)
     else:

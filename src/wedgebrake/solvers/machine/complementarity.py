@@ -126,14 +126,37 @@ def hold(rest, pattern):
         return _is_balanced(rest, side, torque)
     if unique:
         return False
+    return _hold_at_limits(rest, pattern, free)
+
+
+@internal
+def _hold_at_limits(rest, pattern, free):
+    """Find torques within their limits by setting the fewest of the free contacts to theirs."""
+    side, torque, size = pattern.side, pattern.torque, free.size
     for clamped in range(1, size):
+        best, least = -1, math.inf
         for code in range(3**size):
             if _set_clamps(rest, pattern, free, code) != clamped:
                 continue
             _share(rest, pattern, free)
             if _within(rest, torque, free) and _is_balanced(rest, side, torque):
-                return True
+                cost = _cost(rest, torque, free)
+                if cost < least:
+                    best, least = code, cost
+        if best >= 0:
+            _set_clamps(rest, pattern, free, best)
+            _share(rest, pattern, free)
+            return True
     return False
+
+
+@internal
+def _cost(rest, torque, free):
+    """Sum of (torque/limit)^2 of some contacts."""
+    total = 0.0
+    for i in free:
+        total += (torque[i] / _width(rest, i)) ** 2
+    return total
 
 
 @internal
@@ -285,7 +308,7 @@ def solve(rest, best):
     trial, shares = pattern_of(count), np.empty(0)
     for sliding in range(count + 1):
         found = 0
-        for code in range(3**count):
+        for code in range(3**count if sliding > 0 else 1):
             left, slips = code, 0
             for i in range(count):
                 digit = left % 3

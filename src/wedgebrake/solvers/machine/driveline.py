@@ -1,6 +1,6 @@
 """The method "exact" for a braked driveline with signals, or an actuator with a lag or sampling.
 
-The driveline is solved as a machine of one inertia, and answered like every other one.
+The driveline is solved as a machine with one inertia; the result has the form of other solvers.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def solve(system: BrakedDriveline, task: Task, *, max_events: int) -> Trajectory
 def _sampled(
     machine: Machine, task: MachineTask, wanted: list[FloatArray]
 ) -> tuple[MachineAnswer, list[FloatArray]]:
-    """The answer with samples at several lists of times, and where the samples of each are."""
+    """The answer with samples at several lists of times, and the places of the samples of each."""
     times = np.concatenate(wanted)
     order = np.argsort(times, kind="stable")
     places = np.empty_like(order)

@@ -37,7 +37,7 @@ class Cell(NamedTuple):
 
 @internal
 def _limited_force(problem, number, run, side):
-    """(actuation force, -1 or 1 if a limit gives it) at the present state."""
+    """The actuation force in the present state, and -1 or 1 if it is at a limit, otherwise 0."""
     contact, row = problem.contacts[number], run.spare
     unlimited_force_row(problem, number, side, row)
     force = value(row, run.z)
@@ -271,10 +271,11 @@ def next_sampling(problem, modes):
 
 
 @internal
-def apply_event(problem, run, what, cell):
+def apply_event(problem, run, what, cell, jumped):
     """Change the modes at an event that a guard announces; ``settle`` has to follow.
 
-    cell : whose series is in ``run.z``, but for its first terms
+    cell   : whose series is in ``run.z``, but for its first terms
+    jumped : the condition has jumped beyond zero
 
     Returns True if the brake torque bends, and False if a contact may come to rest or leave it.
     """
@@ -293,7 +294,8 @@ def apply_event(problem, run, what, cell):
         one.limited = 0
     arrived = number
     if what.kind == GuardKind.HOLDING_LIMIT:
-        mode.limited, arrived = what.sign, -1
+        # Where the torque has jumped beyond its limit, others may be beyond theirs too.
+        mode.limited, arrived = 0 if jumped else what.sign, -1
     count = 0
     for other in range(modes.size):
         at_rest = modes[other].side == 0 or other == arrived

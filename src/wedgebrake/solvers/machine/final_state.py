@@ -1,4 +1,4 @@
-"""The state in which a run of a machine ended, from which another one can go on."""
+"""The final state of a run of a machine, from which another run can continue."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _MODE = ("side", "line", "limit", "clamp", "fresh")
 
 @dataclass(frozen=True)
 class FinalState:
-    """State of a machine at the end of a run: all that a restart needs.
+    """State of a machine at the end of a run, sufficient to continue it.
 
     time     : [s]
     angles, speeds : of the inertias, by name [rad], [rad/s]
     actuators : states of the lags, in the order of the contacts [N], [N/s]
-    held     : force that each controller applies, and those that it has sampled [N]
-    sampled  : seconds from the end back to the begin of the samplings, and their number
+    held     : of each controller: the applied force and the sampled ones [N]
+    sampled  : of each controller: time of its first sample [s], and number of samples so far
     modes    : of each contact: direction of sliding, number of the line of its torque, limit of its
                force, limit of its torque, and which limits it has just reached
     """
@@ -40,17 +40,17 @@ class FinalState:
     modes: tuple[tuple[int, ...], ...]
 
     def to_json(self) -> str:
-        """The state as JSON, to the last bit."""
+        """The state as JSON, without loss of digits."""
         return json.dumps(dataclasses.asdict(self))
 
 
 def final_state(response: xr.Dataset) -> FinalState:
     """Return the state in which a simulated machine ended.
 
-    response : as ``wb.simulate`` returns it for a ``Machine``
+    response : as returned by ``wb.simulate`` for a ``Machine``
 
-    ``wb.simulate(machine, initial=...)`` continues from it; the machine may have other parameters,
-    but needs the same inertias and contacts.
+    ``wb.simulate(machine, initial=...)`` continues from this state; the machine may have other
+    parameters, but must have the same inertias and contacts.
 
     Raises ``InputError`` for a response without such a state.
     """
@@ -67,7 +67,7 @@ def final_state(response: xr.Dataset) -> FinalState:
 
 
 def parse_state(given: dict[str, Any]) -> FinalState:
-    """A state from what its JSON holds."""
+    """A state from the contents of its JSON."""
     nested = {name: tuple(map(tuple, given[name])) for name in ("held", "sampled", "modes")}
     return FinalState(**{**given, "actuators": tuple(given["actuators"]), **nested})
 
@@ -122,7 +122,7 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
 
 
 def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:
-    """Set the states of a run to those that the machine states; lags start at the force."""
+    """Set the states of a run to the initial ones of the machine; lags start at the force."""
     n = len(machine.inertias)
     run.z[0, :n] = [one.angle for one in machine.inertias]
     run.z[0, n : 2 * n] = [one.speed for one in machine.inertias]

@@ -61,11 +61,17 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
 
 
 @internal
-def observe(observer, problem, run, slot, terms, time, rest, tau):
-    """Record a cell from ``time + rest`` on, of length tau."""
+def observe(observer, problem, run, slot, terms, clock, tau, last):
+    """Record a cell of length tau, from the time of a clock on.
+
+    last : the end of the cell belongs to it, as no other one follows
+    """
     times, at = observer.times, observer.at[0]
-    while at < times.size and (times[at] - time) - rest <= tau:
-        _sample(observer, problem, run, slot, terms, at, (times[at] - time) - rest, tau)
+    while at < times.size:
+        since = (times[at] - clock.time) - clock.rest
+        if since > tau or (since == tau and not last):
+            break
+        _sample(observer, problem, run, slot, terms, at, since, tau)
         at += 1
     observer.at[0] = at
     if tau > 0.0 and observer.work.size > 0:
@@ -74,7 +80,7 @@ def observe(observer, problem, run, slot, terms, time, rest, tau):
 
 @internal
 def _sample(observer, problem, run, slot, terms, at, since, tau):
-    """Record the state at a time since the begin of a cell of length tau."""
+    """Record the state at a time since the beginning of a cell of length tau."""
     since, z, g, systems = min(max(since, 0.0), tau), run.z, run.guard, run.systems
     for i in range(problem.states):
         observer.states[at, i] = polynomial(z[:, i], terms, since)

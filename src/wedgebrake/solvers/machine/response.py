@@ -66,7 +66,7 @@ def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Da
         "method": "exact",
         "system": json.dumps(machine.as_dict()),
         "status": status.value,
-        "message": " ".join(part for part in (status.sentence, _detail(answer)) if part),
+        "message": _message(answer, status),
         "start_time": task.start,
         "final_time": answer.final.time,
         "final_state": answer.final.to_json(),
@@ -154,9 +154,15 @@ def _sticks(answer: MachineAnswer) -> _Table:
     }
 
 
-def _detail(answer: MachineAnswer) -> str:
-    """What the status sentence does not say."""
-    at = f"t = {answer.final.time:.6g} s"
+def _message(answer: MachineAnswer, status: Status) -> str:
+    """How the run ended, in a sentence or two."""
+    end = f"t = {answer.final.time:.6g} s"
     if answer.at_rest:
-        return f"All contacts are at rest from {at} on and stay so."
-    return "" if answer.outcome == Outcome.COMPLETED else f"Stopped at {at}."
+        rest = max(row[0] for row in stick_rows(answer)) if answer.sides.size else answer.start
+        return (
+            f"All contacts are at rest from t = {rest:.6g} s on and stay so, which is proved at"
+            f" {end}. Inertias may still swing."
+        )
+    if answer.outcome == Outcome.COMPLETED:
+        return status.sentence
+    return f"{status.sentence} Stopped at {end}."

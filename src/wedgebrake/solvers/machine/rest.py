@@ -1,7 +1,8 @@
-"""Proof that a machine whose contacts are at rest stays so for ever.
+"""Proof that a machine whose contacts are at rest stays at rest.
 
-The signals must be constant or sums of sines from now on. Then the state is an equilibrium, steady
-vibration, and a free vibration whose energy never grows: the latter bounds every guard.
+The signals must be constant or sums of sines from now on. The state is then the sum of an
+equilibrium, a steady vibration and a free vibration. The energy of the free vibration never grows,
+which bounds every guard.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ def simulate_machine(
     """The response of a machine; see ``wb.simulate``."""
     state = None
     if initial is not None:
-        allowed = "a final state, as wb.final_state returns it"
+        allowed = "a final state, as returned by wb.final_state"
         check_instance("initial", initial, FinalState, allowed)
         state = cast("FinalState", initial)
         start_time = state.time
@@ -48,13 +48,11 @@ def simulate_machine(
         check_choice("until", until, ["rest"])
     if duration is None:
         raise InputError(
-            "duration = None: must be a number of seconds for a machine, the longest one with"
+            "duration = None: must be a number of seconds for a machine, the maximum with"
             " until='rest'. Give for example duration=5.0."
         )
     end = start_time + check_number("duration", duration, 0.0, _LONGEST)
     check_whole("max_events", max_events, 1, _MOST_EVENTS)
-    if until is not None:
-        end = min([end, *(one.span[1] for one in machine.signals().values())])
     machine.check_times(start_time, end)
     wanted = np.linspace(start_time, end, _SAMPLES)
     if times is not None:
@@ -83,7 +81,7 @@ def solved(machine: Machine, task: MachineTask, **options: Any) -> MachineAnswer
 
 
 def task_of(response: xr.Dataset) -> MachineTask:
-    """The task whose answer a response is, without samples."""
+    """The task that led to a response, without samples."""
     from wedgebrake.solvers.machine.solve import MachineTask
 
     text = response.attrs.get("initial_state")

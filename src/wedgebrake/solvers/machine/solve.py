@@ -30,7 +30,7 @@ class MachineTask:
     """Task of the solver: initial state, end, and times of the samples.
 
     times : (k,) times at which the response is wanted [s], ascending
-    until_rest : end where all contacts are at rest for good
+    until_rest : end as soon as all contacts are permanently at rest
     stop  : (1,) ends the run at its next event when another thread sets it to True
     """
 
@@ -62,9 +62,9 @@ class MachineAnswer(NamedTuple):
 
 
 def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
-    """Simulate a machine exactly (docs/theory.md, section 13).
+    """Simulate a machine exactly (docs/theory.md, section 14).
 
-    powers : whether to integrate the work of every part too, in the order of ``power_rows``
+    powers : whether to integrate the work of every part as well, in the order of ``power_rows``
 
     Raises ``InputError`` for what the method "exact" cannot solve.
     """
@@ -82,18 +82,16 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     outcome, at_rest, end, begins = Outcome.LOG_FULL, False, task.end, True
     while outcome in (Outcome.LOG_FULL, Outcome.PAUSED):
         if task.until_rest and not run.modes["side"].any():
-            if remains_at_rest(machine, assembled, run):
-                at_rest, outcome = True, Outcome.COMPLETED
-                break
-            # Try again later.
-            end = min(task.end, run.clock[0] + _patience(run))
+            at_rest = remains_at_rest(machine, assembled, run)
+            # End here, with a last sample in the new modes, or try again later.
+            end = min(task.end, run.clock[0] + (0.0 if at_rest else _patience(run)))
         span = trajectory.Span(
             end, task.max_events - count, task.until_rest, begins, task.stop
         )  # fmt: skip
         ended = trajectory.move(problem, run, span, log, observer)
         events.append(log[: ended.events].copy())
         count, cells, outcome = count + ended.events, cells + ended.cells, Outcome(ended.outcome)
-        if outcome == Outcome.COMPLETED and end < task.end:
+        if outcome == Outcome.COMPLETED and end < task.end and not at_rest:
             outcome = Outcome.PAUSED
         end, begins = task.end, False
     final = state_of(machine, problem, run)

@@ -13,7 +13,9 @@ from wedgebrake.solvers.machine.cells import (
     combine,
     expand_states,
     first_zero,
+    size,
     terms_for,
+    value,
 )
 from wedgebrake.solvers.machine.events import (
     FLAT,
@@ -34,9 +36,16 @@ from wedgebrake.solvers.machine.problem import TERMS
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
+# Relative size of a guard beyond zero that a jump explains, and rounding does not.
+_BEYOND = 1e-9
 # Relative size of a difference of two times that is rounding.
 _TOGETHER = 4e-15
-# Modes of no length at one instant, per contact, after which the run gives up.
+# Size of a state that counts as divergence.
+_LARGEST = 1e18
+# Share of the longest cell that is no more than an instant: rounding decides there on the signs of
+# what has just been zero.
+_INSTANT = 1e-11
+# Modes at one instant, per contact, after which the run gives up.
 _CASCADE = 12
 
 
@@ -110,7 +119,16 @@ def _first_event(run, slot, terms, longest):
         found = first_zero(g, terms, tau, _ROUNDING * scale, fresh, flat)
         if found <= tau:
             tau, first = found, number
+            if tau == 0.0:
+                break
     return tau, first
+
+
+@internal
+def _is_beyond(run, slot, number):
+    """Return True if a guard is below zero at the begin of a cell by more than rounding."""
+    row = run.systems.guards[slot, number]
+    return value(row, run.z) < -_BEYOND * size(row, run.z)
 
 
 @internal
@@ -168,6 +186,15 @@ def _is_locked(run, slot):
 
 
 @internal
+def _is_bounded(state):
+    """Return True if no state is beyond the largest allowed, or no number."""
+    bounded = True
+    for entry in state:
+        bounded = bounded and abs(entry) < _LARGEST
+    return bounded
+
+
+@internal
 def _all_at_rest(modes):
     """Return True if no contact slides."""
     resting = True
@@ -177,11 +204,14 @@ def _all_at_rest(modes):
 
 
 @internal
-def _finish_cell(problem, run, terms, tau):
-    """Move the states, the angles of orders and the marks of the guards on by tau."""
+def _finish_cell(problem, run, terms, tau, passed):
+    """Move the states and the angles of orders on by tau.
+
+    passed : the marks of guards that have just been at zero are no longer needed
+    """
     advance_states(run.z, problem.states, terms, tau)
     advance(problem.signals, run.z, problem.states, terms, tau)
-    if tau > 0.0:
+    if passed:
         for mode in run.modes:
             mode.fresh = 0
 
@@ -209,7 +239,7 @@ def start(problem, run, restart):
 
 @compiled
 def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
-    """Move a run on, after ``start`` or a former part of it; returns ``Ended``.
+    """Continue a run after ``start`` or an earlier part of it; returns ``Ended``.
 
     log      : of dtype ``EVENT``; the run ends before it may be too short
     observer : an ``Observer`` of the cells
@@ -252,11 +282,17 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         _expand_inputs(problem, run, clock, terms)
         expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
         tau, first = _first_event(run, slot, terms, h)
-        observe(observer, problem, run, slot, terms, clock.time, clock.rest, tau)
-        _finish_cell(problem, run, terms, tau)
+        last = first < 0 and tau >= remaining and ahead >= span.end
+        observe(observer, problem, run, slot, terms, clock, tau, last)
+        jumped = first >= 0 and _is_beyond(run, slot, first)
+        passed = tau > _INSTANT * (h if math.isinf(longest) else longest)
+        _finish_cell(problem, run, terms, tau, passed)
         clock = later(clock, tau)
         cells += 1
-        again = 0 if tau > 0.0 else again + 1
+        if not _is_bounded(run.z[0]):
+            outcome = Outcome.DIVERGED
+            break
+        again = 0 if passed else again + 1
         bent = -1
         # An event within rounding of a knot is at the knot.
         at_knot = remaining - tau <= (_TOGETHER * max(abs(ahead), h) if first >= 0 else 0.0)
@@ -275,7 +311,7 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
             knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
         if first >= 0:
             what = run.systems.what[slot, first]
-            if apply_event(problem, run, what, cell):
+            if apply_event(problem, run, what, cell, jumped):
                 bent = what.contact
     run.clock[0], run.clock[1] = clock.time, clock.rest
     return Ended(outcome, count, cells, clock.time)
