@@ -142,7 +142,8 @@ def assemble(machine: Machine, start: float) -> Assembled:
         raise InputError(
             f"machine.contacts: {len(machine.contacts)} contacts, but the method 'exact' tries all"
             f" patterns of sticks and slips of at most {_MOST_CONTACTS}. Use fewer contacts.",
-            name="machine.contacts", value=len(machine.contacts), allowed=f"at most {_MOST_CONTACTS}",
+            name="machine.contacts", value=len(machine.contacts),
+            allowed=f"at most {_MOST_CONTACTS} contacts",
         )  # fmt: skip
     programs = _Programs()
     n, count = len(machine.inertias), len(machine.contacts)
