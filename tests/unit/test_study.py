@@ -92,9 +92,9 @@ class TestDefaults:
         arguments = parse_study(system().as_dict()).run.arguments()
         assert arguments.pop("periods") == 250
         assert arguments.pop("duration") is None
-        defaults = wb.simulate.__kwdefaults__
+        defaults = {**wb.simulate.__kwdefaults__, "initial": (0.0, 0.0)}
         assert arguments == {name: defaults[name] for name in arguments}
-        assert set(defaults) - set(arguments) == {"periods", "times"}
+        assert set(defaults) - set(arguments) == {"periods", "times", "until"}
 
     def test_methods_are_those_of_the_solvers(self):
         assert set(METHODS) == set(SOLVERS)

@@ -91,10 +91,10 @@ def _names_in(path: Path) -> Iterator[str]:
 
 
 def _compiles(node: ast.expr) -> bool:
-    """Return True for ``compiled``, ``inlined`` and ``compiled_for(signature)``."""
+    """Return True for ``compiled``, ``inlined``, ``internal`` and ``compiled_for(signature)``."""
     if isinstance(node, ast.Call):
         return isinstance(node.func, ast.Name) and node.func.id == "compiled_for"
-    return isinstance(node, ast.Name) and node.id in ("compiled", "inlined")
+    return isinstance(node, ast.Name) and node.id in ("compiled", "inlined", "internal")
 
 
 def _cached(folder: Path) -> tuple[set[str], set[str]]:
