@@ -17,7 +17,7 @@ import wedgebrake as wb
 from peers import heyoka_events
 from peers.brake import Brake
 from timing import best
-from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve
+from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
 
 HERE = Path(__file__).parent
 RECORD = HERE.parent / "out" / "benchmarks" / "torque.csv"
@@ -51,7 +51,7 @@ def solver(machine: wb.Machine, duration: float) -> Callable[[], MachineAnswer]:
 
     def run() -> MachineAnswer:
         task = MachineTask(0.0, duration, np.empty(0), None, until_rest=False, max_events=MOST)
-        found = solve(machine, task)
+        found = solve_machine(machine, task)
         assert found.final.time == duration
         return found
 
