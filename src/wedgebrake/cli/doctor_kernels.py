@@ -14,6 +14,7 @@ from typing import Any
 import wedgebrake
 
 _PACKAGE = Path(wedgebrake.__file__).parent
+_DECORATORS = ("compiled", "inlined", "internal", "borrowing")
 # "linear_flow.constants-254.py311.nbi": index of the compiled signatures of one function.
 _INDEX = re.compile(r"(\w+\.\w+)-\d+\.py\d+\w*\.nbi")
 
@@ -91,10 +92,10 @@ def _names_in(path: Path) -> Iterator[str]:
 
 
 def _compiles(node: ast.expr) -> bool:
-    """Return True for ``compiled``, ``inlined``, ``internal`` and ``compiled_for(signature)``."""
+    """Return True for the decorators of kernels and ``compiled_for(signature)``."""
     if isinstance(node, ast.Call):
         return isinstance(node.func, ast.Name) and node.func.id == "compiled_for"
-    return isinstance(node, ast.Name) and node.id in ("compiled", "inlined", "internal")
+    return isinstance(node, ast.Name) and node.id in _DECORATORS
 
 
 def _cached(folder: Path) -> tuple[set[str], set[str]]:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import inlined, internal
+from wedgebrake.dynamics.jit import borrowing, inlined
 from wedgebrake.solvers.machine.problem import TERMS
 
 # Terms that a series needs to reach rounding, by 16 times the product of cell and growth: the
@@ -23,14 +23,14 @@ _NEEDED = np.array(
 )  # fmt: skip
 
 
-@internal
+@borrowing
 def terms_for(product):
     """Number of terms for a cell, from its length times the growth of the series, at most 2."""
     place = math.ceil(16.0 * product - 1e-9)
     return min(_NEEDED[min(max(place, 0), 32)] + 1, TERMS)
 
 
-@internal
+@borrowing
 def expand_states(rates, half, states, z, terms):
     """Store the Taylor coefficients of the states in z[1:terms], from z[0] and the inputs."""
     size = z.shape[1]
@@ -45,7 +45,7 @@ def expand_states(rates, half, states, z, terms):
             z[k + 1, i] = total * share
 
 
-@internal
+@borrowing
 def combine(row, z, terms, result):
     """Store the series of a row; returns the sum of the sizes of what its value is made of."""
     scale = 0.0
@@ -60,7 +60,7 @@ def combine(row, z, terms, result):
     return scale
 
 
-@internal
+@borrowing
 def value(row, z):
     """Value of a row at the beginning of a cell."""
     total = 0.0
@@ -70,7 +70,7 @@ def value(row, z):
     return total
 
 
-@internal
+@borrowing
 def size(row, z):
     """Sum of the sizes of what the value of a row is made of."""
     total = 0.0
@@ -88,14 +88,14 @@ def polynomial(coefficients, terms, tau):
     return total
 
 
-@internal
+@borrowing
 def advance_states(z, states, terms, tau):
     """Advance the states z[0] by tau."""
     for i in range(states):
         z[0, i] = polynomial(z[:, i], terms, tau)
 
 
-@internal
+@borrowing
 def first_zero(g, terms, h, room, fresh, flat):
     """First zero of the polynomial g in [0, h]; inf: there is none.
 

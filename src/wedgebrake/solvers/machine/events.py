@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.dynamics.jit import inlined, internal
+from wedgebrake.dynamics.jit import borrowing, inlined, internal
 from wedgebrake.solvers.machine.cells import size, value
 from wedgebrake.solvers.machine.complementarity import (
     ROUNDING,
@@ -190,7 +190,7 @@ def classify(problem, run):
     run.pending[0] = count
 
 
-@internal
+@borrowing
 def follow_bases(problem, run):
     """Set the sides of contacts whose base has changed its speed suddenly.
 
@@ -209,7 +209,7 @@ def follow_bases(problem, run):
     return jumped
 
 
-@internal
+@borrowing
 def find_arrived(problem, run, cell):
     """Find contacts whose sliding speed has become zero just where a cell ends."""
     count, arrived = 0, False
@@ -227,7 +227,7 @@ def find_arrived(problem, run, cell):
         run.pending[0] = count
 
 
-@internal
+@borrowing
 def sample_controllers(problem, run, time):
     """Let the controllers that are due at a time sample, and set their forces."""
     for number in range(run.modes.size):
@@ -260,7 +260,7 @@ def sample_time(contact, mode):
     return mode.first_sample + mode.samples * contact.sample_time
 
 
-@internal
+@borrowing
 def next_sampling(problem, modes):
     """Time of the next sampling of all controllers [s]; inf: there is none."""
     nearest = math.inf
@@ -270,7 +270,7 @@ def next_sampling(problem, modes):
     return nearest
 
 
-@internal
+@borrowing
 def apply_event(problem, run, what, cell, jumped):
     """Change the modes at an event that a guard announces; ``settle`` has to follow.
 
@@ -306,7 +306,7 @@ def apply_event(problem, run, what, cell, jumped):
     return False
 
 
-@internal
+@borrowing
 def _has_arrived(problem, run, number, cell):
     """Return True if the speed of a sliding contact has become zero, up to rounding."""
     z, row = run.z, problem.sliding[number]
@@ -320,7 +320,7 @@ def _has_arrived(problem, run, number, cell):
     return abs(value(row, z)) <= _TOGETHER * scale
 
 
-@internal
+@borrowing
 def _arrives_too(problem, run, number, cell):
     """Return True if a contact comes to rest at the same instant as others, and has not just left.
 

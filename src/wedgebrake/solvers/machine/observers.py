@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import internal
+from wedgebrake.dynamics.jit import borrowing, internal
 from wedgebrake.solvers.machine.cells import combine, polynomial
 from wedgebrake.solvers.machine.problem import TERMS
 
@@ -60,7 +60,7 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
     )  # fmt: skip
 
 
-@internal
+@borrowing
 def observe(observer, problem, run, slot, terms, clock, tau, last):
     """Record a cell of length tau, from the time of a clock on.
 
@@ -78,7 +78,7 @@ def observe(observer, problem, run, slot, terms, clock, tau, last):
         _add_work(observer, run, slot, terms, tau)
 
 
-@internal
+@borrowing
 def _sample(observer, problem, run, slot, terms, at, since, tau):
     """Record the state at a time since the beginning of a cell of length tau."""
     since, z, g, systems = min(max(since, 0.0), tau), run.z, run.guard, run.systems

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.dynamics.jit import compiled, inlined, internal
+from wedgebrake.dynamics.jit import borrowing, compiled, inlined
 from wedgebrake.dynamics.signals import advance, expand, next_knot, pass_knots, start_tables
 from wedgebrake.solvers.machine.cells import (
     advance_states,
@@ -92,7 +92,7 @@ def later(clock, tau):
     return Clock(time, lost - (time - total))
 
 
-@internal
+@borrowing
 def _expand_inputs(problem, run, clock, terms):
     """Store the series of the signals, and the rates of moving bases."""
     states, z = problem.states, run.z
@@ -105,7 +105,7 @@ def _expand_inputs(problem, run, clock, terms):
             z[terms - 1, rate] = 0.0
 
 
-@internal
+@borrowing
 def _first_event(run, slot, terms, longest):
     """(time until the first zero of a guard, its number); (longest, -1) if there is none."""
     systems, z, g = run.systems, run.z, run.guard
@@ -124,14 +124,14 @@ def _first_event(run, slot, terms, longest):
     return tau, first
 
 
-@internal
+@borrowing
 def _is_beyond(run, slot, number):
     """Return True if a guard is below zero at the begin of a cell by more than rounding."""
     row = run.systems.guards[slot, number]
     return value(row, run.z) < -_BEYOND * size(row, run.z)
 
 
-@internal
+@borrowing
 def _log_events(run, time, log, count, bent, begins):
     """Log what has happened to the contacts; returns the number of events.
 
@@ -152,7 +152,7 @@ def _log_events(run, time, log, count, bent, begins):
     return count
 
 
-@internal
+@borrowing
 def _log(log, count, time, contact, kind, before, after):
     """Log an event; returns the number of events."""
     event = log[count]
@@ -161,7 +161,7 @@ def _log(log, count, time, contact, kind, before, after):
     return count + 1
 
 
-@internal
+@borrowing
 def _after_knot(problem, run, cell, time):
     """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
 
@@ -174,7 +174,7 @@ def _after_knot(problem, run, cell, time):
         find_arrived(problem, run, cell)
 
 
-@internal
+@borrowing
 def _is_locked(run, slot):
     """Return True if a contact slides in a direction in which its brake locks itself."""
     for number in range(run.modes.size):
@@ -185,7 +185,7 @@ def _is_locked(run, slot):
     return False
 
 
-@internal
+@borrowing
 def _is_bounded(state):
     """Return True if no state is beyond the largest allowed, or no number."""
     bounded = True
@@ -194,7 +194,7 @@ def _is_bounded(state):
     return bounded
 
 
-@internal
+@borrowing
 def _all_at_rest(modes):
     """Return True if no contact slides."""
     resting = True
@@ -203,7 +203,7 @@ def _all_at_rest(modes):
     return resting
 
 
-@internal
+@borrowing
 def _finish_cell(problem, run, terms, tau, passed):
     """Move the states and the angles of orders on by tau.
 
