@@ -132,7 +132,9 @@ class TestModes:
 
     def test_without_any_are_a_sentence(self, tmp_path):
         free = wb.Machine(inertias=[wb.Inertia("disc", 1.0)])
-        wb.plot(wb.stability(free)).savefig(tmp_path / "picture.png")
+        figure = wb.plot(wb.stability(free))
+        figure.savefig(tmp_path / "picture.png")
+        assert not any(axes.axison for axes in figure.axes)
 
     def test_refuse_drivelines(self):
         with pytest.raises(wb.InputError):

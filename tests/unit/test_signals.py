@@ -1,4 +1,4 @@
-"""Signals: values, integrals, derivatives and periods against closed forms."""
+"""Signals: values, integrals and periods against closed forms."""
 
 from __future__ import annotations
 
@@ -27,7 +27,6 @@ def test_a_table_is_linear_and_takes_the_value_after_a_jump(after: str) -> None:
     table = wb.Table(*JUMPS, after=after)
     assert_allclose(table([0.0, 0.5, 1.0, 1.5, 1.999]), [0.0, 0.5, 3.0, 4.0, 4.998], rtol=1e-15)
     assert_allclose(table.integral([0.0, 0.5, 1.0, 2.0]), [0.0, 0.125, 0.5, 4.5], rtol=1e-15)
-    assert_allclose(table.derivative()([0.0, 0.5, 1.0, 1.5]), [1.0, 1.0, 2.0, 2.0], rtol=1e-15)
 
 
 def test_what_a_table_is_outside_of_its_times() -> None:
@@ -37,7 +36,6 @@ def test_what_a_table_is_outside_of_its_times() -> None:
     assert zero(outside).tolist() == [0.0, 0.0, 0.0]
     assert hold.integral(outside).tolist() == [0.0, 4.5, 9.5]
     assert zero.integral(outside).tolist() == [0.0, 4.5, 4.5]
-    assert hold.derivative()(outside).tolist() == zero.derivative()(outside).tolist() == [0.0] * 3
     times = np.linspace(-1.0, 3.0, 41)
     assert zero.primitive()(times).tolist() == zero(times).tolist()
     table = wb.Table(*JUMPS)
@@ -73,7 +71,6 @@ def test_a_ramp() -> None:
     ramp = wb.Ramp(80.0, 0.0, 4.0, begin=1.0)
     assert ramp([0.0, 1.0, 3.0, 5.0, 9.0]).tolist() == [80.0, 80.0, 40.0, 0.0, 0.0]
     assert_allclose(ramp.integral([1.0, 5.0, 9.0]), [80.0, 240.0, 240.0])
-    assert ramp.derivative()([0.5, 2.0, 6.0]).tolist() == [0.0, -20.0, 0.0]
 
 
 def test_orders_follow_the_integral_of_the_speed() -> None:
@@ -82,8 +79,6 @@ def test_orders_follow_the_integral_of_the_speed() -> None:
     angle = 10.0 * times + 2.5 * times**2
     expected = 1.5 * np.sin(2.0 * angle + 0.25) - np.sin(0.5 * angle)
     assert_allclose(orders(times), expected, atol=1e-13)
-    rate = (3.0 * np.cos(2.0 * angle + 0.25) - 0.5 * np.cos(0.5 * angle)) * (10.0 + 5.0 * times)
-    assert_allclose(orders.derivative()(times), rate, atol=1e-12)
 
 
 SIGNALS = {
@@ -105,14 +100,6 @@ def test_integrals_agree_with_adaptive_quadrature(name: str) -> None:
         knots = signal.knots(min(0.0, time), max(0.0, time))
         value, _ = quad(signal, 0.0, time, points=knots, limit=500, epsabs=1e-12)
         assert found == pytest.approx(value, rel=1e-11, abs=1e-11)
-
-
-@pytest.mark.parametrize("name", SIGNALS)
-def test_derivatives_agree_with_central_differences(name: str) -> None:
-    signal, times, h = SIGNALS[name], np.array([0.1, 0.45, 1.3]), 1e-5
-    expected = (signal(times + h) - signal(times - h)) / (2.0 * h)
-    found = signal.derivative()(times)
-    assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * signal.bound)
 
 
 def test_an_integral_keeps_its_digits_at_short_times() -> None:
@@ -192,7 +179,6 @@ def test_a_signal_of_ones_own_states_its_primitive_alone() -> None:
     assert pulse.integral(3.0) == 5.0
     assert pulse.varies
     assert pulse.period is None
-    assert pulse.derivative()(1.5) == 0.0
 
 
 def test_a_parameter_of_a_signal_has_a_name_of_its_own() -> None:

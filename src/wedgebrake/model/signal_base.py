@@ -39,7 +39,7 @@ class Signal(Positional, Chosen):
     - ``primitive()``, which returns the same signal composed only of ``Constant``, ``Harmonic``,
       ``Table``, ``Orders``, ``Sum`` and ``Product``.
 
-    The values, integral, derivative, period and series follow from it.
+    The values, integral, period and series follow from it.
     """
 
     table: ClassVar[str] = "signal"
@@ -76,10 +76,6 @@ class Signal(Positional, Chosen):
         """
         self._known(0.0)
         return self._integral(self._known(time))
-
-    def derivative(self) -> Signal:
-        """The rate of change per second, between the jumps."""
-        return self.primitive().derivative()
 
     @property
     def span(self) -> tuple[float, float]:

@@ -50,11 +50,6 @@ class Orders(Signal):
         """The same orders of the primitive speed."""
         return Orders(self.speed.primitive(), self.orders)
 
-    def derivative(self) -> Signal:
-        """The terms a quarter of a cycle ahead, times their order and the speed."""
-        terms = tuple((n, n * size, phase + 0.5 * math.pi) for n, size, phase in self.orders)
-        return self.speed * Orders(self.speed, terms)
-
     @property
     def span(self) -> tuple[float, float]:
         """The span of the speed."""

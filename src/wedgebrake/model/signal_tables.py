@@ -125,17 +125,6 @@ class Table(Signal):
         times, values = [times[0], *times, times[-1]], [0.0, *values, 0.0]
         return Table(times=times, values=values, after="hold")
 
-    def derivative(self) -> Signal:
-        """A table of the slopes, with jumps; zero where the table holds a value."""
-        times, slopes = self._points[0], self._slopes
-        inside = np.diff(times) > 0.0
-        return Table(
-            times=np.column_stack([times[:-1][inside], times[1:][inside]]).ravel(),
-            values=np.repeat(slopes[inside], 2),
-            periodic=self.periodic,
-            after="error" if self.periodic or self.after == "error" else "zero",
-        )
-
     @property
     def span(self) -> tuple[float, float]:
         """First and last time of the table [s]; always if it repeats or continues."""

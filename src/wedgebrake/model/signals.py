@@ -45,10 +45,6 @@ class Constant(Signal):
         """The signal itself."""
         return self
 
-    def derivative(self) -> Signal:
-        """Zero."""
-        return Constant(value=0.0)
-
     @property
     def span(self) -> tuple[float, float]:
         """Always."""
@@ -102,12 +98,6 @@ class Harmonic(Signal):
     def primitive(self) -> Signal:
         """The signal itself."""
         return self
-
-    def derivative(self) -> Signal:
-        """2 pi frequency amplitude cos(2 pi frequency t + phase)."""
-        factor = 2.0 * math.pi * self.frequency
-        ahead = Harmonic(self.amplitude, self.frequency, self.phase + 0.5 * math.pi)
-        return Product(signals=(Constant(value=factor), ahead))
 
     @property
     def span(self) -> tuple[float, float]:
@@ -186,10 +176,6 @@ class Sum(_Combined):
 
     kind: ClassVar[str] = "sum"
 
-    def derivative(self) -> Signal:
-        """Sum of the derivatives."""
-        return Sum(signals=tuple(one.derivative() for one in self.signals))
-
     @property
     def varies(self) -> bool:
         """True if one of the signals varies."""
@@ -216,14 +202,6 @@ class Product(_Combined):
     """Product of signals."""
 
     kind: ClassVar[str] = "product"
-
-    def derivative(self) -> Signal:
-        """Derivative by the product rule."""
-        terms = []
-        for i, one in enumerate(self.signals):
-            others = self.signals[:i] + self.signals[i + 1 :]
-            terms.append(Product(signals=(one.derivative(), *others)))
-        return Sum(signals=tuple(terms))
 
     @property
     def varies(self) -> bool:

@@ -9,19 +9,10 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS, FloatArray, Trajectory
+from wedgebrake.solvers.solution import FLAGS, FloatArray, Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_FLAGS: dict[str, dict[str, Any]] = {
-    "sticking": {"flag_values": [0, 1], "flag_meanings": "slips sticks"},
-    "event_kind": {
-        "flag_values": [int(kind) for kind in EVENT_MEANINGS],
-        "flag_meanings": " ".join(kind.name.lower() for kind in EVENT_MEANINGS),
-    },
-    **dict.fromkeys(("event_side", "stick_entry", "stick_exit"), SIDE_FLAGS),
-}
 
 
 def _sections(system: BrakedDriveline, trajectory: Trajectory) -> FloatArray:
@@ -76,8 +67,8 @@ def assemble(
             for name, (values, unit, meaning) in table.items()
         }
     )
-    for name, flags in _FLAGS.items():
-        dataset[name].attrs.update(flags)
+    for name in FLAGS.keys() & dataset.keys():
+        dataset[name].attrs.update(FLAGS[name])
     message = " ".join(part for part in (t.status.sentence, t.detail) if part)
     dataset.attrs = {
         "wedgebrake_version": __version__,

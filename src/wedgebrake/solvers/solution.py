@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,17 @@ EVENT_MEANINGS = {
 }
 SIDE_FLAGS = {"flag_values": [-1, 0, 1], "flag_meanings": "backwards none forwards"}
 """Attributes of a variable that is a sign of a velocity (CF flags)."""
+FLAGS: dict[str, dict[str, Any]] = {
+    "sticking": {"flag_values": [0, 1], "flag_meanings": "slips sticks"},
+    "event_kind": {
+        "flag_values": [int(kind) for kind in EVENT_MEANINGS],
+        "flag_meanings": " ".join(kind.name.lower() for kind in EVENT_MEANINGS),
+    },
+    **dict.fromkeys(
+        ("event_side", "event_before", "event_after", "stick_entry", "stick_exit"), SIDE_FLAGS
+    ),
+}
+"""Attributes of the coded variables of a response, by name."""
 
 
 @dataclass(frozen=True)

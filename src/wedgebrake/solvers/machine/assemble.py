@@ -74,13 +74,10 @@ class _Programs:
         self.operations.append((int(kind), index, value, frequency, phase))
 
     def _table(self, table: Table) -> None:
-        times, values, first = list(table.times), list(table.values), len(self.times)
-        if table.after == "zero" and not table.periodic:
-            times = [times[0], *times, times[-1]]
-            values = [0.0, *values, 0.0]
-        self.times += times
-        self.values += values
-        period = times[-1] - times[0] if table.periodic else 0.0
+        first = len(self.times)
+        self.times += table.times
+        self.values += table.values
+        period = table.times[-1] - table.times[0] if table.periodic else 0.0
         self.tables.append((first, len(self.times) - 1, 0, 0, period, table.periodic))
 
     def _orders(self, signal: Orders) -> None:
@@ -120,17 +117,13 @@ def _speeds(signal: Signal) -> Iterator[Signal]:
 class Assembled:
     """The numbers of a machine.
 
-    inputs  : number of inputs
     signals : of the first inputs
     torques : input of each torque, -1: constant
-    longest_delay : of the controllers
     """
 
     problem: MachineProblem
-    inputs: int
     signals: tuple[Signal, ...]
     torques: tuple[int, ...]
-    longest_delay: int
 
 
 def assemble(machine: Machine, start: float) -> Assembled:
@@ -191,8 +184,7 @@ def assemble(machine: Machine, start: float) -> Assembled:
         np.array(lines or [(0.0, 0.0, 0.0)], LINE), programs.numbers_of(start),
         state, max((one.rate for one in programs.numbers), default=0.0), start,
     )  # fmt: skip
-    delay = max((int(one) for one in contacts["delay"]), default=0)
-    return Assembled(problem, inputs, tuple(programs.numbers), tuple(torques), delay)
+    return Assembled(problem, tuple(programs.numbers), tuple(torques))
 
 
 def _contact(

@@ -7,11 +7,11 @@ import numpy as np
 from wedgebrake.dynamics.jit import borrowing, inlined
 from wedgebrake.solvers.machine.problem import TERMS
 
-# Terms that a series needs to reach rounding, by 16 times the product of cell and growth: the
-# largest term left out, product^n/n!, is below 1e-18.
 # Share of its change in a cell below which a value that has just been zero is zero.
 _FRESH = 1e-7
 _FEWEST = 6  # so that products of two tables are exact
+# Terms that a series needs to reach rounding, by 16 times the product of cell and growth: the
+# largest term left out, product^n/n!, is below 1e-18.
 _NEEDED = np.array(
     [_FEWEST] + [
         next(

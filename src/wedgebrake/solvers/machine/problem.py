@@ -125,10 +125,10 @@ class Run(NamedTuple):
 _SLOTS = 64
 
 
-def run_of(problem: MachineProblem, inputs: int, longest_delay: int) -> Run:
+def run_of(problem: MachineProblem) -> Run:
     """Room for a run of a machine."""
-    m, states = problem.contacts.size, problem.states
-    width, most = states + inputs + 1, 6 * m + 1
+    m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
+    most, places = 6 * m + 1, 1 + max(problem.contacts["delay"], default=0)
     systems = Systems(
         np.zeros(1, np.int64), np.zeros((_SLOTS, m), np.int64), np.zeros(_SLOTS),
         np.zeros(_SLOTS, np.int64),
@@ -138,6 +138,6 @@ def run_of(problem: MachineProblem, inputs: int, longest_delay: int) -> Run:
     )  # fmt: skip
     return Run(
         np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems,
-        np.zeros((m, longest_delay + 1)), np.zeros(m, np.int64), np.zeros(1, np.int64),
+        np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
         np.zeros(TERMS), np.zeros(width),
     )  # fmt: skip

@@ -16,20 +16,12 @@ from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals import as_signal
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 from wedgebrake.solvers.machine.sticks import stick_rows
-from wedgebrake.solvers.solution import EVENT_MEANINGS, SIDE_FLAGS
+from wedgebrake.solvers.solution import FLAGS
 from wedgebrake.solvers.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_FLAGS: dict[str, dict[str, Any]] = {
-    "sticking": {"flag_values": [0, 1], "flag_meanings": "slips sticks"},
-    "event_kind": {
-        "flag_values": [int(kind) for kind in EVENT_MEANINGS],
-        "flag_meanings": " ".join(kind.name.lower() for kind in EVENT_MEANINGS),
-    },
-    **dict.fromkeys(("event_before", "event_after", "stick_entry", "stick_exit"), SIDE_FLAGS),
-}
 _Array = NDArray[np.float64]
 _Table = dict[str, tuple[Any, Any, str, str]]
 
@@ -58,8 +50,8 @@ def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Da
         },
         coords=labels,
     )
-    for name, flags in _FLAGS.items():
-        found[name].attrs.update(flags)
+    for name in FLAGS.keys() & found.keys():
+        found[name].attrs.update(FLAGS[name])
     status = Status.of(answer.outcome)
     found.attrs = {
         "wedgebrake_version": __version__,

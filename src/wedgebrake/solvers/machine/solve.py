@@ -70,7 +70,7 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     """
     assembled = assemble(machine, task.start)
     problem = assembled.problem
-    run = run_of(problem, assembled.inputs, assembled.longest_delay)
+    run = run_of(problem)
     if task.initial is None:
         start_state(machine, problem, run)
     else:
@@ -122,20 +122,12 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
     """
     problem = assembled.problem
     n, states, count = len(machine.inertias), problem.states, len(machine.contacts)
-    width = states + assembled.inputs + 1
     parts = 2 * count + len(machine.shafts) + len(machine.torques)
-    left, right = np.zeros((parts, width)), np.zeros((parts, width))
+    left, right = np.zeros((2, parts, problem.torque.shape[1]))
     contact = np.full(parts, -1)
-    for j, one in enumerate(problem.contacts):
-        heat, base = right[j], right[count + j]
-        contact[j] = contact[count + j] = j
-        heat[n + one["a"]] = -1.0
-        if one["b"] >= 0:
-            heat[n + one["b"]] = 1.0
-        base[-1] = one["base_speed"]
-        if one["base_input"] >= 0:
-            base[states + one["base_input"]] = 1.0
-        heat += base
+    contact[: 2 * count] = [*range(count), *range(count)]
+    right[:count] = right[count : 2 * count] = -problem.sliding
+    right[count : 2 * count, : 2 * n] = 0.0  # of the base alone
     for row, shaft, twist in zip(
         range(2 * count, parts), machine.shafts, shaft_rows(machine), strict=False
     ):
