@@ -42,10 +42,10 @@ def sweep(kind="sweep", *, periods=None, follow=None, **axes):
         coordinates["period"] = ("period", np.arange(200, 200 + periods))
     data = {}
     for name, one in VARIABLES.items():
-        if one.per_period and not periods:
+        if one.over and not periods:
             continue
-        size = (*shape, periods) if one.per_period else shape
-        names = (*dims, "period") if one.per_period else dims
+        size = (*shape, periods) if one.over else shape
+        names = (*dims, "period") if one.over else dims
         data[name] = (names, np.full(size, one.fill, dtype=one.dtype), one.attributes())
     dataset = xr.Dataset(data, coords=coordinates)
     for name, value in {
@@ -145,7 +145,7 @@ def basins_of(count, size=40):
     where = ("initial_angle", "initial_velocity")
     dataset["attractor"] = where, stripes
     shares = np.array([np.mean(stripes == place) for place in range(count)])
-    dataset["attractor_motion"] = "attractor_id", np.full(count, MotionClass.PERIODIC, np.int8)
+    dataset["attractor_kind"] = "attractor_id", np.full(count, MotionClass.PERIODIC, np.int8)
     dataset["attractor_order"] = "attractor_id", np.full(count, 2, np.int32)
     dataset["attractor_share"] = "attractor_id", shares
     middle = [angles[number == place].mean() if shares[place] else 9.0 for place in range(count)]

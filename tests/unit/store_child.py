@@ -36,7 +36,7 @@ def results(plan: Plan, chunks: Chunks, index: tuple[int, ...]) -> dict[str, Any
     found = {}
     for number, variable in enumerate(plan.variables):
         place = points[..., None] * 100 + np.arange(plan.record_size)
-        place = place if variable.per_period else points
+        place = place if variable.over else points
         if variable.dtype == "float64":
             found[variable.name] = np.sin(place * (number + 1.0))
         else:

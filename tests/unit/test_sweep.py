@@ -323,7 +323,7 @@ def test_basins_of_one_chaotic_attractor_are_one() -> None:
         "initial_velocity": np.linspace(-9.0, 9.0, 12),
     }
     found = wb.basins(system, limit=1000, **start)
-    chaotic = found["attractor_motion"] == MotionClass.CHAOTIC
+    chaotic = found["attractor_kind"] == MotionClass.CHAOTIC
     assert int(chaotic.sum()) == 1
 
 

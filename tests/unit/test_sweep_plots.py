@@ -464,7 +464,7 @@ class TestBasins:
     def test_motions_in_words(self):
         dataset = basins_of(6, 200)
         for place, motion in enumerate((1, 2, 3, 4, 5, 0)):
-            dataset["attractor_motion"][{"attractor_id": 5 - place}] = motion
+            dataset["attractor_kind"][{"attractor_id": 5 - place}] = motion
         assert [one.word.split(": ")[1] for one in basins_data(dataset).styles[:6]] == [
             "at rest", "synchronous ($T$)", "$2T$", "quasi-periodic", "chaotic", "undecided",
         ]  # fmt: skip

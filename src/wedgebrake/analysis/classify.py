@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.problem import ANGLE, VELOCITY
 
 # Points that return within this share of the motion's size repeat, and a motion has settled when
 # the remaining drift is smaller.
@@ -42,23 +41,23 @@ _FALLING = 0.35
 _CONSERVED = 1e-6
 # Growth of the logarithm of a deviation in a period of the orbit that exceeds rounding.
 _UNSTABLE = 1e-6
-# Returns in the first window of an automatic transient; each window doubles the length.
-_FIRST_WINDOW = 64
+FIRST_WINDOW = 64
+"""Returns in the first window of an automatic transient; each window doubles the length."""
 
 
 class Window(NamedTuple):
     """Part of a motion that decides its class.
 
-    points  : (m + 1, 2) Poincare points, angle [rad] and velocity [rad/s]
-    weight  : factor that turns an angle into a velocity [1/s]; 0 where the angle is free
-    size    : half the range of the velocity and of the weighted angle, added [rad/s]
+    points  : (m + 1, n) Poincare points, states of any machine
+    scale   : (n,) factors that turn the states into velocities; 0 for an angle that is free
+    size    : half the ranges of the scaled states, added [rad/s]
     growth  : (m,) of a small deviation between returns (logarithm); nan where not known
     area    : mean growth of a small area (logarithm); -inf where the rank is lost
     resting : no slip since the last but one return
     """
 
     points: NDArray[np.float64]
-    weight: float
+    scale: NDArray[np.float64]
     size: float
     growth: NDArray[np.float64]
     area: float
@@ -84,36 +83,40 @@ UNKNOWN = Verdict(MotionClass.UNDECIDED, 0, math.nan, math.nan, math.nan, math.n
 
 
 @compiled
-def distance(points, i, j, weight):
+def distance(points, i, j, scale):
     """Distance of two Poincare points [rad/s]."""
-    angle = points[i, ANGLE] - points[j, ANGLE]
-    return math.hypot(weight * angle, points[i, VELOCITY] - points[j, VELOCITY])
+    total = 0.0
+    for k in range(scale.size):
+        total += (scale[k] * (points[i, k] - points[j, k])) ** 2
+    return math.sqrt(total)
 
 
 @compiled
-def rounding_of(points, weight, size):
+def rounding_of(points, scale, size):
     """Rounding error of a distance between points [rad/s].
 
     A state near the origin is a sum of terms as large as the motion, with their rounding errors.
     """
-    angle, velocity = 0.0, 0.0
-    for k in range(points.shape[0]):
-        angle = max(angle, abs(points[k, ANGLE]))
-        velocity = max(velocity, abs(points[k, VELOCITY]))
-    return ROUNDING * max(weight * angle + velocity, size)
+    total = 0.0
+    for k in range(scale.size):
+        largest = 0.0
+        for i in range(points.shape[0]):
+            largest = max(largest, abs(points[i, k]))
+        total += scale[k] * largest
+    return ROUNDING * max(total, size)
 
 
 @compiled
-def _farthest_return(points, n, begin, end, weight):
+def _farthest_return(points, n, begin, end, scale):
     """Largest distance of x[k] from x[k - n], begin < k <= end."""
     worst = 0.0
     for k in range(end, begin, -1):
-        worst = max(worst, distance(points, k, k - n, weight))
+        worst = max(worst, distance(points, k, k - n, scale))
     return worst
 
 
 @compiled
-def _merging(points, n, last, weight, size):
+def _merging(points, n, last, scale, size):
     """(m, distance): the points of n periods still approach an orbit of m periods; m = 0: not.
 
     With a multiplier near -1 they alternate between both sides, and seem to settle on twice
@@ -121,30 +124,30 @@ def _merging(points, n, last, weight, size):
     """
     for m in range(1, n // 2 + 1):
         if n % m == 0:
-            now = _farthest_return(points, m, last - m, last, weight)
-            before = _farthest_return(points, m, last - 2 * n - m, last - 2 * n, weight)
+            now = _farthest_return(points, m, last - m, last, scale)
+            before = _farthest_return(points, m, last - 2 * n - m, last - 2 * n, scale)
             if now <= _NEAR * size and now < _CLOSING * before:
                 return m, now
     return 0, 0.0
 
 
 @compiled
-def _stays(points, n, now, weight, size):
+def _stays(points, n, now, scale, size):
     """Return True if the motion, which returns after n periods to within ``now``, has settled."""
     last, look = points.shape[0] - 1, max(n, _RETURNS)
     # The remaining drift as a geometric series.
-    before = _farthest_return(points, n, last - 2 * look, last - look, weight)
+    before = _farthest_return(points, n, last - 2 * look, last - look, scale)
     if now < before:
         shrink = (now / before) ** (n / look)
         if now * shrink / (1.0 - shrink) <= SETTLED * size:
             return True
     # Or there is no drift over half of a long window.
     far = n * (last // (2 * n))
-    return far > _LONG and _farthest_return(points, far, last - n, last, weight) <= SETTLED * size
+    return far > _LONG and _farthest_return(points, far, last - n, last, scale) <= SETTLED * size
 
 
 @compiled
-def _fewest(points, n, last, weight, room):
+def _fewest(points, n, last, scale, room):
     """Smallest divisor m of n after which the motion returns to within ``room``: (m, distance).
 
     Near a focus the distances after one orbit shrink unevenly, so that those after several
@@ -153,10 +156,10 @@ def _fewest(points, n, last, weight, room):
     look = max(n, _RETURNS)
     for m in range(1, n):
         if n % m == 0:
-            apart = _farthest_return(points, m, last - look, last, weight)
+            apart = _farthest_return(points, m, last - look, last, scale)
             if apart <= room:
                 return m, apart
-    return n, _farthest_return(points, n, last - look, last, weight)
+    return n, _farthest_return(points, n, last - look, last, scale)
 
 
 @compiled
@@ -166,29 +169,29 @@ def _share(length, size, rounding):
 
 
 @compiled
-def order_of(points, weight, size):
+def order_of(points, scale, size):
     """(n, distance): the motion repeats after n periods, within ``distance`` of its size.
 
     n = 0 where it does not repeat; the distance is then that of its best return.
     """
     last = points.shape[0] - 1
-    rounding = rounding_of(points, weight, size)
+    rounding = rounding_of(points, scale, size)
     best = math.inf
     for n in range(1, min(LONGEST, last // 3) + 1):
         look = max(n, _RETURNS)
         if last < n + 2 * look:
             break
-        near = _farthest_return(points, n, last - _RETURNS, last, weight)
+        near = _farthest_return(points, n, last - _RETURNS, last, scale)
         best = min(best, near)
         if near > SETTLED * size + rounding:
             continue
-        now = _farthest_return(points, n, last - look, last, weight)
-        m, apart = _merging(points, n, last, weight, size)
+        now = _farthest_return(points, n, last - look, last, scale)
+        m, apart = _merging(points, n, last, scale, size)
         if m > 0:
             # As near as settled points: one limit already.
             return (m if apart <= SETTLED * size else 0), _share(apart, size, rounding)
-        if now <= rounding or _stays(points, n, now, weight, size):
-            m, apart = _fewest(points, n, last, weight, SETTLED * size + rounding)
+        if now <= rounding or _stays(points, n, now, scale, size):
+            m, apart = _fewest(points, n, last, scale, SETTLED * size + rounding)
             return m, _share(apart, size, rounding)
     return 0, _share(best, size, rounding)
 
@@ -216,18 +219,18 @@ def mean_growth(growth):
 
 
 @compiled
-def _trend(points, weight):
+def _trend(points, scale):
     """Change of the mean logarithm of the best return's distance, half to half."""
     last = points.shape[0] - 1
     best, order = math.inf, 1
     for n in range(1, max(2, min(LONGEST, last // 4))):
-        here = _farthest_return(points, n, last - 4, last, weight)
+        here = _farthest_return(points, n, last - 4, last, scale)
         if here < best:
             best, order = here, n
     middle = (last + order) // 2
     early, late = 0.0, 0.0
     for k in range(order, last):
-        logarithm = math.log(distance(points, k, k - order, weight) + 1e-300)
+        logarithm = math.log(distance(points, k, k - order, scale) + 1e-300)
         if k < middle:
             early += logarithm
         else:
@@ -236,20 +239,19 @@ def _trend(points, weight):
 
 
 @compiled
-def _average(points):
-    """Weighted Birkhoff average of (angle, velocity).
+def _average(values):
+    """Weighted Birkhoff average of a state.
 
     For quasi-periodic motion it converges faster than any power: S. Das, Y. Saiki, E. Sander
     and J. A. Yorke, Nonlinearity 30 (2017), 4111-4140.
     """
-    angle, velocity, weights = 0.0, 0.0, 0.0
-    for k in range(1, points.shape[0]):
-        x = k / points.shape[0]
+    total, weights = 0.0, 0.0
+    for k in range(1, values.size):
+        x = k / values.size
         bump = math.exp(-1.0 / (x * (1.0 - x)))
-        angle += bump * points[k, ANGLE]
-        velocity += bump * points[k, VELOCITY]
+        total += bump * values[k]
         weights += bump
-    return angle / weights, velocity / weights
+    return total / weights
 
 
 @compiled
@@ -270,10 +272,12 @@ def _aperiodic_class(window, mean, error):
     if abs(window.area) * count > _CONSERVED and window.area * count > -4.0:
         return MotionClass.UNDECIDED
     # The averages of both halves of the points must agree.
-    angle0, velocity0 = _average(points[: count // 2])
-    angle1, velocity1 = _average(points[count // 2 : count])
-    apart = math.hypot(window.weight * (angle0 - angle1), velocity0 - velocity1) / window.size
-    if _trend(points, window.weight) < -_FALLING or apart > 0.1 / count:
+    apart = 0.0
+    for k in range(window.scale.size):
+        early, late = _average(points[: count // 2, k]), _average(points[count // 2 : count, k])
+        apart += (window.scale[k] * (early - late)) ** 2
+    apart = math.sqrt(apart) / window.size
+    if _trend(points, window.scale) < -_FALLING or apart > 0.1 / count:
         return MotionClass.UNDECIDED
     return MotionClass.QUASI_PERIODIC
 
@@ -284,7 +288,7 @@ def classify(window):
     mean, error = mean_growth(window.growth)
     class_, order, returned = MotionClass.AT_REST, np.int64(0), 0.0
     if not window.resting:
-        order, returned = order_of(window.points, window.weight, window.size)
+        order, returned = order_of(window.points, window.scale, window.size)
         class_ = MotionClass.PERIODIC if order > 1 else MotionClass.SYNCHRONOUS
         if order == 0:
             class_ = _aperiodic_class(window, mean, error)
@@ -302,7 +306,7 @@ def _attracts(first, returned, window):
     """
     if math.isnan(first):
         return True
-    if returned * window.size <= 10.0 * rounding_of(window.points, window.weight, window.size):
+    if returned * window.size <= 10.0 * rounding_of(window.points, window.scale, window.size):
         return not first > _UNSTABLE
     share = math.exp(first)
     return share < 1.0 and returned * share <= SETTLED * (1.0 - share)
@@ -324,17 +328,20 @@ def conclude(window, verdict, first, second):
 
 
 @compiled
-def settling_of(points, order, last, weight, size):
+def settling_of(points, order, last, scale, size):
     """Number of returns after which the motion stayed near its final orbit."""
-    room = 10.0 * (SETTLED * size + rounding_of(points[: last + 1], weight, size))
+    room = 10.0 * (SETTLED * size + rounding_of(points[: last + 1], scale, size))
     for k in range(last - order, -1, -1):
-        if distance(points, k, last - (last - k) % order, weight) > room:
+        if distance(points, k, last - (last - k) % order, scale) > room:
             return k + 1
     return 0
 
 
 @compiled
-def next_window(done, limit):
-    """End of the window after ``done`` returns; the last window is the second half of all."""
-    target = max(2 * done, _FIRST_WINDOW)
+def next_window(done, limit, first):
+    """End of the window after ``done`` returns; the last window is the second half of all.
+
+    first : returns in the first window
+    """
+    target = max(2 * done, first)
     return limit if 2 * target > limit else target

@@ -89,8 +89,8 @@ class _Run:
         self.period = 1.0 / system.excitation.frequency
         # Of the periods observed last; ``resting``: no slip in the last period.
         self.sums, self.size, self.resting = empty_sums(), 1.0, False
-        # Weight of an angle in distances: without a spring it does not matter.
-        self.ruler = system.driveline.natural_frequency
+        # Without a spring the angle does not matter.
+        self.scale = np.array([system.driveline.natural_frequency, 1.0])
         self.result: Result = evaluate_point.EMPTY.copy()[0]
 
     def advance(self, periods: int) -> None:
@@ -149,7 +149,7 @@ class _Run:
         """Run windows, each as long as all before it, until the motion has settled."""
         done, limit, verdict = 0, self.protocol.limit, classify.UNKNOWN
         while self.status is Status.COMPLETED and done < limit:
-            begin, done = done, classify.next_window(done, limit)
+            begin, done = done, classify.next_window(done, limit, classify.FIRST_WINDOW)
             self.observe(done - begin)
             if self.status is not Status.COMPLETED:
                 break
@@ -157,7 +157,7 @@ class _Run:
             self.result.judged, self.result.settling = done - begin, begin
             if verdict.order:
                 self.result.settling = classify.settling_of(
-                    self.points, verdict.order, done, self.ruler, self.size
+                    self.points, verdict.order, done, self.scale, self.size
                 )
             if verdict.order or verdict.motion == MotionClass.AT_REST:
                 break
@@ -172,11 +172,11 @@ class _Run:
         line = self.system.driveline
         # On a turning shaft the spring ends every rest.
         resting = self.resting and (line.drive_speed == 0.0 or line.stiffness == 0.0)
-        window = Window(points, self.ruler, self.size, largest, area, resting)
+        window = Window(points, self.scale, self.size, largest, area, resting)
         verdict: Verdict = classify.classify(window)
         order = verdict.order
         if resting:
-            order, _ = classify.order_of(points, self.ruler, self.size)
+            order, _ = classify.order_of(points, self.scale, self.size)
         if order == 0:
             return verdict
         first, second = self.multipliers(order)
@@ -228,7 +228,7 @@ class _SmoothRun(_Run):
         self.resting = self._rest(end) - at_rest >= self.period * (1.0 - _RESTING)
         if not math.isnan(self.sums.band_entered):
             leave_band(self.sums, end, SHORTEST_STICK * self.period)
-        self.size = max(evaluate_point.size_of(self.sums, self.ruler), 1e-300)
+        self.size = max(evaluate_point.size_of(self.sums, self.scale), 1e-300)
 
     def _rest(self, now: float) -> float:
         """Time at rest so far [s]."""
@@ -237,8 +237,8 @@ class _SmoothRun(_Run):
         return float(self.sums.rest_time + lasting)
 
     def _derivatives(self) -> FloatArray:
-        """(periods, 2, 2) derivatives over each period, of weighted angle and velocity."""
-        scale = np.array([self.ruler or self.system.excitation.angular_frequency, 1.0])
+        """(periods, 2, 2) derivatives over each period, of scaled angle and velocity."""
+        scale = np.array([self.scale[0] or self.system.excitation.angular_frequency, 1.0])
         return np.asarray(self.matrices * scale[:, None] / scale)
 
     def growth(self, periods: int) -> FloatArray:
@@ -276,7 +276,7 @@ class _SchemeRun(_Run):
     ) -> None:
         super().__init__(system, initial, protocol)
         self.method = method
-        slow = self.ruler / system.excitation.angular_frequency
+        slow = self.scale[0] / system.excitation.angular_frequency
         self.samples = min(_MOST_SAMPLES, max(_SAMPLES, math.ceil(_OF_NATURAL * slow)))
 
     def advance(self, periods: int) -> None:
@@ -290,7 +290,7 @@ class _SchemeRun(_Run):
         self.resting = sticks(self.response, last).attrs["share"] >= 1.0 - _RESTING
         seen = self.response.isel(time=slice(-self.samples - 1, None))
         width = np.ptp(seen["velocity"].to_numpy())
-        width += self.ruler * np.ptp(seen["angle"].to_numpy())
+        width += self.scale[0] * np.ptp(seen["angle"].to_numpy())
         self.size = float(max(0.5 * width, 1e-300))
 
     def _run(self, periods: int, **given: Any) -> xr.Dataset:

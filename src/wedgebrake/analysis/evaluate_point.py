@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis import accumulators
 from wedgebrake.analysis.classify import (
+    FIRST_WINDOW,
     LONGEST,
     UNKNOWN,
     Verdict,
@@ -89,12 +90,14 @@ class Arrays(NamedTuple):
     log    : rows of the segment log, at least two
     points : (n, 2) Poincare points, by number of return;  growth : (n,)
     sums   : (2,) of the window or record, and of one orbit
+    scale  : (2,) see ``Window``
     """
 
     log: Any
     points: NDArray[np.float64]
     growth: NDArray[np.float64]
     sums: Any
+    scale: NDArray[np.float64]
 
 
 class _Passage(NamedTuple):
@@ -115,7 +118,8 @@ def arrays_for(settings, rows):
     transient = settings.limit if settings.transient < 0 else settings.transient
     longest = transient + settings.recorded + LONGEST + 1
     return Arrays(
-        np.empty(rows, SEGMENT), np.empty((longest, 2)), np.empty(longest), np.empty(2, SUMS)
+        np.empty(rows, SEGMENT), np.empty((longest, 2)), np.empty(longest), np.empty(2, SUMS),
+        np.ones(2),
     )
 
 
@@ -194,7 +198,7 @@ def _sliding_damping(problem):
 
 
 @compiled
-def _judge(problem, there, begin, ruler, max_events, arrays):
+def _judge(problem, there, begin, max_events, arrays):
     """``Verdict`` on the periods from ``begin`` to the end of a passage."""
     driveline, sums, end = problem.driveline, arrays.sums[0], there.state.period
     count = end - begin
@@ -203,8 +207,8 @@ def _judge(problem, there, begin, ruler, max_events, arrays):
     lasting = driveline.rest_velocity == 0.0 or driveline.stiffness == 0.0
     resting = lasting and sums.last_slip <= end - 1.0
     window = Window(
-        arrays.points[begin : end + 1], ruler, size_of(sums, ruler), arrays.growth[:count], area,
-        resting,
+        arrays.points[begin : end + 1], arrays.scale, size_of(sums, arrays.scale),
+        arrays.growth[:count], area, resting,
     )  # fmt: skip
     verdict = classify(window)
     if not resting and verdict.order == 0:
@@ -221,10 +225,10 @@ def _judge(problem, there, begin, ruler, max_events, arrays):
 
 
 @compiled
-def size_of(sums, ruler):
-    """Half the range of velocity and weighted angle together [rad/s]."""
+def size_of(sums, scale):
+    """Half the range of velocity and scaled angle together [rad/s]."""
     width = sums.greatest_velocity - sums.least_velocity
-    return 0.5 * (width + ruler * (sums.greatest_angle - sums.least_angle))
+    return 0.5 * (width + scale[ANGLE] * (sums.greatest_angle - sums.least_angle))
 
 
 @compiled
@@ -273,7 +277,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     automatic, max_events, sums = settings.transient < 0, settings.max_events, arrays.sums[0]
     weight = angle_weight(problem.driveline, problem.torque)
     # Without a spring the angle does not matter.
-    ruler = weight if problem.driveline.stiffness > 0.0 else 0.0
+    arrays.scale[ANGLE] = weight if problem.driveline.stiffness > 0.0 else 0.0
     arrays.points[0, ANGLE], arrays.points[0, VELOCITY] = angle, velocity
     # A plain 0 has a different type and would cause a second compilation.
     state = State(np.int64(0), 0.0, angle, velocity)
@@ -287,7 +291,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     begin = state.period
     while outcome == Outcome.COMPLETED:
         begin = state.period
-        last = begin + settings.recorded if recording else next_window(begin, settings.limit)
+        last = begin + settings.recorded if recording else next_window(begin, settings.limit, FIRST_WINDOW)
         deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
         there = _advance(
             problem, state, last, max_events - result.events, arrays, sums, deviation,
@@ -298,7 +302,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
         if outcome != Outcome.COMPLETED:
             break
         if not recording or not automatic:
-            verdict = _judge(problem, there, begin, ruler, max_events, arrays)
+            verdict = _judge(problem, there, begin, max_events, arrays)
             settled = verdict.motion == MotionClass.AT_REST or verdict.order > 0
             result.judged = state.period - begin
         elif settled:
@@ -316,8 +320,10 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
         if verdict.motion == MotionClass.AT_REST:
             result.settling = max(0.0, math.ceil(sums.last_slip))
         elif settled:
-            size = size_of(sums, ruler)
-            result.settling = settling_of(arrays.points, verdict.order, state.period, ruler, size)
+            size = size_of(sums, arrays.scale)
+            result.settling = settling_of(
+                arrays.points, verdict.order, state.period, arrays.scale, size
+            )
         recording = settled or state.period >= settings.limit
     if not recording:
         begin = state.period
@@ -331,5 +337,5 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     # Sums over one whole orbit if settled, since the record may end within an orbit.
     row, periods = (1, max(verdict.order, 1)) if settled else (0, settings.recorded)
     report_sums(result, arrays.sums[row], periods, interval, verdict.motion == MotionClass.AT_REST)
-    result.size = size_of(sums, ruler)
+    result.size = size_of(sums, arrays.scale)
     return begin, state.period + 1

@@ -4,60 +4,105 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, fields
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.model.display import Result
-from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, wrong
 from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.simulate import check_state, choose_method
+
+if TYPE_CHECKING:
+    from wedgebrake.analysis.machine_motion.result import MachineResult
+
+# Classes that need no record of returns.
+_AT_ONCE = ("at rest", "steady sliding")
+
+
+@dataclass(frozen=True)
+class ContactMotion:
+    """What one contact of a machine does in the steady motion.
+
+    stick_class                     : "non-stick-slip", "unidirectional stick-slip", ...
+    sticks_forward, sticks_backward : sticks in a return, by side of entry
+    stick_share                     : share of time at rest
+    peak_torque                     : largest |torque| [N m]
+    friction_power                  : mean power that friction turns into heat [W]
+    """
+
+    name: str
+    stick_class: str
+    sticks_forward: float
+    sticks_backward: float
+    stick_share: float
+    peak_torque: float
+    friction_power: float
 
 
 @dataclass(frozen=True, repr=False)
 class Motion(Result):
     """Class of the steady motion of a system, with its evidence.
 
+    A motion is sampled at its returns: once in each period of the signals or, where no signal
+    varies in time, whenever a speed crosses the middle of its range upwards.
+
     kind              : "synchronous", "periodic", "quasi-periodic", "chaotic", "at rest",
-                        "diverged", "self-locked", or "undecided" if the transient has not
-                        decayed or the record is too short
-    order             : periods of the torque in one period of the motion; 0 if it does not repeat.
-                        If no torque acts, periods are still counted as 1/frequency: a
-                        self-excited motion, which has another period, is then quasi-periodic or
-                        undecided, however exactly it repeats
-    stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as in ``sticks``
+                        "steady sliding", "limit cycle", "diverged", "self-locked", or "undecided"
+                        if the transient has not decayed or the record is too short
+    order             : returns in one period of the motion; 0 if it does not repeat
+    period            : of the motion [s]; nan if it does not repeat
+    self_excited      : whether no signal varies in time
+    stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as in ``sticks``; of
+                        several contacts the one that sticks in most directions
     status            : how the simulation ended, as ``Status``
-    transient         : periods that were run before the record
-    settling          : with transient="auto": periods after which the motion stayed within
+    transient         : returns before the record
+    settling          : with transient="auto": returns after which the motion stayed within
                         1e-5 of its final orbit; nan where it has none
-    judged            : periods that decided the class
+    judged            : returns that decided the class
     return_distance   : distance from repetition, relative to the size of the motion
-    largest_exponent, second_exponent
-                      : Lyapunov exponents [1/s]; the second is -inf where sticks remove a
-                        dimension, and nan where it is not resolved (smooth)
+    exponents         : Lyapunov exponents, descending [1/s]; -inf where sticks remove a dimension,
+                        nan where they are not resolved. One of a self-excited vibration is 0
     exponent_error    : standard error of the largest [1/s]; 0 where a periodic orbit's
-                        multipliers give it exactly, nan below 16 periods
-    sticks_forward, sticks_backward : sticks in a period of the torque, by side of entry
-    stick_share       : share of time at rest relative to the brake
+                        multipliers give it exactly, nan below 16 returns
+    sticks_forward, sticks_backward : sticks in a return, by side of entry, of all contacts
+    stick_share       : share of time at rest relative to the brake; of several contacts the largest
     peak_torque       : largest |R F_mu| [N m]
-    friction_power    : mean power that the brake turns into heat [W]
+    friction_power    : mean power that friction turns into heat [W]
+    contacts          : the same for each contact of a ``Machine``
     """
 
     kind: str
     order: int
+    period: float
+    self_excited: bool
     stick_class: str
     status: str
     transient: int
     settling: float
     judged: int
     return_distance: float
-    largest_exponent: float
-    second_exponent: float
+    exponents: tuple[float, ...]
     exponent_error: float
     sticks_forward: float
     sticks_backward: float
     stick_share: float
     peak_torque: float
     friction_power: float
+    contacts: tuple[ContactMotion, ...] = ()
+
+    @property
+    def largest_exponent(self) -> float:
+        """The largest Lyapunov exponent [1/s]."""
+        return self.exponents[0] if self.exponents else math.nan
+
+    @property
+    def second_exponent(self) -> float:
+        """The second Lyapunov exponent [1/s]."""
+        return self.exponents[1] if len(self.exponents) > 1 else math.nan
 
     @property
     def word(self) -> str:
@@ -73,17 +118,21 @@ class Motion(Result):
         text = self.word if alike else f"{self.word}, {self.stick_class}"
         if self.status != "completed":
             return f"{text}: the run was stopped ({self.status})."
+        returns, one = ("crossings", "crossing") if self.self_excited else ("periods", "period")
+        if self.kind == "limit cycle":
+            text += f" of period {self.period:.6g} s"
         if self.order:
-            text += f": repeats after {self.order} T to {self.return_distance:.1g} of its size"
+            after = "itself" if self.self_excited else f"after {self.order} T"
+            text += f": repeats {after} to {self.return_distance:.1g} of its size"
             if not math.isnan(self.settling):
-                text += f", from period {self.settling:g} on"
-        elif self.kind != "at rest" and math.isfinite(self.return_distance):
+                text += f", from {one} {self.settling:g} on"
+        elif self.kind not in _AT_ONCE and math.isfinite(self.return_distance):
             text += (
-                f": in {self.judged} periods it came back no closer than"
+                f": in {self.judged} {returns} it came back no closer than"
                 f" {self.return_distance:.1g} of its size"
             )
-        elif self.kind != "at rest":
-            text += f": {self.judged} periods are too few to tell"
+        elif self.kind not in _AT_ONCE:
+            text += f": {self.judged} {returns} are too few to tell"
         if math.isnan(self.largest_exponent):
             return f"{text}."
         error = f" +- {self.exponent_error:.1g}" if self.exponent_error > 0.0 else ""
@@ -96,16 +145,18 @@ class Motion(Result):
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        return {**asdict(self), "word": self.word, "verdict": self.verdict}
+        derived = ("largest_exponent", "second_exponent", "word", "verdict")
+        return {**asdict(self), **{name: getattr(self, name) for name in derived}}
 
 
 def motion(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     periods: int | None = None,
     *,
+    crossings: int | None = None,
     transient: int | Literal["auto"] = "auto",
     limit: int = LIMIT,
-    initial: tuple[float, float] = (0.0, 0.0),
+    initial: tuple[float, float] | FinalState | None = None,
     method: str | None = None,
     rtol: float = 1e-9,
     step: float = 1e-4,
@@ -116,19 +167,23 @@ def motion(
 
     Parameters
     ----------
-    system : BrakedDriveline
+    system : BrakedDriveline or Machine
         System to simulate.
     periods : int
         With a number for ``transient``: number of the last period, default 250. With
         "auto": periods recorded after the transient, default 50.
+    crossings : int
+        The same for a system without varying signals, which has no period: number of returns to
+        the section of its motion.
     transient : int or "auto"
-        Periods left out. "auto" runs windows, each twice as long as the previous, until the
-        motion has settled or ``limit`` periods have passed (200, with periods=250,
+        Returns left out. "auto" runs windows, each twice as long as the previous, until the
+        motion has settled or ``limit`` returns have passed (200, with periods=250,
         is approximately the paper's protocol).
     limit : int
-        Largest number of periods to wait, with "auto".
-    initial : (angle [rad], velocity [rad/s])
-        State at t = 0.
+        Largest number of returns to wait, with "auto".
+    initial : (float, float) or FinalState
+        State at t = 0: of a driveline angle [rad] and velocity [rad/s], 0 by default; of a machine
+        as for ``simulate``.
     method, rtol, step, max_events, max_steps
         As in ``simulate``. Exponents come from the exact derivative of the flow with
         "exact", and from the variational equation with "smooth". The fixed step of
@@ -144,27 +199,124 @@ def motion(
     InputError
         For arguments that are invalid or do not fit the friction law.
     """
-    check_driveline(system)
+    limits = {"rtol": rtol, "step": step, "max_events": max_events, "max_steps": max_steps}
+    if isinstance(system, Machine) or is_solved_as_machine(system, method):
+        machine, state = as_machine(system, initial)
+        wanted = protocol(returns_of(machine, periods, crossings), transient, limit, **limits)
+        from wedgebrake.analysis.machine_motion.run import classify_machine
+
+        return from_machine(
+            machine, interruptible(lambda: classify_machine(machine, wanted, state))
+        )
+    if crossings is not None:
+        raise wrong(
+            "crossings", crossings, "None for a system with a torque that varies", "Give periods."
+        )
     chosen = choose_method(system, method)
-    state = check_state("initial", initial)
-    wanted = protocol(
-        periods, transient, limit, rtol=rtol, step=step, max_events=max_events, max_steps=max_steps
-    )
+    start = check_state("initial", (0.0, 0.0) if initial is None else initial)
+    wanted = protocol(periods, transient, limit, **limits)
     from wedgebrake.analysis.classify_run import classify_run
 
-    result, _ = interruptible(lambda: classify_run(system, state, chosen, wanted))
-    return from_result(result)
+    result, _ = interruptible(lambda: classify_run(system, start, chosen, wanted))
+    return from_result(result, 1.0 / system.excitation.frequency)
 
 
-def from_result(result: Any) -> Motion:
-    """A ``Motion`` from a record of ``wedgebrake.analysis.evaluate_point.RESULT``."""
+def is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
+    """Return True for a driveline that is analysed as a ``Machine``: self-excited, or with signals.
+
+    Raises ``InputError`` for anything but a driveline.
+    """
+    check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
+    set_valued = isinstance(system.friction, SetValuedFriction)
+    if not set_valued or method not in (None, "exact"):
+        return False
+    return not system.plain or system.excitation.amplitude == 0.0
+
+
+def as_machine(
+    system: BrakedDriveline | Machine, initial: Any
+) -> tuple[Machine, FinalState | None]:
+    """The machine of a system, and the state in which its run begins."""
+    if isinstance(system, Machine):
+        allowed = "a final state, as returned by wb.final_state"
+        if initial is not None:
+            check_instance("initial", initial, FinalState, allowed)
+        return system, initial
+    angle, velocity = check_state("initial", (0.0, 0.0) if initial is None else initial)
+    return system.machine.replace({"driveline.angle": angle, "driveline.speed": velocity}), None
+
+
+def returns_of(machine: Machine, periods: int | None, crossings: int | None) -> int | None:
+    """The number of returns of a run, given as periods or as crossings.
+
+    Raises ``InputError`` if the machine has no returns of the kind given.
+    """
+    if machine.autonomous and periods is not None:
+        raise wrong(
+            "periods", periods, "None for a system without varying signals, which has no period",
+            "Give crossings, the number of returns to the section of its motion.",
+        )  # fmt: skip
+    if not machine.autonomous and crossings is not None:
+        raise wrong(
+            "crossings", crossings, "None for a system with signals that vary", "Give periods."
+        )
+    return crossings if machine.autonomous else periods
+
+
+def from_result(result: Any, interval: float) -> Motion:
+    """A ``Motion`` from a record of ``wedgebrake.analysis.evaluate_point.RESULT``.
+
+    interval : the period of the torque [s]
+    """
     from wedgebrake.dynamics.enums import MotionClass, StickClass
     from wedgebrake.solvers.status import Status
 
+    order = result["order"].item()
     words: dict[str, Any] = {
         "kind": MotionClass(result["motion"]).word,
         "stick_class": StickClass(result["stick_class"]).word,
         "status": Status.of(result["outcome"]).value,
+        "period": order * interval if order else math.nan,
+        "self_excited": False,
+        "exponents": (result["largest_exponent"].item(), result["second_exponent"].item()),
+        "contacts": (),
     }
     numbers = {one.name: result[one.name].item() for one in fields(Motion) if one.name not in words}
     return Motion(**words, **numbers)
+
+
+def from_machine(machine: Machine, result: MachineResult) -> Motion:
+    """A ``Motion`` from the result of a machine."""
+    from wedgebrake.dynamics.enums import StickClass
+    from wedgebrake.solvers.status import Status
+
+    found = result.contacts
+    contacts = tuple(
+        ContactMotion(
+            one.name, StickClass(found.stick_class[i]).word, *map(float, found.sticks[i]),
+            float(found.stick_share[i]), float(found.peak_torque[i]),
+            float(found.friction_power[i]),
+        )
+        for i, one in enumerate(machine.contacts)
+    )  # fmt: skip
+    sticks = found.sticks.sum(axis=0)
+    return Motion(
+        kind=result.motion.word,
+        order=result.order,
+        period=result.period,
+        self_excited=result.self_excited,
+        stick_class=StickClass(found.stick_class.max(initial=StickClass.NONE)).word,
+        status=Status.of(result.outcome).value,
+        transient=result.transient,
+        settling=result.settling,
+        judged=result.judged,
+        return_distance=result.return_distance,
+        exponents=tuple(map(float, result.exponents)),
+        exponent_error=result.exponent_error,
+        sticks_forward=float(sticks[0]),
+        sticks_backward=float(sticks[1]),
+        stick_share=float(found.stick_share.max(initial=0.0)),
+        peak_torque=float(found.peak_torque.max(initial=0.0)),
+        friction_power=float(found.friction_power.sum()),
+        contacts=contacts,
+    )

@@ -130,7 +130,7 @@ def _intervals(
 
 
 def _attractors(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    columns = (dataset[f"attractor_{name}"].to_numpy() for name in ("motion", "order", "share"))
+    columns = (dataset[f"attractor_{name}"].to_numpy() for name in ("kind", "order", "share"))
     return [
         {"number": number, "motion": motion_word(int(motion), int(order)), "share": float(share)}
         for number, (motion, order, share) in enumerate(zip(*columns, strict=True))

@@ -62,10 +62,7 @@ class FlowForm(IntEnum):
 
 
 class MotionClass(IntEnum):
-    """Class of motion (docs/theory.md, section 9); -1 if not computed.
-
-    Periods are those of the torque, 1/frequency, also if its amplitude is 0.
-    """
+    """Class of motion (docs/theory.md, sections 9 and 15); -1 if not computed."""
 
     NONE = -1
     UNDECIDED = 0
@@ -77,11 +74,20 @@ class MotionClass(IntEnum):
     CHAOTIC = 5
     DIVERGED = 6
     SELF_LOCKED = 7
+    STEADY_SLIDING = 8
+    """At constant speeds, without a varying signal."""
+    LIMIT_CYCLE = 9
+    """Periodic without a varying signal."""
 
     @property
     def word(self) -> str:
         """Name in text; ``motion_word`` adds the order of a periodic motion."""
-        names = {MotionClass.NONE: "not computed", MotionClass.AT_REST: "at rest"}
+        names = {
+            MotionClass.NONE: "not computed",
+            MotionClass.AT_REST: "at rest",
+            MotionClass.STEADY_SLIDING: "steady sliding",
+            MotionClass.LIMIT_CYCLE: "limit cycle",
+        }
         return names.get(self, self.name.lower().replace("_", "-"))
 
 

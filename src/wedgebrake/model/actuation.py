@@ -9,7 +9,7 @@ from pydantic import field_validator, model_validator
 from wedgebrake.dynamics import actuator
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.model.part import Member, parameter
-from wedgebrake.model.signals import OrSignal, Signal, number_of
+from wedgebrake.model.signals import OrSignal, Signal, as_signal, number_of
 from wedgebrake.model.validation import wrong
 
 _Limits = tuple[float, float]
@@ -116,6 +116,12 @@ class Actuation(Member):
         if self.frequency is not None:
             return 2
         return 1 if self.lag > 0.0 else 0
+
+    @property
+    def states(self) -> int:
+        """Number of states of the lag; 0 too where the command never changes."""
+        varies = self.slope != 0.0 or as_signal(self.initial_force).varies
+        return self.order if varies else 0
 
     @property
     def law(self) -> Actuator:

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.spectrum import frequencies
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import INITIAL
-from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.sweeps.plan import CROSSING, PERIOD
 from wedgebrake.sweeps.results import PointStatus
 from wedgebrake.sweeps.sweep import execute, joined, make_plan, split_options
 
@@ -37,38 +39,42 @@ _MEMBERS = 20
 
 
 def basins(
-    system: BrakedDriveline, over: Mapping[str, Any] | None = None, **options: Any
+    system: BrakedDriveline | Machine, over: Mapping[str, Any] | None = None, **options: Any
 ) -> xr.Dataset:
-    """Compute the map over initial angle and velocity of the attractor reached.
+    """Compute the map over two initial conditions of the attractor reached.
 
     Parameters
     ----------
-    system : BrakedDriveline
+    system : BrakedDriveline or Machine
         The system.
     over : mapping
         Swept values by name, instead of keywords.
     **options
-        ``initial_angle`` [rad] and ``initial_velocity`` [rad/s] with their values, and
-        arguments of ``sweep``; ``transient`` is "auto" by default.
+        ``initial_angle`` [rad] and ``initial_velocity`` [rad/s] with their values; of a machine
+        two of the initial angles and speeds of its inertias, such as "disc.angle". Arguments of
+        ``sweep``; ``transient`` is "auto" by default.
 
     Returns
     -------
     xarray.Dataset
         As ``sweep``, with ``attractor``, the number of the attractor of each point (-1
         undecided, -2 diverged, -3 self-locked, -4 not computed), and over ``attractor_id``
-        its motion, order, share of the points, and Poincare points. A store contains
+        its class, order, share of the points, and Poincare points. A store contains
         the points only: attractors are identified in the returned dataset.
 
     Raises ``InputError`` as ``sweep``, and unless both initial conditions are swept.
     """
-    check_driveline(system)
     parameters, settings, execution = split_options(options)
     parameters = joined(over, parameters)
-    if set(parameters) != set(INITIAL):
+    allowed = set(INITIAL)
+    if isinstance(system, Machine):
+        allowed = {f"{one.name}.{end}" for one in system.inertias for end in ("angle", "speed")}
+    if len(parameters) != len(INITIAL) or not set(parameters) <= allowed:
+        first, second = sorted(allowed)[:2]
         raise InputError(
-            f"basins: swept {', '.join(parameters) or 'nothing'}, must be initial_angle and"
-            " initial_velocity, for example initial_angle=np.linspace(-0.2, 0.2, 100),"
-            " initial_velocity=np.linspace(-20, 20, 100). Change the system with replace."
+            f"basins: swept {', '.join(parameters) or 'nothing'}, must be two initial conditions,"
+            f' for example {{"{first}": np.linspace(-0.2, 0.2, 100), "{second}":'
+            " np.linspace(-20, 20, 100)}. Change the system with replace."
         )
     if not settings.get("keep_points", True):
         raise InputError(
@@ -89,27 +95,23 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
 
     loaded = dataset.load()
     attrs = {str(name): one.attrs for name, one in loaded.data_vars.items()}
-    flat = {
-        name: loaded[name].to_numpy().ravel()
-        for name in ("motion", "order", "status", "size", "largest_exponent", "friction_power")
-    }
-    motion, order = flat["motion"], flat["order"]
-    points = np.stack([loaded["angle"].to_numpy(), loaded["velocity"].to_numpy()], axis=-1)
-    points = points.reshape(motion.size, -1, 2)
+    flat = {name: loaded[name].to_numpy().ravel() for name in ("motion", "order", "status", "size")}
+    motion, order, size = flat["motion"], flat["order"], flat["size"]
+    states = [loaded[name].to_numpy() for name in ("angle", "velocity")]
+    # Of a machine also over its inertias.
+    angle, velocity = (one.reshape(motion.size, loaded.sizes[_returns(loaded)], -1) for one in states)
     numbers = np.full(motion.size, _CODES["undecided"], dtype=np.int32)
     numbers[motion == MotionClass.DIVERGED] = _CODES["diverged"]
     numbers[motion == MotionClass.SELF_LOCKED] = _CODES["self_locked"]
     numbers[flat["status"] == PointStatus.NOT_COMPUTED] = _CODES["not_computed"]
     numbers[motion == MotionClass.NONE] = _CODES["not_computed"]
 
-    of_system = frequencies(loaded)
-    natural = 2.0 * math.pi * (of_system["natural_frequency"] or of_system["forcing_frequency"])
     motions = _Motions(
         motion=motion,
         order=order,
-        points=points * np.array([natural, 1.0]),
-        size=flat["size"],
-        orbitwise=np.stack([flat["largest_exponent"], flat["friction_power"]]),
+        points=np.concatenate([angle * _natural(loaded, angle, velocity), velocity], axis=2),
+        size=size,
+        orbitwise=_averages(loaded),
     )
     first = _number_all(numbers, motions)
     # Renumber, the largest basin first.
@@ -118,7 +120,9 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
     numbered = numbers >= 0
     numbers[numbered] = np.argsort(ranking)[numbers[numbered]]
     chosen = [first[i] for i in ranking]
-    orbits = _orbits(points, order, chosen)
+    orbits = [_orbits(one, order, chosen) for one in (angle, velocity)]
+    if "inertia" not in loaded["angle"].dims:
+        orbits = [one[:, :, 0] for one in orbits]
     codes = {
         "units": "1",
         "long_name": "number of the attractor",
@@ -126,23 +130,53 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
         "flag_meanings": " ".join(_CODES),
     }
     share = {"units": "1", "long_name": "share of the points in the basin"}
-    orbit_dims = ("attractor_id", "orbit_point")
+    orbit_dims = ("attractor_id", "orbit_point", "inertia")[: orbits[0].ndim]
     return loaded.assign(
         attractor=(loaded["motion"].dims, numbers.reshape(loaded["motion"].shape), codes),
-        attractor_motion=("attractor_id", motion[chosen], attrs["motion"]),
+        attractor_kind=("attractor_id", motion[chosen], attrs["motion"]),
         attractor_order=("attractor_id", order[chosen], attrs["order"]),
         attractor_share=("attractor_id", counts[ranking] / motion.size, share),
-        attractor_angle=(orbit_dims, orbits[:, :, 0], attrs["angle"]),
-        attractor_velocity=(orbit_dims, orbits[:, :, 1], attrs["velocity"]),
+        attractor_angle=(orbit_dims, orbits[0], attrs["angle"]),
+        attractor_velocity=(orbit_dims, orbits[1], attrs["velocity"]),
     ).assign_coords(
         attractor_id=xr.Variable("attractor_id", np.arange(len(chosen)), {"units": "1"})
     )
 
 
+def _returns(dataset: xr.Dataset) -> str:
+    """The dimension of the recorded returns."""
+    return CROSSING if CROSSING in dataset.dims else PERIOD
+
+
+def _natural(dataset: xr.Dataset, angle: FloatArray, velocity: FloatArray) -> float:
+    """Factor that makes angles as large as velocities [rad/s]."""
+    if "inertia" in dataset.dims:
+        spans = [float(np.nanmax(one) - np.nanmin(one)) for one in (velocity, angle)]
+        return spans[0] / spans[1] if spans[1] > 0.0 else 1.0
+    of_system = frequencies(dataset)
+    return 2.0 * math.pi * (of_system["natural_frequency"] or of_system["forcing_frequency"])
+
+
+def _averages(dataset: xr.Dataset) -> FloatArray:
+    """(k, n) averages over a whole orbit, by which orbits are compared without their points.
+
+    The sections of self-excited motions may differ, so that their points do too.
+    """
+    power = dataset["friction_power"]
+    power = power.sum("contact") if "contact" in power.dims else power
+    if _returns(dataset) == CROSSING:
+        found = [power, dataset["size"], dataset["motion_period"].fillna(0.0)]
+    elif "exponents" in dataset:
+        found = [power, dataset["exponents"][..., 0]]
+    else:
+        found = [power, dataset["largest_exponent"]]
+    return np.stack([one.to_numpy().ravel() for one in found])
+
+
 class _Motions(NamedTuple):
     """Properties of n motions by which they are compared.
 
-    points    : (n, record, 2) Poincare points, both in rad/s
+    points    : (n, record, k) Poincare points, as speeds [rad/s]
     size      : (n,) size of the motion [rad/s]
     orbitwise : (k, n) averages over a whole orbit
     """
@@ -161,7 +195,12 @@ class _Motions(NamedTuple):
             orbit = self.points[seed, -order:]
             gaps = np.abs(self.points[others, -1][:, None, :] - orbit[None]).max(axis=2)
             return np.asarray(alike & (gaps.min(axis=1) <= _SAME * self.size[seed]))
+        return np.asarray(alike & self.same_averages(seed, others))
+
+    def same_averages(self, seed: int, others: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Return which motions have the averages of ``seed``."""
         own, found = self.orbitwise[:, [seed]], self.orbitwise[:, others]
+        alike = self.motion[others] == self.motion[seed]
         return np.asarray(alike & (np.abs(found - own) <= _SAME * np.abs(own)).all(axis=0))
 
     def same_cloud(self, seed: int, others: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -190,6 +229,7 @@ def _number_all(numbers: NDArray[np.int32], motions: _Motions) -> list[int]:
     kinds = (
         ((MotionClass.SYNCHRONOUS, MotionClass.PERIODIC), motions.same_orbit),
         ((MotionClass.QUASI_PERIODIC, MotionClass.CHAOTIC), motions.same_cloud),
+        ((MotionClass.STEADY_SLIDING, MotionClass.LIMIT_CYCLE), motions.same_averages),
     )
     for classes, same_as in kinds:
         left = np.flatnonzero(np.isin(motions.motion, classes))
@@ -215,7 +255,7 @@ def _covers(cloud: FloatArray, other: FloatArray) -> bool:
 def _orbits(points: FloatArray, order: NDArray[np.int32], chosen: list[int]) -> FloatArray:
     """Return the Poincare points of each attractor: one orbit, or the record if it is shorter."""
     lengths = [min(int(order[i]) or points.shape[1], points.shape[1]) for i in chosen]
-    orbits = np.full((len(chosen), max(lengths, default=1), 2), np.nan)
+    orbits = np.full((len(chosen), max(lengths, default=1), points.shape[2]), np.nan)
     for row, (i, length) in enumerate(zip(chosen, lengths, strict=True)):
         orbits[row, :length] = points[i, -length:]
     return orbits

@@ -27,6 +27,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 from wedgebrake.sweeps.grid import Axis, batches
+from wedgebrake.sweeps.machine_chunk import MachineChunk
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.results import PointStatus
 
@@ -269,9 +270,17 @@ class Chunk:
         return dict(zip(given, passed, strict=True))
 
 
+def chunks_of(plan: Plan) -> Callable[[Mapping[str, slice]], Chunk | MachineChunk]:
+    """Return the function that divides off a chunk of a plan: dimension of the points -> slice."""
+    if plan.as_machine:
+        return partial(MachineChunk, plan)
+    assert isinstance(plan.system, BrakedDriveline)  # noqa: S101 - machines are solved as such
+    return partial(Chunk, plan, Parts(plan.system, plan.grid.axes))
+
+
 def compute(plan: Plan, where: Mapping[str, slice]) -> dict[str, Any]:
     """Return the results of a chunk, computed in this thread as by a worker of a cluster."""
-    chunk = Chunk(plan, Parts(plan.system, plan.grid.axes), where)
+    chunk = chunks_of(plan)(where)
     for work in chunk.work:
         work()
     return chunk.results()

@@ -14,8 +14,9 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from wedgebrake.errors import InputError, WedgebrakeError
-from wedgebrake.sweeps.compute import Chunk, Parts, compute
+from wedgebrake.sweeps.compute import Chunk, chunks_of, compute
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks
+from wedgebrake.sweeps.machine_chunk import MachineChunk
 from wedgebrake.sweeps.plan import Plan
 
 ChunkResults = tuple[ChunkIndex, dict[str, Any]]
@@ -35,8 +36,8 @@ def by_threads(
     plan: Plan, threads: int | None, chunks: Chunks, wanted: Sequence[ChunkIndex]
 ) -> Iterator[ChunkResults]:
     """Iterate over the chunks in order; all threads, by default as many as can run, share each."""
-    parts = Parts(plan.system, plan.grid.axes)
-    running: deque[tuple[ChunkIndex, Chunk, list[Future[None]]]] = deque()
+    make = chunks_of(plan)
+    running: deque[tuple[ChunkIndex, Chunk | MachineChunk, list[Future[None]]]] = deque()
     waiting = iter(wanted)
     pool = ThreadPoolExecutor(threads or processors(), thread_name_prefix="wedgebrake")
     try:
@@ -45,7 +46,7 @@ def by_threads(
                 index = next(waiting, None)
                 if index is None:
                     break
-                chunk = Chunk(plan, parts, chunks.slices(index))
+                chunk = make(chunks.slices(index))
                 running.append((index, chunk, [pool.submit(work) for work in chunk.work]))
             if not running:
                 return

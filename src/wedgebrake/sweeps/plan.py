@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import CodeType
@@ -15,15 +16,24 @@ from numpy.typing import NDArray
 from wedgebrake._version import __version__
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.model.friction import CustomFriction
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import Chosen
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
-from wedgebrake.sweeps.results import VARIABLES, Variable
+from wedgebrake.sweeps.results import (
+    CONTACT,
+    EXPONENT,
+    INERTIA,
+    MACHINE_VARIABLES,
+    RETURN,
+    VARIABLES,
+    Variable,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-PERIOD = "period"
+PERIOD, CROSSING = "period", "crossing"
 # Packages whose classes their version identifies.
 _KNOWN = ("wedgebrake", "pydantic", "builtins", "abc")
 
@@ -32,32 +42,65 @@ _KNOWN = ("wedgebrake", "pydantic", "builtins", "abc")
 class Plan:
     """A system, the grid swept on it, and how the motion of each point is evaluated.
 
-    initial     : (angle [rad], velocity [rad/s]) unless swept
+    initial     : (angle [rad], velocity [rad/s]) of a driveline, unless swept
     keep_points : whether the Poincare points are part of the result
     kind        : "sweep", "bifurcation", "regime_map" or "basins"
+    as_machine  : whether the points are solved as machines
     """
 
-    system: BrakedDriveline
+    system: BrakedDriveline | Machine
     grid: Grid
     protocol: Protocol
     method: str
     initial: tuple[float, float] = (0.0, 0.0)
     keep_points: bool = True
     kind: str = "sweep"
+    as_machine: bool = False
 
     @property
     def variables(self) -> tuple[Variable, ...]:
         """Variables of the result."""
-        return tuple(one for one in VARIABLES.values() if self.keep_points or not one.per_period)
+        table = MACHINE_VARIABLES if isinstance(self.system, Machine) else VARIABLES
+        if self.as_machine:
+            table = {**table, "motion_period": MACHINE_VARIABLES["motion_period"]}
+        return tuple(one for one in table.values() if self.keep_points or RETURN not in one.over)
 
     @property
     def record_size(self) -> int:
         """Number of Poincare points of each point of the grid; 0 if they are not kept."""
         return self.protocol.recorded + 1 if self.keep_points else 0
 
+    @property
+    def returns(self) -> str:
+        """Dimension of the recorded returns."""
+        if not self.as_machine:
+            return PERIOD
+        system = self.system
+        machine = system if isinstance(system, Machine) else system.machine
+        return CROSSING if machine.autonomous else PERIOD
+
+    @property
+    def inner_sizes(self) -> dict[str, int]:
+        """Sizes of the dimensions of variables beside those of the points."""
+        sizes = {RETURN: self.record_size}
+        if isinstance(self.system, Machine):
+            contacts = self.system.contacts
+            states = 2 * len(self.system.inertias) + sum(one.actuation.order for one in contacts)
+            sizes |= {INERTIA: len(self.system.inertias), CONTACT: len(contacts), EXPONENT: states}
+        return sizes
+
+    def width(self, variable: Variable) -> int:
+        """Number of values of a variable at each point."""
+        return math.prod(self.inner_sizes[dim] for dim in variable.over)
+
+    def shape(self, variable: Variable) -> tuple[int, ...]:
+        """Shape of a variable at each point."""
+        return tuple(self.inner_sizes[dim] for dim in variable.over)
+
     def dims(self, variable: Variable) -> tuple[str, ...]:
         """Return the dimensions of a variable."""
-        return (*self.grid.sizes, PERIOD) if variable.per_period else tuple(self.grid.sizes)
+        inner = (self.returns if dim == RETURN else dim for dim in variable.over)
+        return (*self.grid.sizes, *inner)
 
     def coordinates(self) -> dict[str, tuple[NDArray[Any], dict[str, Any]]]:
         """Return the values and attributes of each coordinate."""
@@ -68,9 +111,13 @@ class Plan:
             meaning = f"direction in which {self.grid.follow} was followed"
             coords[BRANCH] = (np.array(BRANCHES), {"long_name": meaning})
         if self.keep_points:
-            meaning = "number of periods" + (" after settling" if self.protocol.automatic else "")
+            meaning = "number of periods" if self.returns == PERIOD else "number of crossings"
+            meaning += " after settling" if self.protocol.automatic else ""
             numbers = np.arange(self.record_size) + self.protocol.first
-            coords[PERIOD] = (numbers, {"units": "1", "long_name": meaning})
+            coords[self.returns] = (numbers, {"units": "1", "long_name": meaning})
+        if isinstance(self.system, Machine):
+            for dim, parts in ((INERTIA, self.system.inertias), (CONTACT, self.system.contacts)):
+                coords[dim] = (np.array([one.name for one in parts]), {"long_name": dim})
         return coords
 
     def attributes(self) -> dict[str, Any]:
@@ -86,10 +133,16 @@ class Plan:
             "wedgebrake_version": __version__,
             "method": self.method,
             "system": json.dumps(self.system.as_dict()),
-            "groups": json.dumps(self.system.groups.as_dict()),
+            **self._groups(),
             "protocol": json.dumps(protocol),
             "axes": json.dumps([axis.dim for axis in self.grid.axes]),
         }
+
+    def _groups(self) -> dict[str, str]:
+        """The normalised groups of a driveline, as an attribute."""
+        if isinstance(self.system, Machine):
+            return {}
+        return {"groups": json.dumps(self.system.groups.as_dict())}
 
     def identity(self) -> dict[str, Any]:
         """Return everything on which the results depend, as values that JSON can represent."""
@@ -108,9 +161,9 @@ class Plan:
 
     def empty_arrays(self) -> dict[str, NDArray[Any]]:
         """Return an array for each variable, with the values of points that are not computed."""
-        sizes = (*self.grid.sizes.values(), self.record_size)
+        points = tuple(self.grid.sizes.values())
         return {
-            one.name: np.full(sizes if one.per_period else sizes[:-1], one.fill, one.dtype)
+            one.name: np.full((*points, *self.shape(one)), one.fill, one.dtype)
             for one in self.variables
         }
 
@@ -128,11 +181,19 @@ class Plan:
         )
 
 
-def _laws(system: BrakedDriveline) -> dict[str, str]:
+def _laws(system: BrakedDriveline | Machine) -> dict[str, str]:
     """Return fingerprints of user-defined laws, whose names do not reveal a change."""
-    own = {"brake": _own_functions(system.brake), "friction": _own_functions(system.friction)}
-    if isinstance(system.friction, CustomFriction):
-        own["friction"].append(system.friction.law)
+    if isinstance(system, Machine):
+        own: dict[str, list[Callable[..., Any]]] = {}
+        for one in system.contacts:
+            own[f"{one.name}.brake"] = _own_functions(one.brake)
+            own[f"{one.name}.friction"] = _own_functions(one.friction)
+        for name, signal in system.signals().items():
+            own[name] = _own_functions(signal)
+    else:
+        own = {"brake": _own_functions(system.brake), "friction": _own_functions(system.friction)}
+        if isinstance(system.friction, CustomFriction):
+            own["friction"].append(system.friction.law)
     return {part: "-".join(map(fingerprint, laws)) for part, laws in own.items() if laws}
 
 

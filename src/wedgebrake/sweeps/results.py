@@ -1,6 +1,6 @@
 """Variables of the result of a sweep: names, types, units and meanings.
 
-One table serves the kernels' results, the store and the figures.
+One table for drivelines and one for machines serve the computation, the store and the figures.
 """
 
 from __future__ import annotations
@@ -26,13 +26,17 @@ class PointStatus(IntEnum):
     INVALID = 6
 
 
+RETURN, CONTACT, INERTIA, EXPONENT = "return", "contact", "inertia", "exponent"
+"""Dimensions of variables; that of the recorded returns is "period" or "crossing" in a result."""
+
+
 @dataclass(frozen=True)
 class Variable:
     """A variable of the result.
 
-    per_period : has a value at each recorded Poincare point
-    fill       : value of points that are not computed
-    words      : the classes that its numbers stand for
+    fill  : value of points that are not computed
+    over  : its dimensions beside those of the points: ``RETURN``, ``CONTACT``, ...
+    words : the classes that its numbers stand for
     """
 
     name: str
@@ -40,7 +44,7 @@ class Variable:
     meaning: str
     dtype: str = "float64"
     fill: float = np.nan
-    per_period: bool = False
+    over: tuple[str, ...] = ()
     words: type[IntEnum] | None = None
 
     def attributes(self) -> dict[str, Any]:
@@ -55,8 +59,8 @@ class Variable:
 VARIABLES: dict[str, Variable] = {
     one.name: one
     for one in (
-        Variable("angle", "rad", "angle at the section", per_period=True),
-        Variable("velocity", "rad/s", "velocity at the section", per_period=True),
+        Variable("angle", "rad", "angle at the section", over=(RETURN,)),
+        Variable("velocity", "rad/s", "velocity at the section", over=(RETURN,)),
         Variable("motion", "1", "class of motion", "int8", -1, words=MotionClass),
         Variable("order", "1", "periods of the torque in one of the motion; 0: none", "int32", 0),
         Variable("stick_class", "1", "class of stick-slip", "int8", -1, words=StickClass),
@@ -81,5 +85,34 @@ VARIABLES: dict[str, Variable] = {
         Variable("final_angle", "rad", "angle at the end"),
         Variable("final_velocity", "rad/s", "velocity at the end"),
         Variable("status", "1", "how the simulation ended", "int8", 0, words=PointStatus),
+    )
+}
+
+MACHINE_VARIABLES: dict[str, Variable] = {
+    one.name: one
+    for one in (
+        Variable("angle", "rad", "angle at the section", over=(RETURN, INERTIA)),
+        Variable("velocity", "rad/s", "speed at the section", over=(RETURN, INERTIA)),
+        VARIABLES["motion"],
+        Variable("order", "1", "returns in one period of the motion; 0: none", "int32", 0),
+        Variable("motion_period", "s", "period of the motion"),
+        Variable(
+            "stick_class", "1", "class of stick-slip", "int8", -1, over=(CONTACT,), words=StickClass
+        ),
+        Variable("sticks_forward", "1", "sticks entered from v > 0 in a return", over=(CONTACT,)),
+        Variable("sticks_backward", "1", "sticks entered from v < 0 in a return", over=(CONTACT,)),
+        Variable("stick_share", "1", "share of time at rest", over=(CONTACT,)),
+        Variable("peak_torque", "N m", "largest |torque|", over=(CONTACT,)),
+        Variable("friction_power", "W", "mean power turned into heat", over=(CONTACT,)),
+        Variable("lowest_velocity", "rad/s", "lowest speed", over=(INERTIA,)),
+        Variable("highest_velocity", "rad/s", "highest speed", over=(INERTIA,)),
+        Variable("exponents", "1/s", "Lyapunov exponents, descending", over=(EXPONENT,)),
+        VARIABLES["exponent_error"],
+        VARIABLES["return_distance"],
+        Variable("size", "rad/s", "half the ranges of the scaled coordinates, added"),
+        Variable("transient", "1", "returns before the record"),
+        Variable("settling", "1", "returns until it stayed at its final orbit (transient='auto')"),
+        VARIABLES["events"],
+        VARIABLES["status"],
     )
 }

@@ -2,7 +2,7 @@
 
 ``results`` has the dimensions "column" and those of the points. A chunk holds all columns of its
 points in one file with a checksum (CRC-32C), so that it is either complete or missing. A variable
-is one column, a variable with Poincare points one column for each of them. Whole numbers are
+is one column, a variable with several values at a point one column for each of them. Whole numbers are
 exact in double precision. The attributes of the group contain all that is needed to present the
 columns as the Dataset of the sweep, which the xarray engine "wedgebrake" does.
 """
@@ -23,9 +23,9 @@ from xarray.core import indexing
 from zarr.codecs import BytesCodec, Crc32cCodec, ZstdCodec
 from zarr.storage import MemoryStore
 
-from wedgebrake.sweeps.plan import PERIOD, Plan
+from wedgebrake.sweeps.plan import Plan
 
-FORMAT = "wedgebrake sweep 2"
+FORMAT = "wedgebrake sweep 3"
 RESULTS = "results"
 
 _ABSENT = object()
@@ -36,7 +36,7 @@ def columns(plan: Plan) -> dict[str, slice]:
     """Return the columns of each variable in ``results``."""
     found, start = {}, 0
     for variable in plan.variables:
-        stop = start + (plan.record_size if variable.per_period else 1)
+        stop = start + plan.width(variable)
         found[variable.name] = slice(start, stop)
         start = stop
     return found
@@ -44,9 +44,12 @@ def columns(plan: Plan) -> dict[str, slice]:
 
 def pack(plan: Plan, results: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
     """Return the results of some points as (columns, *points)."""
+    points = len(plan.grid.sizes)
     return np.concatenate(
         [
-            np.moveaxis(results[one.name], -1, 0) if one.per_period else results[one.name][None]
+            np.moveaxis(
+                results[one.name].reshape(*results[one.name].shape[:points], plan.width(one)), -1, 0
+            )
             for one in plan.variables
         ],
         dtype=np.float64,
@@ -62,6 +65,7 @@ def description(plan: Plan, lengths: Mapping[str, int]) -> dict[str, Any]:
         "variables": {
             one.name: {
                 "dims": plan.dims(one),
+                "shape": plan.shape(one),
                 "columns": [own.start, own.stop],
                 "dtype": one.dtype,
                 "fill": None if np.isnan(one.fill) else one.fill,
@@ -144,12 +148,11 @@ class _Column(BackendArray):
     """A variable in the columns of ``results``, read when it is indexed."""
 
     def __init__(self, results: Any, variable: dict[str, Any]) -> None:
-        start, stop = variable["columns"]
         self._results, self._fill = results, variable["fill"]
-        self._columns = np.arange(start, stop)
-        self._per_period = PERIOD in variable["dims"]
+        inner = variable["shape"]
+        self._columns = np.arange(*variable["columns"]).reshape(inner)
         self.dtype = np.dtype(variable["dtype"])
-        self.shape = (*results.shape[1:], *([stop - start] if self._per_period else []))
+        self.shape = (*results.shape[1:], *inner)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> NDArray[Any]:
         values: NDArray[Any] = indexing.explicit_indexing_adapter(
@@ -158,13 +161,14 @@ class _Column(BackendArray):
         return values
 
     def _read(self, key: tuple[Any, ...]) -> NDArray[Any]:
-        if self._per_period:
-            *points, periods = key
-            own = self._columns[periods]
-            values = self._results.oindex[(own, *points)]
-            values = np.moveaxis(values, 0, -1) if np.ndim(own) else values
-        else:
-            values = self._results.oindex[(int(self._columns[0]), *key)]
+        count = self._results.ndim - 1
+        points, inner = key[:count], key[count:]
+        own = self._columns
+        for axis in reversed(range(len(inner))):
+            own = own[(slice(None),) * axis + (inner[axis],)]
+        values = self._results.oindex[(np.atleast_1d(own).ravel(), *points)]
+        values = np.moveaxis(values, 0, -1)
+        values = values.reshape(*values.shape[:-1], *np.shape(own))
         if self._fill is not None:
             values = np.where(np.isnan(values), self._fill, values)
         return np.asarray(values, self.dtype)

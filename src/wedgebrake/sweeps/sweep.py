@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wedgebrake.analysis.run_settings import LIMIT, protocol
+from wedgebrake.analysis.motion import is_solved_as_machine, returns_of
+from wedgebrake.analysis.run_settings import LIMIT, TRANSIENT, protocol
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
 from wedgebrake.solvers.simulate import check_state, choose_method
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
@@ -37,11 +39,12 @@ class StoreWarning(UserWarning):
 
 
 def sweep(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     over: Mapping[str, Any] | None = None,
     *,
     periods: int | None = None,
-    transient: int | Literal["auto"] = 200,
+    crossings: int | None = None,
+    transient: int | Literal["auto"] | None = None,
     limit: int = LIMIT,
     initial: tuple[float, float] = (0.0, 0.0),
     follow: str | None = None,
@@ -62,19 +65,20 @@ def sweep(
 
     Parameters
     ----------
-    system : BrakedDriveline
+    system : BrakedDriveline or Machine
         The system whose parameters are changed.
     over : mapping
-        Swept values by name, instead of keywords.
+        Swept values by name, instead of keywords. Of a machine: dotted names, "brake.slope".
     **parameters : array of float
         The swept values by name: SI parameters (``slope``, ``frequency``, ...), groups
         (``eta``, ``f``, ``F0``, ``alpha``), ``initial_angle``, ``initial_velocity``. Several
         span a grid.
-    periods, transient, limit
-        As for ``motion``: number of the last and of the first recorded period, default 250
-        and 200; ``transient="auto"`` waits until each point has settled.
+    periods, crossings, transient, limit
+        As for ``motion``: number of the last and of the first recorded return, default 250
+        and 200; ``transient="auto"`` waits until each point has settled. It is the default of
+        machines and of systems without varying signals, which record 50 returns.
     initial : (angle [rad], velocity [rad/s])
-        State at t = 0, where it is not swept.
+        State of a driveline at t = 0, where it is not swept.
     follow : str
         Name of a swept parameter along which each point starts where its neighbour ended,
         once in the order given ("up") and once back ("down"), along a dimension ``branch``.
@@ -102,8 +106,9 @@ def sweep(
         [rad/s] at t = period/f_e; and for each point its ``status``, class of ``motion``
         and of stick-slip, exponents and the other variables of ``wedgebrake.sweeps.results``.
         With a store, values are read when they are used. ``status`` marks points that diverge,
-        lock or are not valid. Classes count periods 1/f_e of the torque, also where its
-        amplitude is 0, see ``Motion``.
+        lock or are not valid. Where no signal varies in time, ``crossing`` replaces ``period``
+        and ``motion_period`` is the period of the motion [s]. Variables of a machine have the
+        dimensions ``inertia`` or ``contact`` too.
 
     Raises
     ------
@@ -116,9 +121,9 @@ def sweep(
     """
     parameters = joined(over, parameters)
     plan = make_plan(
-        "sweep", system, parameters, periods=periods, transient=transient, limit=limit,
-        initial=initial, follow=follow, method=method, keep_points=keep_points, rtol=rtol,
-        step=step, max_events=max_events, max_steps=max_steps,
+        "sweep", system, parameters, periods=periods, crossings=crossings, transient=transient,
+        limit=limit, initial=initial, follow=follow, method=method, keep_points=keep_points,
+        rtol=rtol, step=step, max_events=max_events, max_steps=max_steps,
     )  # fmt: skip
     return execute(
         plan, store=store, resume=resume, threads=threads, client=client, progress=progress
@@ -126,7 +131,7 @@ def sweep(
 
 
 def bifurcation(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     over: Mapping[str, Any] | None = None,
     *,
     follow: bool = False,
@@ -136,7 +141,7 @@ def bifurcation(
 
     Parameters
     ----------
-    system : BrakedDriveline
+    system : BrakedDriveline or Machine
         The system whose parameters are changed.
     over : mapping
         Swept values by name, instead of keywords.
@@ -154,7 +159,6 @@ def bifurcation(
 
     Raises ``InputError`` as ``sweep``, and for more than one parameter.
     """
-    check_driveline(system)
     parameters, settings, execution = split_options(options)
     parameters = joined(over, parameters)
     example = "eta=np.linspace(-60, 12, 400). For two use regime_map, for any number sweep."
@@ -166,7 +170,7 @@ def bifurcation(
 
 
 def regime_map(
-    system: BrakedDriveline, over: Mapping[str, Any] | None = None, **options: Any
+    system: BrakedDriveline | Machine, over: Mapping[str, Any] | None = None, **options: Any
 ) -> xr.Dataset:
     """Compute the map over two parameters of motion, stick-slip, exponent and peak torque.
 
@@ -175,7 +179,7 @@ def regime_map(
 
     Parameters
     ----------
-    system : BrakedDriveline
+    system : BrakedDriveline or Machine
         The system whose parameters are changed.
     over : mapping
         Swept values by name, instead of keywords.
@@ -190,7 +194,6 @@ def regime_map(
 
     Raises ``InputError`` as ``sweep``, and for other than two parameters.
     """
-    check_driveline(system)
     parameters, settings, execution = split_options(options)
     parameters = joined(over, parameters)
     example = "eta=np.linspace(-60, 12, 200), F0=np.linspace(0.01, 0.1, 100)."
@@ -207,11 +210,12 @@ def _check_count(name: str, parameters: Collection[str], count: int, allowed: st
 
 def make_plan(
     kind: str,
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     parameters: dict[str, Any],
     *,
     periods: int | None = None,
-    transient: int | Literal["auto"] = 200,
+    crossings: int | None = None,
+    transient: int | Literal["auto"] | None = None,
     limit: int = LIMIT,
     initial: tuple[float, float] = (0.0, 0.0),
     follow: str | None = None,
@@ -222,8 +226,13 @@ def make_plan(
     """Return the definition of a sweep after validation of its arguments."""
     from wedgebrake.sweeps.plan import Plan
 
-    check_driveline(system)
-    chosen = choose_method(system, method)
+    as_machine = isinstance(system, Machine) or is_solved_as_machine(system, method)
+    chosen = "exact" if as_machine else choose_method(system, method)
+    if transient is None:
+        transient = "auto" if as_machine else TRANSIENT
+    if as_machine:
+        machine = system if isinstance(system, Machine) else system.machine
+        periods = returns_of(machine, periods, crossings)
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
     if follow is not None and follow not in names:
@@ -240,6 +249,7 @@ def make_plan(
         initial=check_state("initial", initial),
         keep_points=keep_points,
         kind=kind,
+        as_machine=as_machine,
     )
 
 
@@ -365,7 +375,7 @@ def _in_store(
 
 def _chunk_size(plan: Plan) -> int:
     """Return the number of points of a chunk: work that may be lost against number of files."""
-    slow = plan.method != "exact" or plan.protocol.automatic
+    slow = plan.method != "exact" or plan.as_machine or plan.protocol.automatic
     share = max(_FEWEST_POINTS, plan.grid.points // _FEWEST_CHUNKS)
     record = max(1, 16 * plan.record_size)
     return max(1, min(_SLOW_CHUNK if slow else _CHUNK, share, _CHUNK_BYTES // record))
@@ -373,8 +383,7 @@ def _chunk_size(plan: Plan) -> int:
 
 def _check_memory(plan: Plan) -> None:
     """Refuse a result that would fill the memory of this machine."""
-    sizes = {True: plan.record_size, False: 1}
-    point = sum(np.dtype(one.dtype).itemsize * sizes[one.per_period] for one in plan.variables)
+    point = sum(np.dtype(one.dtype).itemsize * plan.width(one) for one in plan.variables)
     needed = point * plan.grid.points
     if needed > _memory() / 2:
         raise InputError(

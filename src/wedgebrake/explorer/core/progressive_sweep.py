@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.sweeps.compute import Chunk, Parts
+from wedgebrake.sweeps.compute import chunks_of
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.sweep import make_plan
 
@@ -60,7 +60,7 @@ class ProgressiveSweep:
             for (name, values), places in zip(parameters.items(), self._orders, strict=True)
         }
         self.plan: Plan = make_plan("sweep", system, shuffled, **settings)
-        self._parts = Parts(self.plan.system, self.plan.grid.axes)
+        self._chunk = chunks_of(self.plan)
         self._dims = list(self.plan.grid.sizes)
         self.results: dict[str, NDArray[Any]] = self.plan.empty_arrays()
         self.known = np.zeros(sizes, dtype=bool)
@@ -111,7 +111,7 @@ class ProgressiveSweep:
 
     def _compute(self, where: tuple[slice, ...]) -> None:
         """Compute some points, and store them in ascending order of the parameters."""
-        chunk = Chunk(self.plan, self._parts, dict(zip(self._dims, where, strict=True)))
+        chunk = self._chunk(dict(zip(self._dims, where, strict=True)))
         for work in chunk.work:
             work()
         places = np.ix_(*(one[part] for one, part in zip(self._orders, where, strict=True)))

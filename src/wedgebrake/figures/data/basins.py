@@ -31,7 +31,7 @@ MOST = len(classes.ATTRACTOR_COLOURS)
 _MANY, _SIZE, _SMALLER = 16, 3.2, 1.6
 _NEEDED = (
     "attractor",
-    *(f"attractor_{one}" for one in ("motion", "order", "share", "angle", "velocity")),
+    *(f"attractor_{one}" for one in ("kind", "order", "share", "angle", "velocity")),
 )
 
 

@@ -1,0 +1,68 @@
+"""Scaled coordinates of the state of a machine, in which distances are measured.
+
+Of the angles only those count that shafts restrain: a rotation that no shaft restrains changes
+nothing. In these coordinates half the square of the norm is the energy of shafts and inertias over
+the largest inertia, so that all of them are speeds [rad/s]. The states of an actuator's lag are
+divided by its slope; without a slope they follow the signals alone and are left out.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import shaft_matrices
+
+FloatArray = NDArray[np.float64]
+# Relative size of an eigenvalue of the stiffness that is rounding.
+_RANK = 1e-10
+
+
+class Coordinates(NamedTuple):
+    """Linear coordinates y = to x of the states x, and the states back y of small deviations.
+
+    to, back  : (p, states), (states, p); to back = 1
+    frequency : lowest natural angular frequency of the shafts [rad/s]; 0 without shafts
+    """
+
+    to: FloatArray
+    back: FloatArray
+    frequency: float
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return self.to.shape[0]
+
+
+def coordinates(machine: Machine) -> Coordinates:
+    """Scaled coordinates of a machine."""
+    n = len(machine.inertias)
+    inertia = np.array([one.inertia for one in machine.inertias])
+    roots = np.sqrt(inertia / inertia.max())
+    stiffness, _ = shaft_matrices(machine)
+    energies, shapes = np.linalg.eigh(stiffness / inertia.max())
+    restrained = energies > _RANK * max(energies[-1], 0.0)
+    frequencies, shapes = np.sqrt(energies[restrained]), shapes[:, restrained]
+    states = 2 * n + sum(one.actuation.states for one in machine.contacts)
+    to, back = np.zeros((2, states, states))
+    p = int(restrained.sum())
+    to[:p, :n], back[:n, :p] = frequencies[:, None] * shapes.T, shapes / frequencies
+    to[p : p + n, n : 2 * n], back[n : 2 * n, p : p + n] = np.diag(roots), np.diag(1.0 / roots)
+    row, state = p + n, 2 * n
+    for contact in machine.contacts:
+        given = contact.actuation
+        for derivative in range(given.states):
+            if given.slope != 0.0:
+                rate = given.frequency or 1.0
+                unit = abs(given.slope) * rate**derivative
+                to[row, state], back[state, row] = 1.0 / unit, unit
+                row += 1
+            state += 1
+    natural = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
+    positive = natural[natural > _RANK * max(natural[-1], 0.0)]
+    lowest = float(np.sqrt(positive[0])) if positive.size else 0.0
+    return Coordinates(to[:row], back[:, :row], lowest)

@@ -1,0 +1,56 @@
+"""Growth of small deviations: exponents of a motion and multipliers of an orbit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+# Share of a deviation that is left of one in a direction that a stick or a section removes.
+_LOST = 1e-12
+# Share of the largest multiplier below which another one is not resolved.
+_RESOLVED = 1e-9
+
+
+def growths(matrices: FloatArray, frame: FloatArray | None = None) -> FloatArray:
+    """(k, p) logarithmic growth of p orthogonal deviations from return to return; -inf: lost.
+
+    matrices : (k, p, p) derivatives of the return map, in scaled coordinates
+    """
+    count, p = matrices.shape[:2]
+    # Any frame that no direction of the machine is likely to be orthogonal to.
+    frame = np.linalg.qr(np.cos(np.arange(p * p).reshape(p, p)))[0] if frame is None else frame
+    found = np.empty((count, p))
+    for k, matrix in enumerate(matrices):
+        frame, triangle = np.linalg.qr(matrix @ frame)
+        sizes = np.abs(np.diag(triangle))
+        lost = sizes <= _LOST * np.linalg.norm(matrix)
+        found[k] = np.where(lost, -np.inf, np.log(np.maximum(sizes, 1e-300)))
+    return found
+
+
+def multipliers(matrices: FloatArray) -> FloatArray:
+    """(p,) logarithms of the moduli of the multipliers of an orbit, descending.
+
+    -inf where a stick or the section removes a direction; nan where rounding hides the multiplier.
+    """
+    p = matrices.shape[-1]
+    whole = np.eye(p)
+    for matrix in matrices:
+        whole = matrix @ whole
+    lost = int(np.isneginf(growths(matrices)).any(axis=0).sum())
+    sizes = np.sort(np.abs(np.linalg.eigvals(whole)))[::-1]
+    known = sizes > _RESOLVED * np.linalg.norm(whole)
+    found = np.where(known, np.log(np.maximum(sizes, 1e-300)), np.nan)
+    if lost:
+        found[p - lost :] = -np.inf
+    return found
+
+
+def mean_exponents(growth: FloatArray, duration: float) -> FloatArray:
+    """(p,) exponents [1/s] from the growths over a duration, descending."""
+    if growth.size == 0 or duration <= 0.0:
+        return np.full(growth.shape[1], math.nan)
+    return np.sort(growth.sum(axis=0) / duration)[::-1]

@@ -1,0 +1,85 @@
+"""What the run of a machine found."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.dynamics.enums import MotionClass, Outcome, StickClass
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Passage
+
+FloatArray = NDArray[np.float64]
+# Largest share of slip in a record that counts as rest.
+_NO_SLIP = 1e-9
+
+
+@dataclass
+class ContactSums:
+    """What the contacts did, in arrays over the contacts.
+
+    stick_class : (m,) of ``StickClass``
+    sticks      : (m, 2) sticks in a return, entered from v > 0 and from v < 0
+    stick_share, peak_torque, friction_power : (m,) share of time, [N m], [W]
+    """
+
+    stick_class: NDArray[np.int64]
+    sticks: FloatArray
+    stick_share: FloatArray
+    peak_torque: FloatArray
+    friction_power: FloatArray
+
+    @classmethod
+    def none(cls, contacts: int) -> ContactSums:
+        """Nothing is known of the contacts."""
+        unknown = np.full(contacts, math.nan)
+        classes = np.full(contacts, int(StickClass.NONE), np.int64)
+        return cls(classes, np.full((contacts, 2), math.nan), unknown, unknown, unknown)
+
+    @classmethod
+    def of(cls, passage: Passage) -> ContactSums:
+        """The sums over a passage."""
+        time, returns = max(passage.duration, 1e-300), max(len(passage.times), 1)
+        share = np.minimum(passage.stick_time / time, 1.0)
+        classes = StickClass.NON_STICK_SLIP + (passage.sticks > 0).sum(axis=1)
+        classes[share >= 1.0 - _NO_SLIP] = StickClass.AT_REST
+        power = passage.work[: share.size] / time
+        return cls(classes, passage.sticks / returns, share, passage.peak_torque, power)
+
+
+@dataclass
+class MachineResult:
+    """Class of the motion of a machine, with its evidence; see ``Motion``.
+
+    period      : of the motion [s]
+    exponents   : (p,) Lyapunov exponents, descending [1/s]
+    size        : half the ranges of the scaled coordinates, added [rad/s]
+    low, high   : (states,) extremes of the states
+    points, times : (r + 1, states), (r + 1,) recorded returns
+    self_excited : whether returns are crossings, not periods of signals
+    """
+
+    exponents: FloatArray
+    contacts: ContactSums
+    outcome: Outcome = Outcome.COMPLETED
+    motion: MotionClass = MotionClass.UNDECIDED
+    order: int = 0
+    period: float = math.nan
+    exponent_error: float = math.nan
+    return_distance: float = math.nan
+    size: float = math.nan
+    transient: int = 0
+    settling: float = math.nan
+    judged: int = 0
+    events: int = 0
+    self_excited: bool = False
+    final: FinalState | None = None
+    low: FloatArray = field(default_factory=lambda: np.empty(0))
+    high: FloatArray = field(default_factory=lambda: np.empty(0))
+    points: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    times: FloatArray = field(default_factory=lambda: np.empty(0))
+

@@ -1,0 +1,241 @@
+"""Run and classification of a machine: transient, windows, record."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis import classify
+from wedgebrake.analysis.classify import Verdict, Window
+from wedgebrake.analysis.machine_motion.coordinates import coordinates
+from wedgebrake.analysis.machine_motion.growth import growths, mean_exponents, multipliers
+from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult
+from wedgebrake.analysis.machine_motion.section import crossing, sampling
+from wedgebrake.analysis.machine_motion.steady import steady_state
+from wedgebrake.analysis.run_settings import Protocol
+from wedgebrake.dynamics.enums import MotionClass, Outcome
+from wedgebrake.model.machine import Machine
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
+
+FloatArray = NDArray[np.float64]
+# Periods of the lowest natural vibration in which a self-excited motion is first looked at, and in
+# which a return to its section is expected.
+_FIRST_LOOK, _PATIENCE = 8.0, 4.0
+# Returns in the first window.
+_FIRST_WINDOW = 16
+# Relative size of a vibration that counts as none.
+_STILL = 1e-9
+# Distance of a return over the size of the last orbit that shows a vibration that decays.
+_DRIFT = 1e-5
+# Decay of a deviation in a window (logarithm) that leaves nothing of it.
+_DECAYED = 8.0
+
+
+def classify_machine(
+    machine: Machine, protocol: Protocol, initial: FinalState | None = None
+) -> MachineResult:
+    """Run a machine and classify its motion.
+
+    Raises ``InputError`` for signals that do not repeat, and as ``simulate``.
+    """
+    return _Run(machine, protocol, initial).classified()
+
+
+class _Run:
+    """A run, continued window by window."""
+
+    def __init__(self, machine: Machine, protocol: Protocol, initial: FinalState | None) -> None:
+        self.space = coordinates(machine)
+        self.protocol, self.every = protocol, sampling(machine)
+        self.has_period = machine.period is not None
+        # The proof of a steady state knows no controllers, whose forces are no states of it.
+        self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
+        self.course = Course(machine, initial, rows=self.space.to)
+        self.section: Every | Crossing | None = self.every
+        self.natural = 2.0 * math.pi / self.space.frequency if self.space.frequency else 1.0
+        self.done = 0
+        self.result = MachineResult(
+            np.full(self.space.size, math.nan),
+            ContactSums.none(len(machine.contacts)),
+            self_excited=self.every is None,
+        )
+
+    def classified(self) -> MachineResult:
+        """The result."""
+        result, protocol = self.result, self.protocol
+        if self.every is None and not self._start():
+            return self._finished()
+        if protocol.automatic:
+            self._settle()
+        else:
+            self._advance(protocol.first)
+            begin, window = self.done, self._advance(protocol.recorded, derivatives=True)
+            if result.outcome == Outcome.COMPLETED:
+                self._judge(window)
+                result.transient, result.judged = begin, self.done - begin
+                self._record(window)
+        return self._finished()
+
+    def _start(self) -> bool:
+        """Look at a self-excited motion, and choose its section; False if it is steady."""
+        look = self._advance(0, duration=_FIRST_LOOK * self.natural)
+        if self.result.outcome != Outcome.COMPLETED or self._is_steady(look):
+            return False
+        self.section = crossing(look, self.space)
+        return True
+
+    def _settle(self) -> None:
+        """Run windows, each as long as all before it, until the motion has settled."""
+        result, limit = self.result, self.protocol.limit
+        while result.outcome == Outcome.COMPLETED and self.done < limit:
+            begin = self.done
+            target = classify.next_window(begin, limit, _FIRST_WINDOW)
+            window = self._advance(target - begin, derivatives=True)
+            if result.outcome != Outcome.COMPLETED:
+                return
+            if self.every is None and self._is_steady(window):
+                return
+            if self.done < target:
+                # The motion does not return to this section.
+                self.section, self.done = crossing(window, self.space), target
+                continue
+            result.judged, result.transient = self.done - begin, self.done
+            self._judge(window)
+            result.settling = float(begin)
+            if result.order or result.motion == MotionClass.AT_REST:
+                break
+        if result.outcome == Outcome.COMPLETED:
+            self._record(self._advance(self.protocol.recorded) if self.protocol.recorded else None)
+
+    def _advance(
+        self, returns: int, *, duration: float = math.inf, derivatives: bool = False
+    ) -> Passage:
+        """Continue the run, until so many returns or, of a self-excited motion, long enough."""
+        if self.every is None:
+            duration = min(duration, max(returns, _FIRST_WINDOW) * _PATIENCE * self.natural)
+        room = self.protocol.max_events - self.result.events
+        passage = self.course.advance(
+            self.section, returns, duration=duration, derivatives=derivatives, max_events=room
+        )
+        self.done += len(passage.times)
+        self.result.events += passage.events
+        self.result.outcome, self.result.final = passage.outcome, passage.final
+        return passage
+
+    def _is_steady(self, passage: Passage) -> bool:
+        """Set the result of a motion that ends in steady sliding or at rest."""
+        if not self.linear:
+            return self._has_stopped(passage)
+        found = steady_state(self.course.problem, self.course.run, self.space)
+        if found is None or (found.sliding and found.ringing > _STILL * self._speed(passage)):
+            return False
+        result = self.result
+        result.motion = MotionClass.STEADY_SLIDING if found.sliding else MotionClass.AT_REST
+        result.exponents, result.exponent_error, result.size = found.exponents, 0.0, 0.0
+        return True
+
+    def _has_stopped(self, passage: Passage) -> bool:
+        """Set the result of a motion that has come to a constant state."""
+        if self._range(passage) > _STILL * self._speed(passage):
+            return False
+        sliding = bool(self.course.run.modes["side"].any())
+        self.result.motion = MotionClass.STEADY_SLIDING if sliding else MotionClass.AT_REST
+        self.result.size = 0.0
+        return True
+
+    def _judge(self, window: Passage) -> None:
+        """Set class, order and exponents from a window that has ended at a return."""
+        result = self.result
+        points = np.ascontiguousarray(window.states @ self.space.to.T)
+        matrices = self.space.to @ window.matrices[1:] @ self.space.back
+        growth = growths(matrices)
+        area = float(growth[:, :2].mean(axis=0).sum()) if growth.shape[1] > 1 else -math.inf
+        scale, size = np.ones(self.space.size), max(self._range(window), 1e-300)
+        resting = window.last_slip < window.times[-2] and size <= _STILL * self._speed(window)
+        view = Window(points, scale, size, np.ascontiguousarray(growth[:, 0]), area, resting)
+        verdict: Verdict = classify.classify(view)
+        if verdict.order and not resting:
+            first, second = [*multipliers(matrices[-verdict.order :]), -math.inf][:2]
+            verdict = classify.conclude(view, verdict, first, second)
+        result.motion, result.order = MotionClass(verdict.motion), int(verdict.order)
+        result.return_distance, result.size = verdict.return_distance, size
+        interval = window.duration / len(window.times)
+        result.exponents = self._exponents(mean_exponents(growth, interval * len(growth)))
+        if math.isfinite(verdict.error):
+            result.exponent_error = verdict.error / interval
+        if not self.has_period:
+            self._judge_modulated(growth)
+
+    def _judge_modulated(self, growth: FloatArray) -> None:
+        """Set the class under signals without a common period, which let no motion repeat."""
+        total, error = classify.mean_growth(np.ascontiguousarray(growth[:, 0]))
+        if self.result.motion == MotionClass.UNDECIDED and total * len(growth) < -_DECAYED:
+            # All deviations decay: the motion has the frequencies of the signals.
+            self.result.motion = MotionClass.QUASI_PERIODIC if total < -error else self.result.motion
+
+    def _record(self, window: Passage | None) -> None:
+        """Set what describes the settled motion: over one orbit, or over a record."""
+        result = self.result
+        if window is not None and len(window.times):
+            result.points, result.times = window.states, window.times
+        if result.order == 0:
+            if window is not None:
+                self._describe(window)
+            return
+        before = float(self.course.run.clock[0])
+        orbit = self._advance(result.order, derivatives=True)
+        if result.outcome != Outcome.COMPLETED or len(orbit.times) < result.order:
+            result.motion, result.order = MotionClass.UNDECIDED, 0
+            return
+        size = self._range(orbit)
+        if result.return_distance * result.size > _DRIFT * size:
+            # A vibration that decays: each return is near the last, but not in its own size.
+            result.motion, result.order = MotionClass.UNDECIDED, 0
+        self._describe(orbit)
+        if result.order:
+            result.period = float(orbit.times[-1]) - before
+            matrices = self.space.to @ orbit.matrices @ self.space.back
+            result.exponents = self._exponents(multipliers(matrices) / result.period)
+            result.exponent_error = 0.0
+            if self.every is None:
+                result.motion = MotionClass.LIMIT_CYCLE
+
+    def _describe(self, passage: Passage) -> None:
+        """Set the extremes and the sums over the contacts."""
+        result = self.result
+        result.contacts = ContactSums.of(passage)
+        result.low, result.high, result.size = passage.low, passage.high, self._range(passage)
+
+    def _exponents(self, of_returns: FloatArray) -> FloatArray:
+        """The exponents of a motion; that of a self-excited one has the neutral one as well.
+
+        The section has removed the direction of the flow from the exponents of the return map.
+        """
+        if self.every is not None:
+            return of_returns
+        return np.sort(np.append(of_returns[:-1], 0.0))[::-1]
+
+    def _range(self, passage: Passage) -> float:
+        """Half the ranges of the scaled coordinates, added [rad/s]."""
+        return 0.5 * float((passage.row_high - passage.row_low).sum())
+
+    def _speed(self, passage: Passage) -> float:
+        """Size of the scaled state [rad/s]."""
+        return float(np.maximum(abs(passage.row_high), abs(passage.row_low)).sum())
+
+    def _finished(self) -> MachineResult:
+        """The result at the end of the run."""
+        result = self.result
+        if result.outcome == Outcome.DIVERGED:
+            result.motion = MotionClass.DIVERGED
+        elif result.outcome == Outcome.NO_FORWARD_SOLUTION:
+            result.motion = MotionClass.SELF_LOCKED
+        elif result.outcome != Outcome.COMPLETED:
+            result.motion = MotionClass.UNDECIDED
+        elif result.motion in (MotionClass.STEADY_SLIDING, MotionClass.AT_REST):
+            self._describe(self._advance(0, duration=self.natural))
+            result.settling, result.transient = float(self.done), self.done
+        return result

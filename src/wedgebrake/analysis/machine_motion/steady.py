@@ -1,0 +1,78 @@
+"""Proof that a motion ends in steady sliding or at rest.
+
+Between events a machine without varying signals is linear. Its state is then an equilibrium and
+a sum of modes. If no mode grows, the sum of their sizes bounds every guard: if none can reach zero,
+the mode of the contacts never changes again.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+
+from wedgebrake.analysis.machine_motion.coordinates import Coordinates
+from wedgebrake.solvers.machine.modes import select_system
+from wedgebrake.solvers.machine.problem import MachineProblem, Run
+
+FloatArray = NDArray[np.float64]
+# Relative size of rounding: of real parts of eigenvalues, and of the drive of a neutral mode.
+_ROUNDING = 1e-9
+# Relative size of a singular value that is rounding.
+_RANK = 1e-10
+# Largest condition number of the shapes of modes.
+_CONDITION = 1e8
+
+
+class Steady(NamedTuple):
+    """What a motion tends to.
+
+    sliding   : whether a contact slides
+    ringing   : size of a vibration that nothing damps [rad/s]
+    exponents : (p,) Lyapunov exponents, descending; -inf for each contact at rest [1/s]
+    """
+
+    sliding: bool
+    ringing: float
+    exponents: FloatArray
+
+
+def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Steady | None:
+    """What a motion tends to without another event; None if that is not certain.
+
+    problem : of a machine whose signals do not vary, without controllers
+    """
+    slot, states = select_system(problem, run), problem.states
+    systems, z = run.systems, run.z[0]
+    # Deviations in which the contacts at rest do not move.
+    held = problem.sliding[run.modes["side"] == 0, :states] @ space.back
+    basis = null_space(held, rcond=_RANK) if held.size else np.eye(space.size)
+    rates = basis.T @ space.to @ systems.rates[slot]
+    matrix, drive = rates[:, :states] @ space.back @ basis, rates @ z
+    size = float(np.abs(matrix).max(initial=0.0))
+    values, shapes = np.linalg.eig(matrix)
+    room = _ROUNDING * size
+    if values.size and (np.any(values.real > room) or np.linalg.cond(shapes) > _CONDITION):
+        return None
+    # The deviation u from now on, u' = matrix u + drive, as a sum of modes.
+    forces = np.linalg.solve(shapes, drive.astype(complex))
+    still = np.abs(values) <= room
+    if np.any(np.abs(forces[still]) > _ROUNDING * (np.abs(rates) @ np.abs(z)).max(initial=0.0)):
+        return None
+    transient = np.zeros_like(forces)
+    transient[~still] = forces[~still] / values[~still]
+    guards = systems.guards[slot, : systems.counts[slot]]
+    reaches = guards[:, :states] @ space.back @ basis @ (shapes * transient)
+    if not np.all(guards @ z - reaches.sum(axis=1).real > np.abs(reaches).sum(axis=1)):
+        return None
+    lasting = ~still & (values.real >= -room)
+    ringing = float(np.linalg.norm(shapes[:, lasting] @ transient[lasting]))
+    held_count = space.size - basis.shape[1]
+    exponents = np.sort(np.where(still, 0.0, values.real))[::-1]
+    return Steady(
+        bool(run.modes["side"].any()),
+        ringing,
+        np.concatenate([exponents, np.full(held_count, -np.inf)]),
+    )

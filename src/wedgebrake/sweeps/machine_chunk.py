@@ -1,0 +1,160 @@
+"""Results of some points of a sweep of machines, or of drivelines that are solved as machines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.machine_motion.result import MachineResult
+from wedgebrake.analysis.machine_motion.run import classify_machine
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.sweep_settings import INITIAL
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.sweeps.grid import batches
+from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.results import PointStatus
+
+# Points of a batch: a fraction of a second, so that interrupts take effect soon.
+_BATCH = 8
+
+
+class MachineChunk:
+    """Some points of a plan, divided into batches that threads may compute in any order.
+
+    where : dimension of the points -> slice of it
+    """
+
+    def __init__(self, plan: Plan, where: Mapping[str, slice]) -> None:
+        self._plan = plan
+        self._sizes = {dim: one.stop - one.start for dim, one in where.items()}
+        count = math.prod(self._sizes.values())
+        places = dict(zip(where, np.indices(tuple(self._sizes.values())), strict=True))
+        self._indices = tuple(
+            places[axis.dim].ravel() + where[axis.dim].start for axis in plan.grid.axes
+        )
+        self._results = {
+            one.name: np.full((count, *plan.shape(one)), one.fill, one.dtype)
+            for one in plan.variables
+        }
+        self.work: list[Callable[[], None]] = [
+            partial(self._run, numbers)
+            for numbers in batches(self._sizes, plan.grid.follow, _BATCH)
+        ]
+
+    def results(self) -> dict[str, Any]:
+        """Return the variables over the chunk, once all its work is done."""
+        shape = tuple(self._sizes.values())
+        return {
+            name: values.reshape(*shape, *values.shape[1:])
+            for name, values in self._results.items()
+        }
+
+    def _run(self, numbers: NDArray[np.int64]) -> None:
+        """Compute a batch point by point; with ``follow`` each from the end of the one before."""
+        before: FinalState | None = None
+        for number in numbers:
+            machine = self._machine(int(number))
+            if machine is None:
+                self._results["status"][number] = PointStatus.INVALID
+                before = None
+                continue
+            start = before if self._plan.grid.follow is not None else None
+            result = classify_machine(machine, self._plan.protocol, start)
+            before = result.final if result.outcome == Outcome.COMPLETED else None
+            self._store(int(number), result)
+
+    def _machine(self, number: int) -> Machine | None:
+        """Return the machine of a point; None if it is not valid."""
+        values = {
+            axis.name: float(axis.values[own[number]])
+            for axis, own in zip(self._plan.grid.axes, self._indices, strict=True)
+        }
+        changes = {name: value for name, value in values.items() if name not in INITIAL}
+        try:
+            changed = self._plan.system.replace(**changes)
+        except InputError:
+            return None
+        if isinstance(changed, Machine):
+            return changed
+        angle, velocity = self._plan.initial
+        state = {"initial_angle": angle, "initial_velocity": velocity, **values}
+        return changed.machine.replace(
+            {"driveline.angle": state["initial_angle"],
+             "driveline.speed": state["initial_velocity"]}
+        )  # fmt: skip
+
+    def _store(self, number: int, result: MachineResult) -> None:
+        """Store what a run found."""
+        own = isinstance(self._plan.system, Machine)
+        values = {
+            **(self._of_machine(result) if own else self._of_driveline(result)),
+            "motion": result.motion,
+            "order": result.order,
+            "motion_period": result.period,
+            "exponent_error": result.exponent_error,
+            "return_distance": result.return_distance,
+            "size": result.size,
+            "transient": result.transient,
+            "settling": result.settling,
+            "events": result.events,
+            "status": PointStatus[result.outcome.name],
+        }
+        for name, value in values.items():
+            self._results[name][number] = value
+
+    def _of_machine(self, result: MachineResult) -> dict[str, Any]:
+        """Values over inertias, contacts and exponents."""
+        n, found = len(result.final.speeds) if result.final else 0, result.contacts
+        points = self._points(result)
+        return {
+            "stick_class": found.stick_class,
+            "sticks_forward": found.sticks[:, 0],
+            "sticks_backward": found.sticks[:, 1],
+            "stick_share": found.stick_share,
+            "peak_torque": found.peak_torque,
+            "friction_power": found.friction_power,
+            "lowest_velocity": result.low[n : 2 * n] if result.low.size else math.nan,
+            "highest_velocity": result.high[n : 2 * n] if result.low.size else math.nan,
+            "exponents": np.pad(
+                result.exponents,
+                (0, self._results["exponents"].shape[1] - result.exponents.size),
+                constant_values=math.nan,
+            ),
+            **({"angle": points[:, :n], "velocity": points[:, n : 2 * n]} if points.size else {}),
+        }
+
+    def _of_driveline(self, result: MachineResult) -> dict[str, Any]:
+        """Values of a driveline, which has one contact and one inertia."""
+        found, exponents = result.contacts, [*result.exponents, math.nan][:2]
+        points = self._points(result)
+        final = result.final
+        return {
+            "stick_class": found.stick_class[0],
+            "sticks_forward": found.sticks[0, 0],
+            "sticks_backward": found.sticks[0, 1],
+            "stick_share": found.stick_share[0],
+            "peak_torque": found.peak_torque[0],
+            "friction_power": found.friction_power[0],
+            "largest_exponent": exponents[0],
+            "second_exponent": exponents[1],
+            "final_angle": final.angles["driveline"] if final else math.nan,
+            "final_velocity": final.speeds["driveline"] if final else math.nan,
+            **({"angle": points[:, 0], "velocity": points[:, 1]} if points.size else {}),
+        }
+
+    def _points(self, result: MachineResult) -> NDArray[np.float64]:
+        """The recorded returns, (record, states), with nan where there are fewer; or none."""
+        size = self._plan.record_size
+        if not size or not result.points.size:
+            return np.empty((0, 0))
+        points = np.full((size, result.points.shape[1]), math.nan)
+        count = min(len(result.points), size)
+        points[:count] = result.points[:count]
+        return points
