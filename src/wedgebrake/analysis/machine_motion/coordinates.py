@@ -25,11 +25,13 @@ class Coordinates(NamedTuple):
     """Linear coordinates y = to x of the states x, and the states back y of small deviations.
 
     to, back  : (p, states), (states, p); to back = 1
+    speeds    : the slice of the coordinates that are speeds of inertias
     frequency : lowest natural angular frequency of the shafts [rad/s]; 0 without shafts
     """
 
     to: FloatArray
     back: FloatArray
+    speeds: slice
     frequency: float
 
     @property
@@ -65,4 +67,4 @@ def coordinates(machine: Machine) -> Coordinates:
     natural = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
     positive = natural[natural > _RANK * max(natural[-1], 0.0)]
     lowest = float(np.sqrt(positive[0])) if positive.size else 0.0
-    return Coordinates(to[:row], back[:, :row], lowest)
+    return Coordinates(to[:row], back[:, :row], slice(p, p + n), lowest)

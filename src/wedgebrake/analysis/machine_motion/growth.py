@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-# Share of a deviation that is left of one in a direction that a stick or a section removes.
+# What is left of a deviation in a direction that a stick or a section removes.
 _LOST = 1e-12
 # Share of the largest multiplier below which another one is not resolved.
 _RESOLVED = 1e-9
@@ -26,7 +26,7 @@ def growths(matrices: FloatArray, frame: FloatArray | None = None) -> FloatArray
     for k, matrix in enumerate(matrices):
         frame, triangle = np.linalg.qr(matrix @ frame)
         sizes = np.abs(np.diag(triangle))
-        lost = sizes <= _LOST * np.linalg.norm(matrix)
+        lost = sizes <= _LOST * max(float(np.linalg.norm(matrix)), 1.0)
         found[k] = np.where(lost, -np.inf, np.log(np.maximum(sizes, 1e-300)))
     return found
 
@@ -42,7 +42,7 @@ def multipliers(matrices: FloatArray) -> FloatArray:
         whole = matrix @ whole
     lost = int(np.isneginf(growths(matrices)).any(axis=0).sum())
     sizes = np.sort(np.abs(np.linalg.eigvals(whole)))[::-1]
-    known = sizes > _RESOLVED * np.linalg.norm(whole)
+    known = sizes > _RESOLVED * max(float(np.linalg.norm(whole)), _LOST)
     found = np.where(known, np.log(np.maximum(sizes, 1e-300)), np.nan)
     if lost:
         found[p - lost :] = -np.inf

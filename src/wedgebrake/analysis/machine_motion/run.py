@@ -53,7 +53,9 @@ class _Run:
         self.has_period = machine.period is not None
         # The proof of a steady state knows no controllers, whose forces are no states of it.
         self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
-        self.course = Course(machine, initial, rows=self.space.to)
+        self.states = self.space.to.shape[1]
+        watched = np.vstack([self.space.to, np.eye(self.states)])
+        self.course = Course(machine, initial, watched=watched)
         self.section: Every | Crossing | None = self.every
         self.natural = 2.0 * math.pi / self.space.frequency if self.space.frequency else 1.0
         self.done = 0
@@ -108,7 +110,7 @@ class _Run:
             if result.order or result.motion == MotionClass.AT_REST:
                 break
         if result.outcome == Outcome.COMPLETED:
-            self._record(self._advance(self.protocol.recorded) if self.protocol.recorded else None)
+            self._record(None if result.order else self._advance(self.protocol.recorded))
 
     def _advance(
         self, returns: int, *, duration: float = math.inf, derivatives: bool = False
@@ -129,7 +131,7 @@ class _Run:
         """Set the result of a motion that ends in steady sliding or at rest."""
         if not self.linear:
             return self._has_stopped(passage)
-        found = steady_state(self.course.problem, self.course.run, self.space)
+        found = steady_state(self.course.assembled.problem, self.course.state, self.space)
         if found is None or (found.sliding and found.ringing > _STILL * self._speed(passage)):
             return False
         result = self.result
@@ -141,7 +143,7 @@ class _Run:
         """Set the result of a motion that has come to a constant state."""
         if self._range(passage) > _STILL * self._speed(passage):
             return False
-        sliding = bool(self.course.run.modes["side"].any())
+        sliding = bool(self.course.state.modes["side"].any())
         self.result.motion = MotionClass.STEADY_SLIDING if sliding else MotionClass.AT_REST
         self.result.size = 0.0
         return True
@@ -177,37 +179,47 @@ class _Run:
             self.result.motion = MotionClass.QUASI_PERIODIC if total < -error else self.result.motion
 
     def _record(self, window: Passage | None) -> None:
-        """Set what describes the settled motion: over one orbit, or over a record."""
+        """Set what describes the settled motion: over one orbit, or over a window."""
         result = self.result
-        if window is not None and len(window.times):
-            result.points, result.times = window.states, window.times
-        if result.order == 0:
-            if window is not None:
+        if window is not None:
+            self._keep(window.states, window.times)
+            if result.order == 0:
                 self._describe(window)
-            return
-        before = float(self.course.run.clock[0])
+                return
+        before = self.course.time
         orbit = self._advance(result.order, derivatives=True)
         if result.outcome != Outcome.COMPLETED or len(orbit.times) < result.order:
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return
-        size = self._range(orbit)
-        if result.return_distance * result.size > _DRIFT * size:
+        if result.return_distance * result.size > _DRIFT * self._range(orbit):
             # A vibration that decays: each return is near the last, but not in its own size.
             result.motion, result.order = MotionClass.UNDECIDED, 0
+            return
         self._describe(orbit)
-        if result.order:
-            result.period = float(orbit.times[-1]) - before
-            matrices = self.space.to @ orbit.matrices @ self.space.back
-            result.exponents = self._exponents(multipliers(matrices) / result.period)
-            result.exponent_error = 0.0
-            if self.every is None:
-                result.motion = MotionClass.LIMIT_CYCLE
+        result.period = float(orbit.times[-1]) - before
+        matrices = self.space.to @ orbit.matrices @ self.space.back
+        result.exponents = self._exponents(multipliers(matrices) / result.period)
+        result.exponent_error = 0.0
+        if self.every is None:
+            result.motion = MotionClass.LIMIT_CYCLE
+        if window is None:
+            # The orbit, again and again.
+            number = np.arange(self.protocol.recorded + 1) - 1
+            rounds = number // result.order
+            times = orbit.times[number % result.order] + rounds * result.period
+            self._keep(orbit.states[number % result.order], times)
+
+    def _keep(self, states: FloatArray, times: FloatArray) -> None:
+        """Set the recorded returns."""
+        self.result.points, self.result.times = states, times
 
     def _describe(self, passage: Passage) -> None:
         """Set the extremes and the sums over the contacts."""
         result = self.result
         result.contacts = ContactSums.of(passage)
-        result.low, result.high, result.size = passage.low, passage.high, self._range(passage)
+        p = self.space.size
+        result.low, result.high = passage.low[p:], passage.high[p:]
+        result.size = self._range(passage)
 
     def _exponents(self, of_returns: FloatArray) -> FloatArray:
         """The exponents of a motion; that of a self-excited one has the neutral one as well.
@@ -220,11 +232,11 @@ class _Run:
 
     def _range(self, passage: Passage) -> float:
         """Half the ranges of the scaled coordinates, added [rad/s]."""
-        return 0.5 * float((passage.row_high - passage.row_low).sum())
+        return 0.5 * float((passage.high - passage.low)[: self.space.size].sum())
 
     def _speed(self, passage: Passage) -> float:
         """Size of the scaled state [rad/s]."""
-        return float(np.maximum(abs(passage.row_high), abs(passage.row_low)).sum())
+        return float(np.maximum(abs(passage.high), abs(passage.low))[: self.space.size].sum())
 
     def _finished(self) -> MachineResult:
         """The result at the end of the run."""

@@ -38,10 +38,11 @@ def sampling(machine: Machine) -> Every | None:
 
 
 def crossing(passage: Passage, space: Coordinates) -> Crossing:
-    """The section of a self-excited motion: the speed with the largest range of energy."""
-    states = space.to.shape[1]
-    n = passage.inertias
-    ranges = (passage.high - passage.low)[n : 2 * n] * abs(space.to[:, n : 2 * n]).max(axis=0)
-    speed = n + int(ranges.argmax())
-    row = tuple(float(k == speed) for k in range(states))
-    return Crossing(row, 0.5 * float(passage.low[speed] + passage.high[speed]))
+    """The section of a self-excited motion: the scaled speed with the largest range.
+
+    passage : in which the scaled coordinates are watched
+    """
+    ranges = (passage.high - passage.low)[space.speeds]
+    speed = space.speeds.start + int(ranges.argmax())
+    level = 0.5 * float(passage.low[speed] + passage.high[speed])
+    return Crossing(tuple(map(float, space.to[speed])), level)
