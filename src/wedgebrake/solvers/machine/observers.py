@@ -7,6 +7,7 @@ import numpy as np
 from wedgebrake.dynamics.jit import borrowing, internal
 from wedgebrake.solvers.machine.cells import combine, polynomial
 from wedgebrake.solvers.machine.problem import TERMS
+from wedgebrake.solvers.machine.watch import Watch, no_watch
 
 # Products of two series are integrated to rounding by Gauss' rule: their terms fall as 4^k/k! on
 # a cell, so that 12 points leave out less than 1e-20.
@@ -22,6 +23,7 @@ class Observer(NamedTuple):
     left, right : (powers, z) rows whose product is a power [W]
     contact : (powers,) whose torque is the left row instead; -1: none
     work    : (powers,) their integrals [J]
+    watch   : what is recorded of a passage
     """
 
     times: Any
@@ -34,6 +36,7 @@ class Observer(NamedTuple):
     right: Any
     contact: Any
     work: Any
+    watch: Watch
 
 
 class PowerRows(NamedTuple):
@@ -57,6 +60,7 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
         np.asarray(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
         np.zeros((samples, m)), np.zeros((samples, m)), np.zeros((samples, m), np.int64),
         left, right, contact, np.zeros(len(contact)),
+        no_watch(),
     )  # fmt: skip
 
 

@@ -21,6 +21,8 @@ from wedgebrake.solvers.machine.rest import remains_at_rest
 FloatArray = NDArray[np.float64]
 # Time between two proofs that a machine stays at rest, in longest cells.
 _PATIENCE = 16.0
+# A number of cells that is never reached.
+_CELLS = 10**18
 # Rows of the log that is filled at a time.
 _ROWS = 4096
 
@@ -86,7 +88,7 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
             # End here, with a last sample in the new modes, or try again later.
             end = min(task.end, run.clock[0] + (0.0 if at_rest else _patience(run)))
         span = trajectory.Span(
-            end, task.max_events - count, task.until_rest, begins, task.stop
+            end, task.max_events - count, _CELLS, task.until_rest, begins, task.stop
         )  # fmt: skip
         ended = trajectory.move(problem, run, span, log, observer)
         events.append(log[: ended.events].copy())

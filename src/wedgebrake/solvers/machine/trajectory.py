@@ -30,9 +30,11 @@ from wedgebrake.solvers.machine.events import (
     set_sides,
     settle,
 )
+from wedgebrake.solvers.machine.follow import follow
 from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system
 from wedgebrake.solvers.machine.observers import observe
 from wedgebrake.solvers.machine.problem import TERMS
+from wedgebrake.solvers.machine.variation import vary_samples
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
@@ -54,6 +56,7 @@ class Span(NamedTuple):
 
     end    : time [s]
     events : most events
+    cells  : most cells
     pause  : whether to end where all contacts have come to rest
     begins : whether it follows ``start``, whose state is no event
     stop   : (1,) ends the run when another thread sets it to True
@@ -61,6 +64,7 @@ class Span(NamedTuple):
 
     end: float
     events: int
+    cells: int
     pause: bool
     begins: bool
     stop: Any
@@ -162,12 +166,14 @@ def _log(log, count, time, contact, kind, before, after):
 
 
 @borrowing
-def _after_knot(problem, run, cell, time):
+def _after_knot(problem, run, cell, time, watch):
     """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
 
     cell : that ended at the knot
     """
     sample_controllers(problem, run, time)
+    if watch.derivative:
+        vary_samples(watch, problem, run)
     if follow_bases(problem, run):
         classify(problem, run)
     else:
@@ -249,11 +255,11 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
     clock, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0
     count = np.int64(0)  # Numba would compile functions for a literal 0 too
     few = np.int64(2)
-    contacts, slot, bent = run.modes.size, 0, -1
+    contacts, slot, bent, watch = run.modes.size, 0, -1, observer.watch
     run.pending[0] = max(run.pending[0], 0)
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
     outcome = Outcome.STEP_LIMIT
-    while not span.stop[0]:
+    while cells < span.cells and not span.stop[0]:
         if run.pending[0] >= 0:
             if run.pending[0] > 0 and not settle(problem, run):
                 outcome = Outcome.NO_FORWARD_SOLUTION
@@ -282,15 +288,22 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         _expand_inputs(problem, run, clock, terms)
         expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
         tau, first = _first_event(run, slot, terms, h)
+        jumped = first >= 0 and _is_beyond(run, slot, first)
+        enough = False
+        if watch.on:
+            event = first, jumped
+            tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
         last = first < 0 and tau >= remaining and ahead >= span.end
         observe(observer, problem, run, slot, terms, clock, tau, last)
-        jumped = first >= 0 and _is_beyond(run, slot, first)
         passed = tau > _INSTANT * (h if math.isinf(longest) else longest)
         _finish_cell(problem, run, terms, tau, passed)
         clock = later(clock, tau)
         cells += 1
         if not _is_bounded(run.z[0]):
             outcome = Outcome.DIVERGED
+            break
+        if enough:
+            outcome = Outcome.COMPLETED
             break
         again = 0 if passed else again + 1
         bent = -1
@@ -307,7 +320,7 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         _expand_inputs(problem, run, clock, few)
         cell = Cell(h, terms, tau)
         if at_knot:
-            _after_knot(problem, run, cell, clock.time)
+            _after_knot(problem, run, cell, clock.time, watch)
             knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
         if first >= 0:
             what = run.systems.what[slot, first]

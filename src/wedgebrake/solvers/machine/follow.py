@@ -1,0 +1,109 @@
+"""A cell of a passage: its first return, the derivative of the flow, and sums."""
+
+from wedgebrake.dynamics.jit import borrowing
+from wedgebrake.solvers.machine.cells import combine, polynomial
+from wedgebrake.solvers.machine.section import next_return, next_turn
+from wedgebrake.solvers.machine.variation import begin, store_matrix, vary, vary_event
+from wedgebrake.solvers.machine.watch import Anew, SectionKind
+
+# Most extremes of a quantity in a cell.
+_TURNS = 8
+
+
+@borrowing
+def follow(watch, problem, run, slot, terms, clock, tau, event):
+    """Record a cell that ends at tau, where an event may happen, or at a return before it.
+
+    event : (number of the guard, -1: none, and whether it has jumped beyond zero)
+
+    Returns (time until the end of the cell, number of the guard, whether no return is wanted any
+    more).
+    """
+    state = watch.state[0]
+    first, jumped = event
+    returned = False
+    if watch.kind != SectionKind.NONE:
+        at = next_return(watch, run, terms, clock, tau, first >= 0)
+        if at <= tau:
+            # An event at this instant belongs to the next cell.
+            tau, first, returned = at, -1, True
+    _add(watch, problem, run, slot, terms, tau)
+    for mode in run.modes:
+        if mode.side != 0:
+            state.last_slip = clock.time + tau
+    if watch.derivative:
+        vary(watch, problem, run, slot, terms, tau)
+        if first >= 0:
+            vary_event(watch, problem, run, slot, terms, tau, first, jumped)
+    if not returned:
+        return tau, first, False
+    _store(watch, problem, run, terms, clock, tau)
+    if watch.derivative:
+        store_matrix(watch, problem, run, terms, tau)
+        state.anew = Anew.YES
+    state.count += 1
+    state.next += 1
+    enough = state.count >= watch.times.size
+    if watch.derivative and not enough:
+        begin(watch, problem, run)
+    return tau, first, enough
+
+
+@borrowing
+def _store(watch, problem, run, terms, clock, tau):
+    """Store the time and the state of a return."""
+    state = watch.state[0]
+    watch.times[state.count] = clock.time + (tau + clock.rest)
+    if watch.kind == SectionKind.EVERY:
+        watch.times[state.count] = watch.origin + state.next * watch.period
+    for i in range(problem.states):
+        watch.states[state.count, i] = polynomial(run.z[:, i], terms, tau)
+
+
+@borrowing
+def _add(watch, problem, run, slot, terms, tau):
+    """Add a cell to the extremes and to the sums."""
+    g = run.guard
+    for i in range(problem.states):
+        for k in range(terms):
+            g[k] = run.z[k, i]
+        watch.low[i], watch.high[i] = _widened(
+            watch.work[0], g, terms, tau, watch.low[i], watch.high[i]
+        )
+    for number in range(run.modes.size):
+        side = run.modes[number].side
+        if side == 0:
+            watch.rest[number] += tau
+            if watch.sides[number] != 0:
+                watch.entered[number, 0 if watch.sides[number] > 0 else 1] += 1
+        watch.sides[number] = side
+        combine(run.systems.contact[slot, number], run.z, terms, g)
+        peak = watch.peak[number]
+        low, high = _widened(watch.work[0], g, terms, tau, -peak, peak)
+        watch.peak[number] = max(-low, high)
+
+
+@borrowing
+def _widened(work, g, terms, tau, low, high):
+    """A range that contains a series on [0, tau] too.
+
+    work : workspace for its derivative
+    """
+    reach = 0.0
+    for k in range(terms - 1, 0, -1):
+        reach = (reach + abs(g[k])) * tau
+    if low <= g[0] - reach and g[0] + reach <= high:
+        return low, high
+    end = polynomial(g, terms, tau)
+    low, high = min(low, g[0], end), max(high, g[0], end)
+    for k in range(terms - 1):
+        work[k] = (k + 1.0) * g[k + 1]
+    at = 0.0
+    for _ in range(_TURNS):
+        step = next_turn(work, terms - 1, tau - at)
+        at += step
+        if at >= tau:
+            break
+        value = polynomial(g, terms, at)
+        low, high = min(low, value), max(high, value)
+    return low, high

@@ -1,0 +1,288 @@
+"""A run of a machine that is continued passage by passage, with its returns to a section."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.validation import wrong
+from wedgebrake.solvers.machine import trajectory
+from wedgebrake.solvers.machine.assemble import Assembled, assemble
+from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
+from wedgebrake.solvers.machine.observers import observer_of
+from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
+from wedgebrake.solvers.machine.solve import power_rows
+from wedgebrake.solvers.machine.watch import Anew, SectionKind, Watch, watch_of
+
+FloatArray = NDArray[np.float64]
+_MOST_EVENTS = 10**12
+# Rows of the log of events, which is not kept, beyond one for each contact.
+_ROWS = 1024
+# Returns for which there is room at a time, where their number is not known.
+_CHUNK = 64
+# Share of a period, and of the time, within which a run is at a return.
+_AT_RETURN, _ROUNDING = 1e-12, 4e-16
+# A time that is never reached [s].
+_NEVER = 1e300
+# Cells without an end of time after which a run counts as one that does not return.
+_CELLS = 10**7
+
+
+class Every(NamedTuple):
+    """Section of a driven machine: the times ``origin + k period`` [s]."""
+
+    period: float
+    origin: float = 0.0
+
+
+class Crossing(NamedTuple):
+    """Section of a self-excited machine: a row of the states reaches a level from below.
+
+    row : over the states: angles, speeds, states of the actuators
+    """
+
+    row: tuple[float, ...]
+    level: float
+
+
+Section = Every | Crossing
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A part of a run, with its returns to a section.
+
+    outcome   : COMPLETED if the wanted number of returns, or the duration, was reached
+    times     : (k,) of the returns [s];  states: (k, states) at them
+    matrices  : (k, memory, memory) derivative of the state at a return by the state at the return
+                before, at the first one by the state at the beginning; (0, memory, memory) if not
+                wanted. The state is followed by what each controller remembers that a linear
+                function of the sliding speed sets: the force it applies and those in its delay.
+                At a ``Crossing``: projected onto the section along the flow.
+    low, high : (states,) extremes of the states
+    peak_torque : (contacts,) largest magnitude of the brake torque [N m]
+    stick_time : (contacts,) [s];  sticks: (contacts, 2) entered from v > 0 and from v < 0
+    work      : (parts,) as ``power_rows`` orders them [J]
+    last_slip : last time at which any contact slid in the whole run [s], -inf: never
+    """
+
+    outcome: Outcome
+    times: FloatArray
+    states: FloatArray
+    matrices: FloatArray
+    low: FloatArray
+    high: FloatArray
+    peak_torque: FloatArray
+    stick_time: FloatArray
+    sticks: NDArray[np.int64]
+    work: FloatArray
+    events: int
+    cells: int
+    duration: float
+    last_slip: float
+    _machine: Machine
+    _problem: Any
+    _run: Run
+
+    @cached_property
+    def final(self) -> FinalState:
+        """The state at the end, from which another run can continue."""
+        return state_of(self._machine, self._problem, self._run)
+
+
+class Course:
+    """A run of a machine that is continued passage by passage.
+
+    initial : where it begins; None: at the initial state of the machine
+    start   : time of the beginning without ``initial`` [s]
+    stop    : (1,) ends a passage at its next event when another thread sets it to True
+    works   : whether passages contain the work of every part
+
+    Raises ``InputError`` for what the method "exact" cannot solve.
+    """
+
+    def __init__(
+        self, machine: Machine, initial: FinalState | None = None, *, start: float = 0.0,
+        stop: NDArray[np.bool_] | None = None, works: bool = True,
+    ) -> None:  # fmt: skip
+        start = start if initial is None else initial.time
+        self.machine = machine
+        self.assembled: Assembled = assemble(machine, start)
+        problem = self.assembled.problem
+        self._run, self._begins = run_of(problem), True
+        self._stop = np.zeros(1, np.bool_) if stop is None else stop
+        if initial is None:
+            start_state(machine, problem, self._run)
+        else:
+            restore(initial, machine, problem, self._run)
+        trajectory.start(problem, self._run, initial is not None)
+        self._anew = Anew.AT_START if initial is None else Anew.YES
+        powers = power_rows(machine, self.assembled) if works else None
+        self._observer = observer_of(problem, np.empty(0), powers)
+        self._log = np.zeros(_ROWS + problem.contacts.size, EVENT)
+        self._watch = watch_of(problem)
+        self._watch.state["last_slip"] = -math.inf
+        self._section: Section | None = None
+        spans = [one.span for one in machine.signals().values()]
+        self._limit = min((last for _, last in spans), default=math.inf)
+        machine.check_times(start, start)
+
+    @property
+    def time(self) -> float:
+        """The present time [s]."""
+        return float(self._run.clock[0])
+
+    def advance(
+        self, section: Section | None, returns: int = 0, *, duration: float = math.inf,
+        derivatives: bool = False, max_events: int = _MOST_EVENTS,
+    ) -> Passage:  # fmt: skip
+        """Continue to the wanted number of returns, or for a duration, whichever is first.
+
+        section  : None: no returns, to the end of the duration
+        returns  : 0: all in the duration
+        duration : [s]
+
+        A state on the section at the beginning is no return. Raises ``InputError`` for a run
+        without end, or beyond the end of a table.
+        """
+        begin, run = self.time, self._run
+        if math.isinf(duration) and (section is None or returns < 1):
+            raise wrong("duration", duration, "finite where no number of returns is wanted")
+        self._begin_at(section, derivatives)
+        watch, end = self._watch, begin + duration
+        known = self._last_time(section, returns, end)
+        if known > self._limit:
+            self.machine.check_times(begin, known)
+        room = returns if returns > 0 else self._room(section, begin, end)
+        parts: list[Watch] = []
+        events, cells, outcome, ended = 0, 0, Outcome.LOG_FULL, begin
+        # A motion that comes to rest may never return.
+        most_cells = _CELLS if math.isinf(end) and isinstance(section, Crossing) else 10**18
+        observer = self._observer
+        observer.work[:] = 0.0
+        while outcome == Outcome.LOG_FULL:
+            if not parts or int(watch.state[0]["count"]) == room:
+                watch = self._with_room(section, room, derivatives)
+                observer = observer._replace(watch=watch)
+                parts.append(watch)
+            span = trajectory.Span(
+                min(end, self._limit, _NEVER), max_events - events, most_cells - cells, False,
+                self._begins, self._stop,
+            )
+            found = trajectory.move(self.assembled.problem, run, span, self._log, observer)
+            self._begins = False
+            events, cells, ended = events + found.events, cells + found.cells, found.time
+            outcome = Outcome(found.outcome)
+            full = room > 0 and int(watch.state[0]["count"]) == room
+            if outcome == Outcome.COMPLETED and returns < 1 and full and ended < end:
+                outcome = Outcome.LOG_FULL
+        if outcome == Outcome.COMPLETED and ended < end and not full:
+            self.machine.check_times(begin, math.nextafter(self._limit, math.inf))
+        return self._passage(outcome, parts, (events, cells, ended - begin))
+
+    def _begin_at(self, section: Section | None, derivatives: bool) -> None:
+        """Prepare the watch for a passage."""
+        watch, state = self._watch, self._watch.state[0]
+        if section != self._section:
+            self._section = section
+            state["scale"], state["below"] = 0.0, 0
+            self._watch = watch = watch._replace(**self._fields(section))
+        if derivatives:
+            watch.state["anew"] = self._anew
+        self._anew = Anew.YES
+        if isinstance(section, Every):
+            watch.state["next"] = self._next_return(section)
+        watch.low[:], watch.high[:] = math.inf, -math.inf
+        watch.peak[:] = watch.rest[:] = 0.0
+        watch.entered[:] = 0
+
+    def _fields(self, section: Section | None) -> dict[str, Any]:
+        """The fields of a watch that describe a section."""
+        problem = self.assembled.problem
+        if isinstance(section, Every):
+            period, origin = float(section.period), float(section.origin)
+            if not 0.0 < period < math.inf:
+                raise wrong("section.period", section.period, "a number of seconds above 0")
+            return {"kind": int(SectionKind.EVERY), "period": period, "origin": origin}
+        if section is None:
+            return {"kind": int(SectionKind.NONE)}
+        if len(section.row) != problem.states or not any(section.row):
+            raise InputError(
+                f"section.row = {section.row}: must have {problem.states} factors, not all 0, one"
+                " for each state.",
+                name="section.row", value=section.row, allowed=f"{problem.states} factors",
+            )  # fmt: skip
+        row = np.zeros(problem.torque.shape[1])
+        row[: problem.states], row[-1] = section.row, -section.level
+        return {"kind": int(SectionKind.CROSSING), "row": row}
+
+    def _next_return(self, section: Every) -> int:
+        """Number of the first return after the present time."""
+        time, (period, origin) = self.time, section
+        number = math.floor((time - origin) / period) + 1
+        if origin + number * period <= time + _AT_RETURN * period + _ROUNDING * abs(time):
+            number += 1
+        return number
+
+    def _last_time(self, section: Section | None, returns: int, end: float) -> float:
+        """Time at which a passage ends, as far as it is known; otherwise the present time [s]."""
+        if isinstance(section, Every) and returns > 0:
+            last = int(self._watch.state[0]["next"]) + returns - 1
+            return min(end, section.origin + last * section.period)
+        return self.time if math.isinf(end) or returns > 0 else end
+
+    def _room(self, section: Section | None, begin: float, end: float) -> int:
+        """Number of returns for which there is room at a time."""
+        if isinstance(section, Every):
+            return 2 + math.floor((end - begin) / section.period)
+        return 0 if section is None else _CHUNK
+
+    def _with_room(self, section: Section | None, room: int, derivatives: bool) -> Watch:
+        """The watch with room for returns."""
+        watch = self._watch
+        count = 0 if section is None else room
+        memory = watch.shift.size
+        watch.state["count"] = 0
+        return watch._replace(
+            derivative=derivatives,
+            times=np.empty(count),
+            states=np.empty((count, watch.low.size)),
+            matrices=np.empty((count if derivatives else 0, memory, memory)),
+        )
+
+    def _passage(
+        self, outcome: Outcome, parts: list[Watch], sums: tuple[int, int, float]
+    ) -> Passage:
+        """What a passage has recorded."""
+        watch, run = parts[-1], self._run
+        count = int(watch.state[0]["count"])
+        lists: list[Any] = [parts[-1].times[:count], parts[-1].states[:count]]
+        lists.append(parts[-1].matrices[:count])
+        if len(parts) > 1:
+            lists = [
+                np.concatenate([*(getattr(one, name) for one in parts[:-1]), last])
+                for name, last in zip(("times", "states", "matrices"), lists, strict=True)
+            ]
+        events, cells, duration = sums
+        return Passage(
+            outcome, *lists, watch.low.copy(), watch.high.copy(), watch.peak.copy(),
+            watch.rest.copy(), watch.entered.copy(), self._observer.work.copy(), events, cells,
+            duration, float(watch.state[0]["last_slip"]), self.machine, self.assembled.problem,
+            _kept(run),
+        )  # fmt: skip
+
+
+def _kept(run: Run) -> Run:
+    """A run whose state no longer changes."""
+    return run._replace(
+        clock=run.clock.copy(), z=run.z[:1].copy(), modes=run.modes.copy(),
+        queues=run.queues.copy(),
+    )  # fmt: skip

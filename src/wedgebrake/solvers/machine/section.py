@@ -1,0 +1,111 @@
+"""Returns of a machine to a section: in time, or of a row of its states through a level."""
+
+import math
+
+from wedgebrake.dynamics.jit import borrowing
+from wedgebrake.solvers.machine.cells import combine, first_zero, polynomial
+from wedgebrake.solvers.machine.watch import SectionKind
+
+# Size of a value on the section, relative to the largest one of what it is made of.
+_ON_SECTION = 1e-12
+# Most turns of a row about its level that are followed in a cell.
+_TURNS = 8
+
+
+@borrowing
+def next_return(watch, run, terms, clock, tau, event):
+    """Time from the beginning of a cell of length tau to its first return; inf: there is none.
+
+    event : whether an event ends the cell
+    """
+    state = watch.state[0]
+    if watch.kind == SectionKind.EVERY:
+        since = (watch.origin + state.next * watch.period - clock.time) - clock.rest
+        return max(since, 0.0)
+    return _next_crossing(watch, run, terms, tau, event)
+
+
+@borrowing
+def _next_crossing(watch, run, terms, tau, event):
+    """``next_return`` for a row that crosses its level upwards.
+
+    It must have been below the level by more than rounding since it crossed it before.
+    """
+    state, g = watch.state[0], watch.work[0]
+    scale = combine(watch.row, run.z, terms, g)
+    reach = 0.0
+    for k in range(terms - 1, 0, -1):
+        reach = (reach + abs(g[k])) * tau
+    state.scale = max(state.scale, scale + reach)
+    room = _ON_SECTION * state.scale
+    if g[0] < -room:
+        state.below = 1
+    if g[0] + reach < -room or (g[0] - reach > room and state.below == 0):
+        return math.inf
+    at = 0.0
+    for _ in range(_TURNS):
+        if state.below == 0:
+            down = first_zero(g, terms, tau - at, room, abs(g[0]) <= room, False)
+            if down > tau - at:
+                return math.inf
+            at += down
+            _move(g, terms, down)
+        _negate(g, terms)
+        fresh = state.below == 0
+        up = first_zero(g, terms, tau - at, room if fresh else 0.0, fresh, False)
+        if up > tau - at:
+            end = -polynomial(g, terms, tau - at)
+            if end < -room:
+                state.below = 1
+            elif state.below != 0 and event:
+                # It has arrived together with the event, up to rounding.
+                state.below = 0
+                return tau
+            return math.inf
+        if state.below != 0 or -polynomial(g, terms, 0.5 * up) < -room:
+            state.below = 0
+            return at + up
+        at += up
+        _move(g, terms, up)
+        _negate(g, terms)
+        if up == 0.0:
+            break
+    return math.inf
+
+
+@borrowing
+def _negate(g, terms):
+    """Change the sign of a series."""
+    for k in range(terms):
+        g[k] = -g[k]
+
+
+@borrowing
+def _move(g, terms, tau):
+    """Move the origin of a series to tau, by Horner's scheme."""
+    if tau != 0.0:
+        for first in range(terms - 1):
+            for k in range(terms - 2, first - 1, -1):
+                g[k] += tau * g[k + 1]
+
+
+@borrowing
+def next_turn(g, terms, tau):
+    """Time at which a series next changes its sign; inf: not before tau.
+
+    Its origin is moved there, where it then counts as zero.
+    """
+    scale = abs(g[0])
+    reach = 0.0
+    for k in range(terms - 1, 0, -1):
+        reach = (reach + abs(g[k])) * tau
+    if scale > reach:
+        return math.inf
+    at = first_zero(g, terms, tau, 0.0, True, False)
+    if at == 0.0:
+        _negate(g, terms)
+        at = first_zero(g, terms, tau, 0.0, True, False)
+    if 0.0 < at <= tau:
+        _move(g, terms, at)
+        return at
+    return math.inf

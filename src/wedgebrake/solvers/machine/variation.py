@@ -1,0 +1,258 @@
+"""The derivative of the flow of a machine (docs/theory.md, section 14).
+
+Its columns obey the homogeneous equation of a mode, x' = A x, and are advanced through each cell
+by Taylor series. At an event the neighbouring motion changes its mode earlier by (h X)/h', with
+the guard h and its rate h', which adds the difference of the rates times this row (saltation;
+Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 8).
+Knots and samplings are at fixed times: there a controller's sample only depends on the state.
+"""
+
+from wedgebrake.dynamics.jit import borrowing
+from wedgebrake.solvers.machine.cells import polynomial
+from wedgebrake.solvers.machine.modes import GuardKind
+from wedgebrake.solvers.machine.watch import Anew, SectionKind
+
+# Relative size of the rate of a guard that is zero: the motion touches it only.
+_TOUCHING = 1e-13
+
+
+@borrowing
+def vary(watch, problem, run, slot, terms, tau):
+    """Advance the derivative through a cell of length tau."""
+    state = watch.state[0]
+    if state.anew != Anew.NO:
+        begin(watch, problem, run)
+    elif state.pending != 0:
+        for i in range(problem.states):
+            change = run.z[1, i] - watch.before[i]
+            if change != 0.0:
+                for column in range(watch.shift.size):
+                    watch.variation[i, column] += change * watch.shift[column]
+        state.pending = 0
+    if tau > 0.0:
+        watch.shift[:] = 0.0
+        for column in range(watch.shift.size):
+            _expand_column(watch, problem, run.systems.rates[slot], column, terms)
+            for i in range(problem.states):
+                watch.variation[i, column] = polynomial(watch.series[:, i], terms, tau)
+
+
+@borrowing
+def _expand_column(watch, problem, rates, column, terms):
+    """Store the series of a column of the derivative.
+
+    A torque that is not linear in the state would be a further column of the series here, between
+    one power of time and the next.
+    """
+    d, half, states = watch.series, problem.inverse.size, problem.states
+    for i in range(states):
+        d[0, i] = watch.variation[i, column]
+    for k in range(terms - 1):
+        share = 1.0 / (k + 1.0)
+        for i in range(half):
+            d[k + 1, i] = d[k, half + i] * share
+        for i in range(half, states):
+            total = 0.0
+            for j in range(states):
+                total += rates[i, j] * d[k, j]
+            if k == 0:
+                total += _by_held(watch, problem, rates[i], column)
+            d[k + 1, i] = total * share
+
+
+@borrowing
+def _by_held(watch, problem, row, column):
+    """Derivative of a row by way of the forces that controllers hold."""
+    total = 0.0
+    for number in range(watch.held.size):
+        if watch.held[number] >= 0:
+            place = problem.states + problem.contacts[number].held
+            total += row[place] * watch.variation[watch.held[number], column]
+    return total
+
+
+@borrowing
+def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
+    """Keep what the jump at the event that ends a cell needs.
+
+    jumped : a signal or another event at this instant has carried the guard beyond zero, so that
+             the time of the event is that of the cause
+    """
+    z, states, g = run.z, problem.states, watch.work[0]
+    for i in range(states):
+        watch.before[i] = _slope(z[:, i], terms, tau)
+    watch.state[0].pending = 1
+    kind = run.systems.what[slot, first].kind
+    if jumped and kind != GuardKind.ZERO_SPEED:
+        return
+    row = run.systems.guards[slot, first]
+    rate, scale = 0.0, 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            part = row[j] * _slope(z[:, j], terms, tau)
+            rate += part
+            scale += abs(part)
+    for column in range(watch.shift.size):
+        total = _by_held(watch, problem, row, column)
+        for i in range(states):
+            total += row[i] * watch.variation[i, column]
+        watch.shift[column] = total / rate if abs(rate) > _TOUCHING * scale else 0.0
+
+
+@borrowing
+def _slope(series, terms, tau):
+    """Rate of a series at tau."""
+    total = 0.0
+    for k in range(terms - 1, 0, -1):
+        total = total * tau + k * series[k]
+    return total
+
+
+@borrowing
+def store_matrix(watch, problem, run, terms, tau):
+    """Store the derivative at a return at tau.
+
+    That of a crossing is projected onto the section along the flow.
+    """
+    state, x = watch.state[0], watch.variation
+    if watch.kind == SectionKind.CROSSING:
+        rate = 0.0
+        for i in range(problem.states):
+            watch.before[i] = _slope(run.z[:, i], terms, tau)
+            rate += watch.row[i] * watch.before[i]
+        for column in range(watch.shift.size):
+            total = 0.0
+            for i in range(problem.states):
+                total += watch.row[i] * x[i, column]
+            for i in range(problem.states):
+                x[i, column] -= watch.before[i] * (total / rate)
+    target = watch.matrices[state.count]
+    for i in range(problem.states):
+        _copy_line(x[i], target[i])
+    line = problem.states
+    for number in range(watch.held.size):
+        if watch.held[number] >= 0:
+            for place in range(problem.contacts[number].delay + 1):
+                _copy_line(x[_memory_row(watch, problem, run, number, place)], target[line])
+                line += 1
+
+
+@borrowing
+def _copy_line(line, target):
+    """Copy a vector."""
+    for i in range(line.size):
+        target[i] = line[i]
+
+
+@borrowing
+def _memory_row(watch, problem, run, number, place):
+    """Row of the derivative of the force that a controller applies ``place`` samplings from now."""
+    if place == 0:
+        return watch.held[number]
+    slot = (run.modes[number].samples + place) % (problem.contacts[number].delay + 1)
+    return watch.held[number] + 1 + slot
+
+
+@borrowing
+def begin(watch, problem, run):
+    """Let the derivative begin with the identity, projected onto the present sticks.
+
+    A small sliding speed of a contact at rest vanishes at once, by an impulse of its torque.
+    """
+    state, x, states = watch.state[0], watch.variation, problem.states
+    x[:] = 0.0
+    watch.shift[:] = 0.0
+    for i in range(states):
+        x[i, i] = 1.0
+    line = states
+    for number in range(watch.held.size):
+        watch.samples[number] = run.modes[number].samples
+        if watch.held[number] >= 0:
+            for place in range(problem.contacts[number].delay + 1):
+                if state.anew != Anew.AT_START:
+                    x[_memory_row(watch, problem, run, number, place), line] = 1.0
+                line += 1
+            if state.anew == Anew.AT_START:
+                _vary_sample(watch, problem, run, number)
+    state.anew, state.pending = Anew.NO, 0
+    _project(watch, problem, run)
+
+
+@borrowing
+def _project(watch, problem, run):
+    """Let the sliding speeds of the contacts at rest vanish in the derivative.
+
+    The momentum that their torques transfer is orthogonal to the remaining motion in the sense of
+    the kinetic energy: Gram and Schmidt's process on the contacts, in which those that depend on
+    others vanish.
+    """
+    x, n, d = watch.variation, problem.inverse.size, watch.series
+    count = 0
+    for number in range(run.modes.size):
+        if run.modes[number].side != 0:
+            continue
+        # Rows of d: velocities by a unit impulse of each contact, orthonormal.
+        contact, new = problem.contacts[number], d[count]
+        new[:] = 0.0
+        new[contact.a] = problem.inverse[contact.a]
+        if contact.b >= 0:
+            new[contact.b] = -problem.inverse[contact.b]
+        whole = _product(problem, new, new)
+        for _ in range(2):
+            for other in range(count):
+                share = _product(problem, new, d[other])
+                for i in range(n):
+                    new[i] -= share * d[other, i]
+        rest = _product(problem, new, new)
+        if rest <= 1e-20 * whole:
+            continue
+        for i in range(n):
+            new[i] /= rest**0.5
+        count += 1
+    for column in range(watch.shift.size):
+        for one in range(count):
+            share = 0.0
+            for i in range(n):
+                share += d[one, i] / problem.inverse[i] * x[n + i, column]
+            for i in range(n):
+                x[n + i, column] -= share * d[one, i]
+
+
+@borrowing
+def _product(problem, one, other):
+    """Product of two velocities, weighted by the inertias."""
+    total = 0.0
+    for i in range(problem.inverse.size):
+        total += one[i] * other[i] / problem.inverse[i]
+    return total
+
+
+@borrowing
+def vary_samples(watch, problem, run):
+    """Derivative of the forces that controllers have just sampled, at a knot."""
+    if watch.state[0].pending == 0:
+        watch.shift[:] = 0.0
+    for number in range(watch.held.size):
+        if watch.samples[number] != run.modes[number].samples:
+            watch.samples[number] = run.modes[number].samples
+            if watch.held[number] >= 0:
+                _vary_sample(watch, problem, run, number)
+
+
+@borrowing
+def _vary_sample(watch, problem, run, number):
+    """Derivative of the forces in the memory of a controller that has just sampled."""
+    contact, mode, x = problem.contacts[number], run.modes[number], watch.variation
+    first, places = watch.held[number], contact.delay + 1
+    if mode.samples == 1:
+        x[first : first + 1 + places] = 0.0
+    new = first + 1 + (mode.samples - 1) % places
+    oldest = mode.samples % places
+    force = run.queues[number, oldest]
+    clipped = contact.lag == 0 and not contact.lowest <= force <= contact.highest
+    for column in range(watch.shift.size):
+        total = 0.0
+        for i in range(problem.states):
+            total += problem.sliding[number, i] * x[i, column]
+        x[new, column] = mode.side * contact.slope * total
+        x[first, column] = 0.0 if clipped else x[first + 1 + oldest, column]

@@ -1,0 +1,119 @@
+"""What is recorded of a passage: returns to a section, the derivative of the flow, and sums."""
+
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.records import record
+from wedgebrake.solvers.machine.problem import TERMS
+
+
+class SectionKind(IntEnum):
+    """Kind of a section."""
+
+    NONE = 0
+    EVERY = 1
+    CROSSING = 2
+
+
+class Anew(IntEnum):
+    """Whether the derivative of the flow begins at the next cell."""
+
+    NO = 0
+    YES = 1
+    AT_START = 2
+    """At the start of the motion, where the samples of controllers follow from the state."""
+
+
+# next: number of the next return of a section in time; count: returns so far; below: the row has
+# been below its level since its last crossing; anew: an ``Anew``; pending: an event has ended the
+# last cell, so that its jump is to be applied to the derivative
+# scale: largest size of what the value of the row is made of; last_slip: last time at which a
+# contact slid [s]
+WATCH = record("scale last_slip", whole="next count below anew pending")
+
+
+class Watch(NamedTuple):
+    """What is recorded of a passage.
+
+    on      : whether anything is; otherwise no other field is read
+    derivative : whether the derivative of the flow is
+    kind    : a ``SectionKind``
+    period, origin : of a section in time [s]
+    row     : (z,) of a crossing, positive above its level
+    state   : (1,) of dtype ``WATCH``
+    times, states : (k,) and (k, states) of the returns; the run ends when they are full
+    matrices : (k, memory, memory) derivatives from return to return, or (0, ...)
+    variation : (rows, memory) derivative of the states and of the memory of controllers
+    shift   : (memory,) minus the derivative of the time of the last event
+    before  : (states,) rates before that event
+    series  : (TERMS, z) of a column of ``variation``
+    held    : (m,) first row of ``variation`` of the controller of a contact, -1: none
+    samples : (m,) number of samples of the controllers so far
+    low, high : (states,) extremes
+    peak    : (m,) largest magnitude of the torque of a contact
+    rest    : (m,) time at rest [s]
+    entered : (m, 2) sticks entered from v > 0 and from v < 0
+    sides   : (m,) directions of sliding in the last cell
+    work    : (2, TERMS) workspace
+    """
+
+    on: bool
+    derivative: bool
+    kind: int
+    period: float
+    origin: float
+    row: Any
+    state: Any
+    times: Any
+    states: Any
+    matrices: Any
+    variation: Any
+    shift: Any
+    before: Any
+    series: Any
+    held: Any
+    samples: Any
+    low: Any
+    high: Any
+    peak: Any
+    rest: Any
+    entered: Any
+    sides: Any
+    work: Any
+
+
+def no_watch() -> Watch:
+    """A watch that records nothing."""
+    return _NOTHING
+
+
+def watch_of(problem: Any) -> Watch:
+    """Room for what is recorded of passages, without a section."""
+    m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
+    held, rows, memory = np.full(m, -1), states, states
+    for number, contact in enumerate(problem.contacts):
+        if contact["held"] >= 0 and contact["slope"] != 0.0 and contact["resolution"] == 0.0:
+            held[number] = rows
+            rows += 2 + int(contact["delay"])
+            memory += 1 + int(contact["delay"])
+    return Watch(
+        True, False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
+        np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory)),
+        np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((TERMS, width)),
+        held, np.zeros(m, np.int64), np.zeros(states), np.zeros(states), np.zeros(m), np.zeros(m),
+        np.zeros((m, 2), np.int64), np.zeros(m, np.int64), np.zeros((2, TERMS)),
+    )  # fmt: skip
+
+
+def _nothing() -> Watch:
+    line, table, whole = np.zeros(0), np.zeros((0, 0)), np.zeros(0, np.int64)
+    return Watch(
+        False, False, 0, 0.0, 0.0, line, np.zeros(0, WATCH), line, table, np.zeros((0, 0, 0)),
+        table, line, line, table, whole, whole, line, line, line, line,
+        np.zeros((0, 0), np.int64), whole, table,
+    )  # fmt: skip
+
+
+_NOTHING = _nothing()
