@@ -41,6 +41,14 @@ class ContactSums:
         return cls(classes, np.full((contacts, 2), math.nan), unknown, unknown, unknown)
 
     @classmethod
+    def steady(cls, sliding: FloatArray, torque: FloatArray) -> ContactSums:
+        """The sums at constant sliding speeds [rad/s] and torques [N m], each (m,)."""
+        rest = sliding == 0.0
+        classes = np.where(rest, StickClass.AT_REST, StickClass.NON_STICK_SLIP)
+        sticks = np.zeros((sliding.size, 2))
+        return cls(classes, sticks, rest.astype(float), np.abs(torque), -torque * sliding)
+
+    @classmethod
     def of(cls, passage: Passage) -> ContactSums:
         """The sums over a passage."""
         time, returns = max(passage.duration, 1e-300), max(len(passage.times), 1)

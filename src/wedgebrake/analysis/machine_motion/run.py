@@ -132,11 +132,14 @@ class _Run:
         if not self.linear:
             return self._has_stopped(passage)
         found = steady_state(self.course.assembled.problem, self.course.state, self.space)
-        if found is None or (found.sliding and found.ringing > _STILL * self._speed(passage)):
+        sliding = found is not None and bool(found.sliding.any())
+        if found is None or (sliding and found.ringing > _STILL * self._speed(passage)):
             return False
         result = self.result
-        result.motion = MotionClass.STEADY_SLIDING if found.sliding else MotionClass.AT_REST
+        result.motion = MotionClass.STEADY_SLIDING if sliding else MotionClass.AT_REST
         result.exponents, result.exponent_error, result.size = found.exponents, 0.0, 0.0
+        result.contacts = ContactSums.steady(found.sliding, found.torque)
+        result.low = result.high = found.states
         return True
 
     def _has_stopped(self, passage: Passage) -> bool:
@@ -145,7 +148,7 @@ class _Run:
             return False
         sliding = bool(self.course.state.modes["side"].any())
         self.result.motion = MotionClass.STEADY_SLIDING if sliding else MotionClass.AT_REST
-        self.result.size = 0.0
+        self._describe(passage)
         return True
 
     def _judge(self, window: Passage) -> None:
@@ -248,6 +251,5 @@ class _Run:
         elif result.outcome != Outcome.COMPLETED:
             result.motion = MotionClass.UNDECIDED
         elif result.motion in (MotionClass.STEADY_SLIDING, MotionClass.AT_REST):
-            self._describe(self._advance(0, duration=self.natural))
             result.settling, result.transient = float(self.done), self.done
         return result

@@ -29,12 +29,16 @@ _CONDITION = 1e8
 class Steady(NamedTuple):
     """What a motion tends to.
 
-    sliding   : whether a contact slides
+    sliding   : (m,) sliding speed of each contact, 0 at rest [rad/s]
+    torque    : (m,) brake torque on its first inertia [N m]
+    states    : (states,)
     ringing   : size of a vibration that nothing damps [rad/s]
     exponents : (p,) Lyapunov exponents, descending; -inf for each contact at rest [1/s]
     """
 
-    sliding: bool
+    sliding: FloatArray
+    torque: FloatArray
+    states: FloatArray
     ringing: float
     exponents: FloatArray
 
@@ -69,10 +73,12 @@ def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Stead
         return None
     lasting = ~still & (values.real >= -room)
     ringing = float(np.linalg.norm(shapes[:, lasting] @ transient[lasting]))
-    held_count = space.size - basis.shape[1]
+    end = z.copy()
+    end[:states] -= (space.back @ basis @ (shapes @ transient)).real
+    sliding = np.where(run.modes["side"] == 0, 0.0, problem.sliding @ end)
     exponents = np.sort(np.where(still, 0.0, values.real))[::-1]
+    lost = np.full(space.size - basis.shape[1], -np.inf)
     return Steady(
-        bool(run.modes["side"].any()),
-        ringing,
-        np.concatenate([exponents, np.full(held_count, -np.inf)]),
-    )
+        sliding, systems.contact[slot] @ end, end[:states], ringing,
+        np.concatenate([exponents, lost]),
+    )  # fmt: skip

@@ -27,7 +27,7 @@ def follow(watch, problem, run, slot, terms, clock, tau, event):
         if at <= tau:
             # An event at this instant belongs to the next cell.
             tau, first, returned = at, -1, True
-    _add(watch, problem, run, slot, terms, tau)
+    _add(watch, run, slot, terms, tau)
     for mode in run.modes:
         if mode.side != 0:
             state.last_slip = clock.time + tau
@@ -61,12 +61,11 @@ def _store(watch, problem, run, terms, clock, tau):
 
 
 @borrowing
-def _add(watch, problem, run, slot, terms, tau):
+def _add(watch, run, slot, terms, tau):
     """Add a cell to the extremes and to the sums."""
     g = run.guard
-    for i in range(problem.states):
-        for k in range(terms):
-            g[k] = run.z[k, i]
+    for i in range(watch.low.size):
+        combine(watch.rows[i], run.z, terms, g)
         watch.low[i], watch.high[i] = _widened(
             watch.work[0], g, terms, tau, watch.low[i], watch.high[i]
         )

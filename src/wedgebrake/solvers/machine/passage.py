@@ -67,7 +67,7 @@ class Passage:
                 wanted. The state is followed by what each controller remembers that a linear
                 function of the sliding speed sets: the force it applies and those in its delay.
                 At a ``Crossing``: projected onto the section along the flow.
-    low, high : (states,) extremes of the states
+    low, high : (r,) extremes of the quantities that the run watches, by default the states
     peak_torque : (contacts,) largest magnitude of the brake torque [N m]
     stick_time : (contacts,) [s];  sticks: (contacts, 2) entered from v > 0 and from v < 0
     work      : (parts,) as ``power_rows`` orders them [J]
@@ -105,13 +105,14 @@ class Course:
     start   : time of the beginning without ``initial`` [s]
     stop    : (1,) ends a passage at its next event when another thread sets it to True
     works   : whether passages contain the work of every part
+    watched : (r, states) factors of the states in the quantities whose extremes are wanted
 
     Raises ``InputError`` for what the method "exact" cannot solve.
     """
 
     def __init__(
         self, machine: Machine, initial: FinalState | None = None, *, start: float = 0.0,
-        stop: NDArray[np.bool_] | None = None, works: bool = True,
+        stop: NDArray[np.bool_] | None = None, works: bool = True, watched: FloatArray | None = None,
     ) -> None:  # fmt: skip
         start = start if initial is None else initial.time
         self.machine = machine
@@ -128,7 +129,7 @@ class Course:
         powers = power_rows(machine, self.assembled) if works else None
         self._observer = observer_of(problem, np.empty(0), powers)
         self._log = np.zeros(_ROWS + problem.contacts.size, EVENT)
-        self._watch = watch_of(problem)
+        self._watch = watch_of(problem, np.eye(problem.states) if watched is None else watched)
         self._watch.state["last_slip"] = -math.inf
         self._section: Section | None = None
         spans = [one.span for one in machine.signals().values()]
@@ -139,6 +140,11 @@ class Course:
     def time(self) -> float:
         """The present time [s]."""
         return float(self._run.clock[0])
+
+    @property
+    def state(self) -> Run:
+        """The present state, as the kernels have it."""
+        return self._run
 
     def advance(
         self, section: Section | None, returns: int = 0, *, duration: float = math.inf,
@@ -254,7 +260,7 @@ class Course:
         return watch._replace(
             derivative=derivatives,
             times=np.empty(count),
-            states=np.empty((count, watch.low.size)),
+            states=np.empty((count, self.assembled.problem.states)),
             matrices=np.empty((count if derivatives else 0, memory, memory)),
         )
 

@@ -51,7 +51,8 @@ class Watch(NamedTuple):
     series  : (TERMS, z) of a column of ``variation``
     held    : (m,) first row of ``variation`` of the controller of a contact, -1: none
     samples : (m,) number of samples of the controllers so far
-    low, high : (states,) extremes
+    rows    : (r, z) of the quantities whose extremes are wanted
+    low, high : (r,) their extremes
     peak    : (m,) largest magnitude of the torque of a contact
     rest    : (m,) time at rest [s]
     entered : (m, 2) sticks entered from v > 0 and from v < 0
@@ -75,6 +76,7 @@ class Watch(NamedTuple):
     series: Any
     held: Any
     samples: Any
+    rows: Any
     low: Any
     high: Any
     peak: Any
@@ -89,8 +91,11 @@ def no_watch() -> Watch:
     return _NOTHING
 
 
-def watch_of(problem: Any) -> Watch:
-    """Room for what is recorded of passages, without a section."""
+def watch_of(problem: Any, factors: Any) -> Watch:
+    """Room for what is recorded of passages, without a section.
+
+    factors : (r, states) of the quantities whose extremes are wanted
+    """
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
     held, rows, memory = np.full(m, -1), states, states
     for number, contact in enumerate(problem.contacts):
@@ -98,11 +103,14 @@ def watch_of(problem: Any) -> Watch:
             held[number] = rows
             rows += 2 + int(contact["delay"])
             memory += 1 + int(contact["delay"])
+    quantities = np.zeros((len(factors), width))
+    quantities[:, :states] = factors
     return Watch(
         True, False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
         np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory)),
         np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((TERMS, width)),
-        held, np.zeros(m, np.int64), np.zeros(states), np.zeros(states), np.zeros(m), np.zeros(m),
+        held, np.zeros(m, np.int64), quantities, np.zeros(len(factors)), np.zeros(len(factors)),
+        np.zeros(m), np.zeros(m),
         np.zeros((m, 2), np.int64), np.zeros(m, np.int64), np.zeros((2, TERMS)),
     )  # fmt: skip
 
@@ -111,7 +119,7 @@ def _nothing() -> Watch:
     line, table, whole = np.zeros(0), np.zeros((0, 0)), np.zeros(0, np.int64)
     return Watch(
         False, False, 0, 0.0, 0.0, line, np.zeros(0, WATCH), line, table, np.zeros((0, 0, 0)),
-        table, line, line, table, whole, whole, line, line, line, line,
+        table, line, line, table, whole, whole, table, line, line, line, line,
         np.zeros((0, 0), np.int64), whole, table,
     )  # fmt: skip
 
