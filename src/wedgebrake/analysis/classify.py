@@ -34,6 +34,16 @@ _BATCHES = 8
 _FEWEST = 32
 # Least number of periods to distinguish a torus from a resonance of high order.
 _TORUS = 200
+# Best return of a torus that is not close to a resonance, times the longest period looked for.
+_RESONANT = 0.04
+# Largest difference of the averages over both halves of a torus, times the number of returns; from
+# a number of returns on, after which a slow transient would have shown.
+_APART, _APART_LATE, _LATE = 0.1, 1.0, 400
+# The rotation numbers of both halves of an attracting torus agree to this, at the number of returns
+# here; their difference falls at least with the fifth power of it.
+_SAME_ROTATION, _RETURNS_THERE = 1e-5, 256
+# Least rotation in a return that goes round the torus [turns].
+_ROUND = 0.01
 # Distances that fall to less than exp(-0.35) = 0.7 from one half of the window to the other
 # are still settling.
 _FALLING = 0.35
@@ -277,7 +287,8 @@ def _aperiodic_class(window, mean, error):
         early, late = _average(points[: count // 2, k]), _average(points[count // 2 : count, k])
         apart += (window.scale[k] * (early - late)) ** 2
     apart = math.sqrt(apart) / window.size
-    if _trend(points, window.scale) < -_FALLING or apart > 0.1 / count:
+    room = _APART if count < _LATE else _APART_LATE
+    if _trend(points, window.scale) < -_FALLING or apart > room / count:
         return MotionClass.UNDECIDED
     return MotionClass.QUASI_PERIODIC
 
@@ -325,6 +336,58 @@ def conclude(window, verdict, first, second):
         MotionClass.UNDECIDED, np.int64(0), verdict.return_distance, verdict.largest,
         verdict.error, verdict.second,
     )  # fmt: skip
+
+
+@compiled
+def _rotations(window):
+    """(m,) rotation of the points about their mean in each return [turns].
+
+    Of the two coordinates with the largest ranges.
+    """
+    points, scale = window.points, window.scale
+    first, second, largest, next_largest = 0, 0, -1.0, -1.0
+    for k in range(scale.size):
+        wide = scale[k] * (points[:, k].max() - points[:, k].min())
+        if wide > largest:
+            first, second, largest, next_largest = k, first, wide, largest
+        elif wide > next_largest:
+            second, next_largest = k, wide
+    x, y = scale[first] * points[:, first], scale[second] * points[:, second]
+    angles = np.arctan2(y - _mean(y), x - _mean(x)) / (2.0 * math.pi)
+    turns = np.diff(angles)
+    return turns - np.floor(turns)
+
+
+@compiled
+def _rotates_evenly(window):
+    """Return True if the rotation number is the same in both halves of a window, to many digits.
+
+    The weighted averages of both halves of a quasi-periodic motion agree to many digits, those of
+    a slow or a chaotic transient do not.
+    """
+    turns = _rotations(window)
+    half = turns.size // 2
+    early, late = _average(turns[:half]), _average(turns[half : 2 * half])
+    if min(late, 1.0 - late) < _ROUND:
+        return False
+    return abs(late - early) <= _SAME_ROTATION * (_RETURNS_THERE / turns.size) ** 5
+
+
+@compiled
+def is_final(window, verdict):
+    """Return True if a verdict ends an automatic transient.
+
+    Chaos may be transient. A torus that nearly returns may be a resonance of high order, one that
+    has not attracted its neighbours no attractor, and an uneven rotation part of a transient.
+    """
+    if verdict.order > 0 or verdict.motion == MotionClass.AT_REST:
+        return True
+    if verdict.motion != MotionClass.QUASI_PERIODIC:
+        return False
+    count = window.growth.size
+    resonant = verdict.return_distance * min(LONGEST, count // 3) < _RESONANT
+    attracts = (verdict.largest + verdict.second) * count < -_GROWN
+    return attracts and not resonant and _rotates_evenly(window)
 
 
 @compiled

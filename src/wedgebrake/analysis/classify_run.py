@@ -132,7 +132,7 @@ class _Run:
         result.sliding_damping = sliding_damping(self.system)
         completed = self.status is Status.COMPLETED
         if completed and not protocol.automatic:
-            verdict, result.judged = self._verdict(begin), protocol.recorded
+            (verdict, _), result.judged = self._verdict(begin), protocol.recorded
         # A multiplier that is so much smaller than the other is not resolved.
         if not verdict.second > 0.5 * math.log(_RESOLVED):
             verdict = verdict._replace(second=math.nan)
@@ -153,18 +153,18 @@ class _Run:
             self.observe(done - begin)
             if self.status is not Status.COMPLETED:
                 break
-            verdict = self._verdict(begin)
+            verdict, final = self._verdict(begin)
             self.result.judged, self.result.settling = done - begin, begin
             if verdict.order:
                 self.result.settling = classify.settling_of(
                     self.points, verdict.order, done, self.scale, self.size
                 )
-            if verdict.order or verdict.motion == MotionClass.AT_REST:
+            if final:
                 break
         return verdict
 
-    def _verdict(self, begin: int) -> Verdict:
-        """Verdict on the periods from ``begin`` on."""
+    def _verdict(self, begin: int) -> tuple[Verdict, bool]:
+        """Verdict on the periods from ``begin`` on, and whether it ends the transient."""
         points = np.ascontiguousarray(self.points[begin:])
         growth = self.growth(points.shape[0] - 1)
         largest = np.ascontiguousarray(growth[:, 0])
@@ -178,11 +178,13 @@ class _Run:
         if resting:
             order, _ = classify.order_of(points, self.scale, self.size)
         if order == 0:
-            return verdict
+            return verdict, classify.is_final(window, verdict)
         first, second = self.multipliers(order)
         error = math.nan if math.isnan(first) else 0.0
         verdict = verdict._replace(largest=first / order, second=second / order, error=error)
-        return verdict if resting else classify.conclude(window, verdict, first, second)
+        if not resting:
+            verdict = classify.conclude(window, verdict, first, second)
+        return verdict, classify.is_final(window, verdict)
 
 
 class _SmoothRun(_Run):

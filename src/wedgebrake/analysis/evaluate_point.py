@@ -18,6 +18,7 @@ from wedgebrake.analysis.classify import (
     Window,
     classify,
     conclude,
+    is_final,
     next_window,
     settling_of,
 )
@@ -199,7 +200,7 @@ def _sliding_damping(problem):
 
 @compiled
 def _judge(problem, there, begin, max_events, arrays):
-    """``Verdict`` on the periods from ``begin`` to the end of a passage."""
+    """(``Verdict``, whether it is final) on the periods from ``begin`` to the end of a passage."""
     driveline, sums, end = problem.driveline, arrays.sums[0], there.state.period
     count = end - begin
     area = there.log_determinant / count if there.full_rank else -math.inf
@@ -212,16 +213,18 @@ def _judge(problem, there, begin, max_events, arrays):
     )  # fmt: skip
     verdict = classify(window)
     if not resting and verdict.order == 0:
-        return verdict
+        return verdict, is_final(window, verdict)
     order = max(verdict.order, 1)
     first, second = _orbit(problem, there.state, order, max_events, arrays)
     whole = return_time(problem.torque) * (1.0 - 1e-12)
     if resting or (order == 1 and lasting and arrays.sums[1].rest_time >= whole):
         # Every angle that the brake holds is an equilibrium; deviations of speed vanish at once.
-        return Verdict(
+        verdict = Verdict(
             MotionClass.AT_REST, np.int64(0), verdict.return_distance, 0.0, 0.0, -math.inf
         )
-    return conclude(window, verdict, first, second)
+    else:
+        verdict = conclude(window, verdict, first, second)
+    return verdict, is_final(window, verdict)
 
 
 @compiled
@@ -282,6 +285,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     # A plain 0 has a different type and would cause a second compilation.
     state = State(np.int64(0), 0.0, angle, velocity)
     outcome, verdict, recording, settled = Outcome.COMPLETED, UNKNOWN, not automatic, False
+    final = False
     if not automatic:
         returns = arrays.points[1 : settings.transient + 1]
         found = run(
@@ -302,7 +306,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
         if outcome != Outcome.COMPLETED:
             break
         if not recording or not automatic:
-            verdict = _judge(problem, there, begin, max_events, arrays)
+            verdict, final = _judge(problem, there, begin, max_events, arrays)
             settled = verdict.motion == MotionClass.AT_REST or verdict.order > 0
             result.judged = state.period - begin
         elif settled:
@@ -324,7 +328,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
             result.settling = settling_of(
                 arrays.points, verdict.order, state.period, arrays.scale, size
             )
-        recording = settled or state.period >= settings.limit
+        recording = final or state.period >= settings.limit
     if not recording:
         begin = state.period
     interval = return_time(problem.torque)

@@ -105,9 +105,9 @@ class _Run:
                 self.section, self.done = crossing(window, self.space), target
                 continue
             result.judged, result.transient = self.done - begin, self.done
-            self._judge(window)
+            final = self._judge(window)
             result.settling = float(begin)
-            if result.order or result.motion == MotionClass.AT_REST:
+            if final:
                 break
         if result.outcome == Outcome.COMPLETED:
             self._record(None if result.order else self._advance(self.protocol.recorded))
@@ -151,8 +151,8 @@ class _Run:
         self._describe(passage)
         return True
 
-    def _judge(self, window: Passage) -> None:
-        """Set class, order and exponents from a window that has ended at a return."""
+    def _judge(self, window: Passage) -> bool:
+        """Set class, order and exponents from a window; return whether it ends the transient."""
         result = self.result
         points = np.ascontiguousarray(window.states @ self.space.to.T)
         matrices = self.space.to @ window.matrices[1:] @ self.space.back
@@ -173,6 +173,7 @@ class _Run:
             result.exponent_error = verdict.error / interval
         if not self.has_period:
             self._judge_modulated(growth)
+        return bool(classify.is_final(view, verdict))
 
     def _judge_modulated(self, growth: FloatArray) -> None:
         """Set the class under signals without a common period, which let no motion repeat."""
