@@ -229,7 +229,10 @@ def _product(problem, one, other):
 
 @borrowing
 def vary_samples(watch, problem, run):
-    """Derivative of the forces that controllers have just sampled, at a knot."""
+    """Derivative of the forces that controllers have just sampled, at a knot.
+
+    The sliding speeds are on the side of the last cell.
+    """
     if watch.state[0].pending == 0:
         watch.shift[:] = 0.0
     for number in range(watch.held.size):
@@ -254,5 +257,5 @@ def _vary_sample(watch, problem, run, number):
         total = 0.0
         for i in range(problem.states):
             total += problem.sliding[number, i] * x[i, column]
-        x[new, column] = mode.side * contact.slope * total
+        x[new, column] = mode.before * contact.slope * total
         x[first, column] = 0.0 if clipped else x[first + 1 + oldest, column]

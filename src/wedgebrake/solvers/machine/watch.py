@@ -34,10 +34,18 @@ class Anew(IntEnum):
 WATCH = record("scale last_slip", whole="next count below anew pending")
 
 
+class NoWatch(NamedTuple):
+    """The same for a run of which none of this is recorded: for it the kernels are compiled without.
+
+    on : False
+    """
+
+    on: bool = False
+
+
 class Watch(NamedTuple):
     """What is recorded of a passage.
 
-    on      : whether anything is; otherwise no other field is read
     derivative : whether the derivative of the flow is
     kind    : a ``SectionKind``
     period, origin : of a section in time [s]
@@ -59,7 +67,6 @@ class Watch(NamedTuple):
     work    : (2, TERMS) workspace
     """
 
-    on: bool
     derivative: bool
     kind: int
     period: float
@@ -84,11 +91,6 @@ class Watch(NamedTuple):
     work: Any
 
 
-def no_watch() -> Watch:
-    """A watch that records nothing."""
-    return _NOTHING
-
-
 def watch_of(problem: Any) -> Watch:
     """Room for what is recorded of passages, without a section."""
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
@@ -99,21 +101,9 @@ def watch_of(problem: Any) -> Watch:
             rows += 2 + int(contact["delay"])
             memory += 1 + int(contact["delay"])
     return Watch(
-        True, False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
+        False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
         np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory)),
         np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((TERMS, width)),
         held, np.zeros(m, np.int64), np.zeros(states), np.zeros(states), np.zeros(m), np.zeros(m),
         np.zeros((m, 2), np.int64), np.zeros(m, np.int64), np.zeros((2, TERMS)),
     )  # fmt: skip
-
-
-def _nothing() -> Watch:
-    line, table, whole = np.zeros(0), np.zeros((0, 0)), np.zeros(0, np.int64)
-    return Watch(
-        False, False, 0, 0.0, 0.0, line, np.zeros(0, WATCH), line, table, np.zeros((0, 0, 0)),
-        table, line, line, table, whole, whole, line, line, line, line,
-        np.zeros((0, 0), np.int64), whole, table,
-    )  # fmt: skip
-
-
-_NOTHING = _nothing()
