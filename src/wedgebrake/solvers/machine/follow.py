@@ -123,7 +123,7 @@ def _pass(watch, problem, run, slot, terms, clock, tau, event):  # noqa: ARG001 
 
 
 @inlined
-def _pass_samples(watch, problem, run):  # noqa: ARG001 - as ``_follow_samples``
+def _pass_samples(watch, problem, run):
     """``_follow_samples`` where nothing is recorded."""
 
 

@@ -35,7 +35,7 @@ WATCH = record("scale last_slip", whole="next count below anew pending")
 
 
 class NoWatch(NamedTuple):
-    """The same for a run of which none of this is recorded: for it the kernels are compiled without.
+    """The ``Watch`` of a run of which nothing is recorded.
 
     on : False
     """
