@@ -9,5 +9,7 @@ modes            the linear system and the conditions of a mode
 events           what changes at an event; complementarity: which contacts hold
 least_torques    torques of contacts that depend on each other
 rest             the proof that contacts stay at rest
+passage          a run that is continued from return to return; watch: what is recorded of it
+follow           the same cell by cell; section: returns; variation: derivative of the flow
 observers        samples and work; sticks: intervals of rest; final_state: restarts
 """

@@ -1,17 +1,17 @@
 """A cell of a passage: its first return, the derivative of the flow, and sums."""
 
-from wedgebrake.dynamics.jit import borrowing
+from wedgebrake.dynamics.jit import borrowing, chosen_by_class, inlined
 from wedgebrake.solvers.machine.cells import combine, polynomial
 from wedgebrake.solvers.machine.section import next_return, next_turn
-from wedgebrake.solvers.machine.variation import begin, store_matrix, vary, vary_event
-from wedgebrake.solvers.machine.watch import Anew, SectionKind
+from wedgebrake.solvers.machine.variation import begin, store_matrix, vary, vary_event, vary_samples
+from wedgebrake.solvers.machine.watch import Anew, NoWatch, SectionKind, Watch
 
 # Most extremes of a quantity in a cell.
 _TURNS = 8
 
 
 @borrowing
-def follow(watch, problem, run, slot, terms, clock, tau, event):
+def _follow(watch, problem, run, slot, terms, clock, tau, event):
     """Record a cell that ends at tau, where an event may happen, or at a return before it.
 
     event : (number of the guard, -1: none, and whether it has jumped beyond zero)
@@ -106,3 +106,26 @@ def _widened(work, g, terms, tau, low, high):
         value = polynomial(g, terms, at)
         low, high = min(low, value), max(high, value)
     return low, high
+
+
+@borrowing
+def _follow_samples(watch, problem, run):
+    """Record the forces that controllers have just sampled."""
+    if watch.derivative:
+        vary_samples(watch, problem, run)
+
+
+@inlined
+def _pass(watch, problem, run, slot, terms, clock, tau, event):  # noqa: ARG001 - as ``_follow``
+    """``_follow`` where nothing is recorded."""
+    return tau, event[0], False
+
+
+@inlined
+def _pass_samples(watch, problem, run):
+    """``_follow_samples`` where nothing is recorded."""
+
+
+# Runs of which nothing is recorded are compiled without what records.
+follow = chosen_by_class({Watch: _follow, NoWatch: _pass})
+follow_samples = chosen_by_class({Watch: _follow_samples, NoWatch: _pass_samples})

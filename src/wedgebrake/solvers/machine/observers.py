@@ -7,7 +7,7 @@ import numpy as np
 from wedgebrake.dynamics.jit import borrowing, internal
 from wedgebrake.solvers.machine.cells import combine, polynomial
 from wedgebrake.solvers.machine.problem import TERMS
-from wedgebrake.solvers.machine.watch import Watch, no_watch
+from wedgebrake.solvers.machine.watch import NoWatch, Watch
 
 # Products of two series are integrated to rounding by Gauss' rule: their terms fall as 4^k/k! on
 # a cell, so that 12 points leave out less than 1e-20.
@@ -36,7 +36,7 @@ class Observer(NamedTuple):
     right: Any
     contact: Any
     work: Any
-    watch: Watch
+    watch: Watch | NoWatch
 
 
 class PowerRows(NamedTuple):
@@ -60,7 +60,7 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
         np.asarray(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
         np.zeros((samples, m)), np.zeros((samples, m)), np.zeros((samples, m), np.int64),
         left, right, contact, np.zeros(len(contact)),
-        no_watch(),
+        NoWatch(),
     )  # fmt: skip
 
 

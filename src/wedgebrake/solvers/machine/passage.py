@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -56,7 +56,7 @@ class Crossing(NamedTuple):
 Section = Every | Crossing
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Passage:
     """A part of a run, with its returns to a section.
 
@@ -88,9 +88,9 @@ class Passage:
     cells: int
     duration: float
     last_slip: float
-    _machine: Machine
-    _problem: Any
-    _run: Run
+    _machine: Machine = field(repr=False)
+    _problem: Any = field(repr=False)
+    _run: Run = field(repr=False)
 
     @cached_property
     def final(self) -> FinalState:
@@ -160,7 +160,9 @@ class Course:
         without end, or beyond the end of a table.
         """
         begin, run = self.time, self._run
-        if math.isinf(duration) and (section is None or returns < 1):
+        if section is None and returns != 0:
+            raise wrong("returns", returns, "0 without a section")
+        if math.isinf(duration) and returns < 1:
             raise wrong("duration", duration, "finite where no number of returns is wanted")
         self._begin_at(section, derivatives)
         watch, end = self._watch, begin + duration
@@ -180,8 +182,12 @@ class Course:
                 observer = observer._replace(watch=watch)
                 parts.append(watch)
             span = trajectory.Span(
-                min(end, self._limit, _NEVER), max_events - events, most_cells - cells, False,
-                self._begins, self._stop,
+                min(end, self._limit, _NEVER),
+                max_events - events,
+                most_cells - cells,
+                False,
+                self._begins,
+                self._stop,
             )
             found = trajectory.move(self.assembled.problem, run, span, self._log, observer)
             self._begins = False
@@ -270,19 +276,20 @@ class Course:
         """What a passage has recorded."""
         watch, run = parts[-1], self._run
         count = int(watch.state[0]["count"])
-        lists: list[Any] = [parts[-1].times[:count], parts[-1].states[:count]]
-        lists.append(parts[-1].matrices[:count])
-        if len(parts) > 1:
-            lists = [
-                np.concatenate([*(getattr(one, name) for one in parts[:-1]), last])
-                for name, last in zip(("times", "states", "matrices"), lists, strict=True)
-            ]
+        ends = [*([one.times.size for one in parts[:-1]]), count]
+        times, states, matrices = (
+            np.concatenate([
+                getattr(one, name)[:end] for one, end in zip(parts, ends, strict=True)
+            ])
+            if len(parts) > 1 else getattr(watch, name)[:count]
+            for name in ("times", "states", "matrices")
+        )  # fmt: skip
         events, cells, duration = sums
         return Passage(
-            outcome, *lists, watch.low.copy(), watch.high.copy(), watch.peak.copy(),
-            watch.rest.copy(), watch.entered.copy(), self._observer.work.copy(), events, cells,
-            duration, float(watch.state[0]["last_slip"]), self.machine, self.assembled.problem,
-            _kept(run),
+            outcome, times, states, matrices, watch.low.copy(), watch.high.copy(),
+            watch.peak.copy(), watch.rest.copy(), watch.entered.copy(),
+            self._observer.work.copy(), events, cells, duration,
+            float(watch.state[0]["last_slip"]), self.machine, self.assembled.problem, _kept(run),
         )  # fmt: skip
 
 

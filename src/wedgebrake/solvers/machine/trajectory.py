@@ -30,11 +30,10 @@ from wedgebrake.solvers.machine.events import (
     set_sides,
     settle,
 )
-from wedgebrake.solvers.machine.follow import follow
+from wedgebrake.solvers.machine.follow import follow, follow_samples
 from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system
 from wedgebrake.solvers.machine.observers import observe
 from wedgebrake.solvers.machine.problem import TERMS
-from wedgebrake.solvers.machine.variation import vary_samples
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
@@ -166,14 +165,12 @@ def _log(log, count, time, contact, kind, before, after):
 
 
 @borrowing
-def _after_knot(problem, run, cell, time, watch):
+def _after_knot(problem, run, cell, time):
     """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
 
     cell : that ended at the knot
     """
     sample_controllers(problem, run, time)
-    if watch.derivative:
-        vary_samples(watch, problem, run)
     if follow_bases(problem, run):
         classify(problem, run)
     else:
@@ -289,10 +286,8 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
         tau, first = _first_event(run, slot, terms, h)
         jumped = first >= 0 and _is_beyond(run, slot, first)
-        enough = False
-        if watch.on:
-            event = first, jumped
-            tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
+        event = first, jumped
+        tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
         last = first < 0 and tau >= remaining and ahead >= span.end
         observe(observer, problem, run, slot, terms, clock, tau, last)
         passed = tau > _INSTANT * (h if math.isinf(longest) else longest)
@@ -320,7 +315,8 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         _expand_inputs(problem, run, clock, few)
         cell = Cell(h, terms, tau)
         if at_knot:
-            _after_knot(problem, run, cell, clock.time, watch)
+            _after_knot(problem, run, cell, clock.time)
+            follow_samples(watch, problem, run)
             knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
         if first >= 0:
             what = run.systems.what[slot, first]

@@ -7,6 +7,8 @@ Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems,
 Knots and samplings are at fixed times: there a controller's sample only depends on the state.
 """
 
+import math
+
 from wedgebrake.dynamics.jit import borrowing
 from wedgebrake.solvers.machine.cells import polynomial
 from wedgebrake.solvers.machine.modes import GuardKind
@@ -14,6 +16,8 @@ from wedgebrake.solvers.machine.watch import Anew, SectionKind
 
 # Relative size of the rate of a guard that is zero: the motion touches it only.
 _TOUCHING = 1e-13
+# Relative energy of the part of an impulse that others do not give already, which is rounding.
+_DEPENDENT = 1e-20
 
 
 @borrowing
@@ -78,7 +82,7 @@ def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
     jumped : a signal or another event at this instant has carried the guard beyond zero, so that
              the time of the event is that of the cause
     """
-    z, states, g = run.z, problem.states, watch.work[0]
+    z, states = run.z, problem.states
     for i in range(states):
         watch.before[i] = _slope(z[:, i], terms, tau)
     watch.state[0].pending = 1
@@ -189,26 +193,8 @@ def _project(watch, problem, run):
     x, n, d = watch.variation, problem.inverse.size, watch.series
     count = 0
     for number in range(run.modes.size):
-        if run.modes[number].side != 0:
-            continue
-        # Rows of d: velocities by a unit impulse of each contact, orthonormal.
-        contact, new = problem.contacts[number], d[count]
-        new[:] = 0.0
-        new[contact.a] = problem.inverse[contact.a]
-        if contact.b >= 0:
-            new[contact.b] = -problem.inverse[contact.b]
-        whole = _product(problem, new, new)
-        for _ in range(2):
-            for other in range(count):
-                share = _product(problem, new, d[other])
-                for i in range(n):
-                    new[i] -= share * d[other, i]
-        rest = _product(problem, new, new)
-        if rest <= 1e-20 * whole:
-            continue
-        for i in range(n):
-            new[i] /= rest**0.5
-        count += 1
+        if run.modes[number].side == 0 and _is_new_direction(problem, number, d, count):
+            count += 1
     for column in range(watch.shift.size):
         for one in range(count):
             share = 0.0
@@ -216,6 +202,30 @@ def _project(watch, problem, run):
                 share += d[one, i] / problem.inverse[i] * x[n + i, column]
             for i in range(n):
                 x[n + i, column] -= share * d[one, i]
+
+
+@borrowing
+def _is_new_direction(problem, number, d, count):
+    """Store the velocities by a unit impulse of a contact, orthonormal to the rows before.
+
+    Returns False if they depend on these.
+    """
+    contact, new = problem.contacts[number], d[count]
+    for i in range(problem.inverse.size):
+        new[i] = 0.0
+    new[contact.a] = problem.inverse[contact.a]
+    if contact.b >= 0:
+        new[contact.b] = -problem.inverse[contact.b]
+    whole = _product(problem, new, new)
+    for _ in range(2):  # twice is enough
+        for other in range(count):
+            share = _product(problem, new, d[other])
+            for i in range(problem.inverse.size):
+                new[i] -= share * d[other, i]
+    rest = _product(problem, new, new)
+    for i in range(problem.inverse.size):
+        new[i] /= math.sqrt(rest)
+    return rest > _DEPENDENT * whole
 
 
 @borrowing
@@ -229,7 +239,10 @@ def _product(problem, one, other):
 
 @borrowing
 def vary_samples(watch, problem, run):
-    """Derivative of the forces that controllers have just sampled, at a knot."""
+    """Derivative of the forces that controllers have just sampled, at a knot.
+
+    The sliding speeds are on the side of the last cell.
+    """
     if watch.state[0].pending == 0:
         watch.shift[:] = 0.0
     for number in range(watch.held.size):
@@ -254,5 +267,5 @@ def _vary_sample(watch, problem, run, number):
         total = 0.0
         for i in range(problem.states):
             total += problem.sliding[number, i] * x[i, column]
-        x[new, column] = mode.side * contact.slope * total
+        x[new, column] = mode.before * contact.slope * total
         x[first, column] = 0.0 if clipped else x[first + 1 + oldest, column]

@@ -34,10 +34,18 @@ class Anew(IntEnum):
 WATCH = record("scale last_slip", whole="next count below anew pending")
 
 
+class NoWatch(NamedTuple):
+    """The ``Watch`` of a run of which nothing is recorded.
+
+    on : False
+    """
+
+    on: bool = False
+
+
 class Watch(NamedTuple):
     """What is recorded of a passage.
 
-    on      : whether anything is; otherwise no other field is read
     derivative : whether the derivative of the flow is
     kind    : a ``SectionKind``
     period, origin : of a section in time [s]
@@ -60,7 +68,6 @@ class Watch(NamedTuple):
     work    : (2, TERMS) workspace
     """
 
-    on: bool
     derivative: bool
     kind: int
     period: float
@@ -86,11 +93,6 @@ class Watch(NamedTuple):
     work: Any
 
 
-def no_watch() -> Watch:
-    """A watch that records nothing."""
-    return _NOTHING
-
-
 def watch_of(problem: Any, factors: Any) -> Watch:
     """Room for what is recorded of passages, without a section.
 
@@ -106,22 +108,9 @@ def watch_of(problem: Any, factors: Any) -> Watch:
     quantities = np.zeros((len(factors), width))
     quantities[:, :states] = factors
     return Watch(
-        True, False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
+        False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
         np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory)),
         np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((TERMS, width)),
-        held, np.zeros(m, np.int64), quantities, np.zeros(len(factors)), np.zeros(len(factors)),
-        np.zeros(m), np.zeros(m),
+        held, np.zeros(m, np.int64), quantities, *np.zeros((2, len(factors))), *np.zeros((2, m)),
         np.zeros((m, 2), np.int64), np.zeros(m, np.int64), np.zeros((2, TERMS)),
     )  # fmt: skip
-
-
-def _nothing() -> Watch:
-    line, table, whole = np.zeros(0), np.zeros((0, 0)), np.zeros(0, np.int64)
-    return Watch(
-        False, False, 0, 0.0, 0.0, line, np.zeros(0, WATCH), line, table, np.zeros((0, 0, 0)),
-        table, line, line, table, whole, whole, table, line, line, line, line,
-        np.zeros((0, 0), np.int64), whole, table,
-    )  # fmt: skip
-
-
-_NOTHING = _nothing()

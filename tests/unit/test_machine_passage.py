@@ -1,0 +1,407 @@
+"""Passages of a machine: returns, the derivative of the flow, and sums."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import wedgebrake as wb
+from cases import CASES
+from machine_digits import DIGITS, Clutch, Exact, Line, mp
+from wedgebrake.analysis import saltation
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.problem import Instant, State
+from wedgebrake.dynamics.segment_log import empty_log
+from wedgebrake.errors import InputError
+from wedgebrake.solvers.event_driven import trajectory
+from wedgebrake.solvers.event_driven.solve import problem
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
+
+FRICTION = 0.5  # with a radius of 1/0.5 the torque is the force, exactly
+
+
+def contact(a: str, b: str = "ground", *, force: Any, static: float = 1.0, **more: Any) -> Any:
+    """A contact whose torque in motion is its force in N m, and ``static`` times this at rest."""
+    base = {"base_speed": more.pop("base_speed", 0.0), "name": more.pop("name", "brake")}
+    return wb.Contact(
+        a, b, brake=wb.ConventionalBrake(radius=1.0 / FRICTION),
+        friction=wb.CoulombFriction(kinetic=FRICTION, static=static * FRICTION),
+        actuation=wb.Actuation(initial_force=force, **more), **base,
+    )  # fmt: skip
+
+
+def oscillator(*contacts: Any, torque: Any = None, damping: float = 0.0, **start: float) -> Any:
+    """One inertia of 1 kg m^2 on a shaft of 4 N m/rad."""
+    return wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, **start)],
+        shafts=[wb.Shaft("disc", "ground", stiffness=4.0, damping=damping)],
+        contacts=contacts,
+        torques=[] if torque is None else [wb.Torque("disc", torque, name="torque")],
+    )
+
+
+def belt(**more: Any) -> Any:
+    """The oscillator with a brake on a belt, which sticks and slips for ever."""
+    brake = contact("disc", force=1.0, static=1.5, base_speed=1.0)
+    return oscillator(brake, **more)
+
+
+def numbers(state: FinalState) -> Any:
+    """The angles, speeds and actuator states of a state."""
+    return np.array([*state.angles.values(), *state.speeds.values(), *state.actuators])
+
+
+def moved(state: FinalState, change: Any) -> FinalState:
+    """A state with a change of its angles, speeds and actuator states."""
+    names, values = list(state.angles), [float(one) for one in numbers(state) + change]
+    n = len(names)
+    return dataclasses.replace(
+        state,
+        angles=dict(zip(names, values[:n], strict=True)),
+        speeds=dict(zip(names, values[n : 2 * n], strict=True)),
+        actuators=tuple(values[2 * n :]),
+    )
+
+
+def differences(machine: Any, state: FinalState, section: Any, step: float) -> Any:
+    """Central differences of the state at the first return, extrapolated (Richardson)."""
+
+    def ends(change: Any) -> Any:
+        return Course(machine, moved(state, change)).advance(section, 1, duration=1e3).states[0]
+
+    def central(step: float) -> Any:
+        each = np.eye(numbers(state).size) * step
+        return np.array([(ends(one) - ends(-one)) / (2.0 * step) for one in each]).T
+
+    return (4.0 * central(step) - central(2.0 * step)) / 3.0
+
+
+# Returns.
+
+
+def test_crossings_of_a_free_oscillator_are_at_known_times():
+    machine = oscillator(angle=0.3, speed=1.0)
+    size, phase, level = math.hypot(0.3, 0.5), math.atan2(0.3, 0.5), 0.1
+    found = Course(machine).advance(Crossing((1.0, 0.0), level), 200, duration=1e4)
+    first = math.asin(level / size) - phase
+    expected = (first + 2.0 * math.pi * np.arange(1, 201)) / 2.0
+    np.testing.assert_allclose(found.times, expected, rtol=1e-13)
+    np.testing.assert_allclose(found.states[:, 0], level, atol=1e-14)
+    assert np.all(found.states[:, 1] > 0.0)
+
+
+def test_a_return_is_no_return_of_the_next_passage():
+    course = Course(oscillator(angle=0.3, speed=1.0))
+    section = Crossing((1.0, 0.0), 0.1)
+    times = [course.advance(section, 1, duration=100.0).times[0] for _ in range(50)]
+    np.testing.assert_allclose(np.diff(times), math.pi, rtol=1e-12)
+    restarted = Course(course.machine, course.advance(section, 1, duration=100.0).final)
+    found = restarted.advance(section, 1, duration=100.0)
+    assert found.duration == pytest.approx(math.pi, rel=1e-12)
+
+
+def test_a_start_on_the_section_is_no_return():
+    found = Course(oscillator(speed=1.0)).advance(Crossing((1.0, 0.0), 0.0), 2, duration=100.0)
+    np.testing.assert_allclose(found.times, [math.pi, 2.0 * math.pi], rtol=1e-13)
+
+
+def test_a_speed_that_stays_at_the_level_in_a_stick_is_one_return():
+    """The speed relative to the belt comes to 0 from below once in a period."""
+    section = Crossing((0.0, 1.0), 1.0)
+    course = Course(belt(speed=0.0, angle=0.0))
+    course.advance(None, duration=20.0)
+    found = course.advance(section, 6, duration=1e3)
+    sticks = wb.simulate(belt(), duration=60.0)["stick_start"].values
+    each = [np.min(np.abs(sticks - time)) for time in found.times]
+    np.testing.assert_allclose(each, 0.0, atol=1e-11)
+    one = [course.advance(section, 1, duration=1e3).duration for _ in range(6)]
+    np.testing.assert_allclose([*np.diff(found.times), *one], one[-1], rtol=1e-11)
+
+
+def test_returns_in_a_duration_may_be_many():
+    whole = Course(oscillator(speed=1.0)).advance(Crossing((1.0, 0.0), 0.0), duration=500.0)
+    assert whole.outcome == Outcome.COMPLETED
+    assert whole.duration == 500.0
+    np.testing.assert_allclose(whole.times, math.pi * np.arange(1, 160), rtol=1e-12)
+    found = Course(oscillator(speed=1.0)).advance(Every(0.25), duration=50.0, derivatives=True)
+    np.testing.assert_array_equal(found.times, 0.25 * np.arange(1, 201))
+    assert found.matrices.shape == (200, 2, 2)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [(None, 3, 1.0), (None, 0, math.inf), (Every(0.0), 1, 1.0), (Crossing((1.0,), 0.0), 1, 1.0)],
+)
+def test_what_has_no_end_or_no_section_is_refused(case):
+    section, returns, duration = case
+    course = Course(oscillator())
+    with pytest.raises(InputError):
+        course.advance(section, returns, duration=duration)
+
+
+# Continuation and sums.
+
+PAPER = wb.paper.system(eta=-60.0, F0=0.036).machine
+
+
+def chain() -> Any:
+    """Four inertias in a row, two contacts with static peaks, one with a lag."""
+    names = ("a", "b", "c", "d")
+    speeds = (1.0, 0.5, -0.2, 0.3)
+    return wb.Machine(
+        inertias=[wb.Inertia(n, 1.0, speed=v) for n, v in zip(names, speeds, strict=True)],
+        shafts=[
+            wb.Shaft("a", "b", stiffness=40.0, damping=0.1),
+            wb.Shaft("b", "c", stiffness=60.0),
+            wb.Shaft("c", "d", stiffness=50.0, damping=0.2),
+            wb.Shaft("d", "ground", stiffness=30.0),
+        ],
+        contacts=[
+            contact("a", force=2.0, static=1.25, slope=-0.5, lag=0.05),
+            contact("c", "d", force=1.0, static=1.2, name="clutch"),
+        ],
+        torques=[wb.Torque("b", wb.Harmonic(9.0, 0.7), name="engine")],
+    )
+
+
+@pytest.mark.parametrize("machine", [PAPER, chain()], ids=["paper", "chain"])
+def test_pieces_are_one_run(machine):
+    period = machine.period
+    whole = Course(machine).advance(Every(period), 12, derivatives=True)
+    course = Course(machine)
+    parts = [course.advance(Every(period), k, derivatives=True) for k in (1, 2, 1, 5, 3)]
+    for name in ("times", "states", "matrices"):
+        joined = np.concatenate([getattr(part, name) for part in parts])
+        np.testing.assert_array_equal(joined, getattr(whole, name))
+    np.testing.assert_array_equal(sum(part.sticks for part in parts), whole.sticks)
+    assert sum(part.events for part in parts) == whole.events
+    np.testing.assert_allclose(sum(part.work for part in parts), whole.work, rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(np.max([part.high for part in parts], axis=0), whole.high)
+
+
+@pytest.mark.parametrize("machine", [PAPER, chain(), belt()], ids=["paper", "chain", "belt"])
+def test_sums_are_those_of_the_response(machine):
+    duration = 2.5 * (machine.period or 4.0)
+    found = Course(machine).advance(None, duration=duration)
+    response = wb.simulate(machine, duration, times=np.linspace(0.0, duration, 40_001))
+    assert found.events == response.sizes["event"]
+    begin, end = response["stick_start"].values, response["stick_end"].values
+    which, entry = response["stick_contact"].values, response["stick_entry"].values
+    for j in range(len(machine.contacts)):
+        rest = np.sum((end - begin)[which == j])
+        assert found.stick_time[j] == pytest.approx(rest, rel=1e-12, abs=1e-13)
+        entered = [np.sum((which == j) & (entry == side)) for side in (1, -1)]
+        assert entered == found.sticks[j].tolist()
+    n = len(machine.inertias)
+    motion = np.hstack([response["angle"].values, response["velocity"].values])
+    span = motion.max(axis=0) - motion.min(axis=0)
+    # Samples fall short of the extremes by at most what the motion bends between two of them.
+    assert np.all(found.high[: 2 * n] >= motion.max(axis=0) - 1e-12 * span)
+    assert np.all(found.low[: 2 * n] <= motion.min(axis=0) + 1e-12 * span)
+    np.testing.assert_allclose(found.high[: 2 * n], motion.max(axis=0), atol=1e-3 * span.max())
+    torque = np.abs(response["brake_torque"].values).max(axis=0)
+    np.testing.assert_allclose(found.peak_torque, torque, rtol=1e-3)
+    energy = wb.energy(response)
+    names = ("friction_heat", "base_work", "viscous_loss", "torque_work")
+    expected = np.concatenate([energy[name].values for name in names])
+    np.testing.assert_allclose(found.work, expected, rtol=1e-11, atol=1e-13)
+
+
+def test_extremes_lie_within_cells():
+    """A free vibration of amplitude hypot(0.3, 1/2)."""
+    found = Course(oscillator(angle=0.3, speed=1.0)).advance(None, duration=10.0)
+    size = math.hypot(0.3, 0.5)
+    np.testing.assert_allclose(found.high, [size, 2.0 * size], rtol=1e-14)
+    np.testing.assert_allclose(found.low, [-size, -2.0 * size], rtol=1e-14)
+
+
+def test_the_last_slip_is_the_beginning_of_the_last_rest():
+    machine = oscillator(contact("disc", force=1.0), angle=1.9)
+    course = Course(machine)
+    found = course.advance(None, duration=30.0)
+    sticks = wb.simulate(machine, 30.0)["stick_start"].values
+    assert found.last_slip == pytest.approx(sticks[-1], rel=1e-12)
+    assert course.advance(None, duration=5.0).last_slip == found.last_slip
+
+
+# The derivative of the flow.
+
+
+def by_closed_forms(system: Any, state: Any) -> Any:
+    """Derivative over a period by the closed forms of one inertia; None if there is none."""
+    log, start = empty_log(4000), State(0, 0.0, *state)
+    found = trajectory.run(
+        problem(system, *state), start, Instant(1, 0.0), 10**5, log, np.empty((0, 2))
+    )
+    identity = saltation.Deviations(1.0, 0.0, 0.0, 1.0)
+    there = saltation.propagate(problem(system, *state), log, found.rows, identity, np.empty(0), 0)
+    x1, y1, x2, y2 = there.deviations
+    return math.exp(there.log_scale) * np.array([[x1, x2], [y1, y2]])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_matrices_of_one_inertia_are_those_of_the_closed_forms(name):
+    system, (angle, speed) = CASES[name]
+    machine = system.machine.replace({"driveline.angle": angle, "driveline.speed": speed})
+    period = 1.0 / system.excitation.frequency
+    found = Course(machine).advance(Every(period), 12, derivatives=True)
+    for state, matrix in zip(found.states[:-1], found.matrices[1:], strict=True):
+        # A contact at rest has the speed of the base only up to rounding.
+        at_rest = abs(state[1] + system.driveline.drive_speed) < 1e-12
+        speed = -system.driveline.drive_speed if at_rest else state[1]
+        expected = by_closed_forms(system, (state[0], speed))
+        scale = max(1.0, float(np.abs(expected).max()))
+        np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-9 * scale)
+
+
+def line() -> Line:
+    """``chain`` without the lag and the slope, for 50 digits."""
+    frequency = mp.mpf("1.4") * mp.pi
+    return Line(
+        inertia=(1, 1, 1, 1), speed=(1, "0.5", "-0.25", "0.375"),
+        shafts=((0, 1, 40, "0.125"), (1, 2, 60, 0), (2, 3, 50, "0.25"), (3, -1, 30, 0)),
+        contacts=(
+            Clutch("brake", 0, -1, ((0, ((0, 0, 4),)),), "1.25"),
+            Clutch("clutch", 2, 3, ((0, ((0, 0, 1),)),), "1.125"),
+        ),
+        torques=((1, ((0, ((frequency, 9, 0),)),)),), frequencies=(frequency,),
+    )  # fmt: skip
+
+
+def test_matrices_of_four_inertias_agree_with_50_digits():
+    names, speeds = ("a", "b", "c", "d"), (1.0, 0.5, -0.25, 0.375)
+    machine = wb.Machine(
+        inertias=[wb.Inertia(n, 1.0, speed=v) for n, v in zip(names, speeds, strict=True)],
+        shafts=[
+            wb.Shaft("a", "b", stiffness=40.0, damping=0.125),
+            wb.Shaft("b", "c", stiffness=60.0),
+            wb.Shaft("c", "d", stiffness=50.0, damping=0.25),
+            wb.Shaft("d", "ground", stiffness=30.0),
+        ],
+        contacts=[
+            contact("a", force=4.0, static=1.25),
+            contact("c", "d", force=1.0, static=1.125, name="clutch"),
+        ],
+        torques=[wb.Torque("b", wb.Harmonic(9.0, 0.7), name="engine")],
+    )
+    duration = 1.0
+    found = Course(machine).advance(Every(duration), 1, derivatives=True)
+    assert np.all(found.sticks.sum(axis=1) > 0)
+    changes = np.random.default_rng(1).normal(size=(2, 8))
+    step, ends = mp.mpf(10) ** -18, []
+    with mp.workdps(DIGITS):
+        for change in (np.zeros(8), *changes):
+            run = Exact(line(), duration)
+            for i in range(8):
+                run.z[i] += step * mp.mpf(float(change[i]))
+            ends.append(run.run().z)
+        expected = [[float((end[k] - ends[0][k]) / step) for k in range(8)] for end in ends[1:]]
+    np.testing.assert_allclose(changes @ found.matrices[0].T, expected, rtol=0, atol=1e-10)
+
+
+CONTROLLED: dict[str, Any] = {"slope": -0.3, "sample_time": 0.05, "delay": 2}
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"slope": -0.5, "lag": 0.05},
+        {"slope": 0.7, "frequency": 3.0, "damping_ratio": 0.4},
+        {"slope": 0.7, "limits": (0.4, 1.2)},
+        {"slope": -0.7, "base_speed": wb.Harmonic(0.5, 0.4)},
+        {"slope": -0.3, "sample_time": 0.05},
+        CONTROLLED,
+        CONTROLLED | {"lag": 0.1, "limits": (0.2, 1.1)},
+    ],
+)
+def test_matrices_agree_with_differences(more):
+    """Lags, limits, a moving base and controllers, over a passage with sticks and slips."""
+    machine = oscillator(
+        contact("disc", force=1.0, static=1.1, **more),
+        torque=wb.Harmonic(6.0, 0.4), damping=0.1, speed=1.0,
+    )  # fmt: skip
+    state = Course(machine).advance(None, duration=1.03).final
+    section = Every(5.0, state.time)
+    found = Course(machine, state).advance(section, 1, derivatives=True)
+    assert found.events >= 4
+    size = numbers(state).size
+    expected = differences(machine, state, section, 1e-5)
+    scale = max(1.0, float(np.abs(expected).max()))
+    np.testing.assert_allclose(found.matrices[0][:size, :size], expected, rtol=0, atol=1e-8 * scale)
+
+
+def test_memory_of_a_controller_belongs_to_the_state():
+    """The product of the matrices over two intervals is the matrix over both."""
+    machine = oscillator(
+        contact("disc", force=1.0, **CONTROLLED), torque=wb.Harmonic(6.0, 0.4), speed=1.0
+    )
+    once = Course(machine).advance(Every(2.21), 1, derivatives=True).matrices
+    parts = Course(machine).advance(Every(2.21 / 17), 17, derivatives=True).matrices
+    assert parts.shape == (17, 5, 5)
+    product = np.linalg.multi_dot(parts[::-1])
+    np.testing.assert_allclose(product, once[0], rtol=0, atol=1e-11)
+
+
+def test_between_events_volumes_grow_by_the_trace():
+    machine = oscillator(
+        contact("disc", force=1.0, slope=0.5, lag=0.2), torque=wb.Harmonic(1.0, 0.4), damping=0.3,
+        speed=20.0,
+    )  # fmt: skip
+    found = Course(machine).advance(Every(0.4), 1, derivatives=True)
+    assert found.events == 0
+    rates = np.array([[0.0, 1.0, 0.0], [-4.0, -0.3, -1.0], [0.0, 0.5 / 0.2, -1.0 / 0.2]])
+    np.testing.assert_allclose(found.matrices[0], expm(0.4 * rates), rtol=1e-12, atol=1e-13)
+    growth = np.linalg.det(found.matrices[0])
+    assert growth == pytest.approx(math.exp(0.4 * np.trace(rates)), rel=1e-12)
+
+
+def test_the_map_of_a_section_annihilates_the_flow_and_stays_on_the_section():
+    """x'' + 4x = 0: the flow at the section returns to itself."""
+    machine = oscillator(angle=0.3, speed=1.0)
+    section = Crossing((1.0, 0.0), 0.1)
+    course = Course(machine)
+    course.advance(section, 1, duration=100.0)
+    found = course.advance(section, 5, duration=100.0, derivatives=True)
+    for state, matrix in zip(found.states, found.matrices, strict=True):
+        flow = np.array([state[1], -4.0 * state[0]])
+        np.testing.assert_allclose(matrix @ flow, 0.0, atol=1e-13)
+        np.testing.assert_allclose(matrix[0], 0.0, atol=1e-14)
+        np.testing.assert_allclose(matrix[1, 1], 1.0, rtol=1e-12)
+
+
+def test_the_map_of_a_section_agrees_with_differences():
+    """A brake with a lag on a belt, whose limit cycle sticks and slips."""
+    brake = contact("disc", force=1.0, static=1.5, base_speed=1.0, slope=-0.2, lag=0.3)
+    machine = oscillator(brake, damping=0.1)
+    section = Crossing((1.0, 0.0, 0.0), 0.2)
+    course = Course(machine)
+    course.advance(section, 3, duration=100.0)
+    state = course.advance(None, duration=0.1).final
+    found = Course(machine, state).advance(section, 1, duration=100.0, derivatives=True)
+    assert found.outcome == Outcome.COMPLETED
+    side = state.modes[0][0]
+    expected = differences(machine, state, section, 1e-5)
+    which = [0, 1, 2] if side != 0 else [0, 2]
+    np.testing.assert_allclose(found.matrices[0][:, which], expected[:, which], atol=1e-8)
+
+
+def test_a_stick_takes_the_rank():
+    """From a stick to a stick, a neighbour's sliding speed is lost."""
+    course = Course(belt())
+    course.advance(None, duration=20.0)
+    found = course.advance(Crossing((0.0, 1.0), 1.0), 3, duration=1e3, derivatives=True)
+    for matrix in found.matrices[1:]:
+        assert np.linalg.matrix_rank(matrix, tol=1e-9) <= 1
+
+
+def test_a_passage_shows_its_numbers():
+    found = Course(oscillator(speed=1.0)).advance(None, duration=1.0)
+    assert isinstance(found, Passage)
+    assert isinstance(found.final, FinalState)
+    assert "outcome" in repr(found)
