@@ -159,10 +159,9 @@ class _Run:
         growth = growths(matrices)
         area = float(growth[:, :2].mean(axis=0).sum()) if growth.shape[1] > 1 else -math.inf
         scale, size = np.ones(self.space.size), max(self._range(window), 1e-300)
-        resting = window.last_slip < window.times[-2] and size <= _STILL * self._speed(window)
-        view = Window(points, scale, size, np.ascontiguousarray(growth[:, 0]), area, resting)
+        view = Window(points, scale, size, np.ascontiguousarray(growth[:, 0]), area, False)
         verdict: Verdict = classify.classify(view)
-        if verdict.order and not resting:
+        if verdict.order:
             first, second = [*multipliers(matrices[-verdict.order :]), -math.inf][:2]
             verdict = classify.conclude(view, verdict, first, second)
         result.motion, result.order = MotionClass(verdict.motion), int(verdict.order)
@@ -195,6 +194,10 @@ class _Run:
         if result.outcome != Outcome.COMPLETED or len(orbit.times) < result.order:
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return
+        if self._rests(orbit):
+            result.motion, result.order = MotionClass.AT_REST, 0
+            self._describe(orbit)
+            return
         if result.return_distance * result.size > _DRIFT * self._range(orbit):
             # A vibration that decays: each return is near the last, but not in its own size.
             result.motion, result.order = MotionClass.UNDECIDED, 0
@@ -212,6 +215,11 @@ class _Run:
             rounds = number // result.order
             times = orbit.times[number % result.order] + rounds * result.period
             self._keep(orbit.states[number % result.order], times)
+
+    def _rests(self, orbit: Passage) -> bool:
+        """Return True if nothing moves in an orbit."""
+        still = self._range(orbit) <= _STILL * self._speed(orbit)
+        return still and bool(np.all(orbit.stick_time >= (1.0 - _STILL) * orbit.duration))
 
     def _keep(self, states: FloatArray, times: FloatArray) -> None:
         """Set the recorded returns."""
