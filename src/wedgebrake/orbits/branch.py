@@ -128,8 +128,8 @@ class Branch(Result, Iterator[BranchPoint]):
     start: BranchPoint
     bounds: tuple[float, float]
     rising: bool
-    largest: float = 0.02
-    most: int = 5000
+    largest: float
+    most: int
     points: list[BranchPoint] = field(default_factory=list)
     end: str = ""
     met: bool = False
