@@ -129,7 +129,6 @@ def explore(
 
 
 def _state_of(subject: Any) -> PageState | Study:
-    from wedgebrake.explorer.core.machine_view import is_machine
     from wedgebrake.explorer.core.presets import START, preset
     from wedgebrake.explorer.core.studies import opened
 
@@ -143,7 +142,7 @@ def _state_of(subject: Any) -> PageState | Study:
         run: Any = MachineRun()
         subject = Study(cast("Any", subject), run)
     if isinstance(subject, Study):
-        return subject if is_machine(subject) else opened(subject)
+        return subject if subject.of_machine else opened(subject)
     raise InputError(
         f"subject = {shown(subject)}: must be a BrakedDriveline, a Machine, a Study or the path of"
         " a study file."

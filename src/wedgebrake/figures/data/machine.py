@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.errors import InputError
+from wedgebrake.analysis.datasets import check_machine_response
 from wedgebrake.figures import style
 from wedgebrake.model.validation import check_number
 
@@ -93,11 +93,7 @@ class MachineHistory:
 
         Raises ``InputError`` for other datasets and for times outside the response.
         """
-        if "stick_contact" not in getattr(response, "data_vars", {}):
-            raise InputError(
-                f"response = {type(response).__name__}: must be the response of a machine. Use the"
-                " result of wb.simulate(machine, ...)."
-            )
+        check_machine_response(response)
         begin, end = _window(response, start, stop)
         time = response["time"].to_numpy()
         shown = (time >= begin) & (time <= end)
