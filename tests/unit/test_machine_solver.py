@@ -668,6 +668,19 @@ def test_base_that_jumps() -> None:
     assert times_of(response, STICK) == pytest.approx([2.5], rel=1e-13)
 
 
+# Restarts.
+
+
+def test_a_final_state_from_its_json() -> None:
+    brake = contact("disc", force=wb.Harmonic(10.0, 1.0) + 30.0, lag=0.01)
+    state = wb.final_state(wb.simulate(single(brake, speed=5.0), 0.3))
+    assert wb.FinalState.from_json(state.to_json()) == state
+    for wrong in ("", "[]", "{}", '{"time": 1.0}', state.to_json()[:-1], 3):
+        with pytest.raises(wb.InputError) as caught:
+            wb.FinalState.from_json(wrong)
+        assert caught.value.name == "text"
+
+
 # Until rest.
 
 

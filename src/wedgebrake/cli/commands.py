@@ -247,7 +247,7 @@ def paper(
     """
     from wedgebrake.cli.interrupts import announce_compilation
 
-    with announce_compilation("about half a minute"):
+    with announce_compilation():
         from wedgebrake.cli.paper_command import run
 
     run(targets or [], out, method, threads, kind, as_json)

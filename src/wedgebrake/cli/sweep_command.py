@@ -50,7 +50,7 @@ def run(
         with warnings.catch_warnings():
             warnings.simplefilter("always", StoreWarning)
             warnings.showwarning = _telling(told, warnings.showwarning)
-            with announce_compilation("about half a minute") as announced:
+            with announce_compilation() as announced:
                 dataset = watch.wait(lambda: _sweep(study, **kept, progress=watch.hear))
     except Interrupted as interrupt:
         interrupt.add_note(_what_is_kept(store, watch.last))

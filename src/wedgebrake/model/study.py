@@ -1,4 +1,4 @@
-"""A study file: the machine, the run and the sweep, with the names of the Python objects.
+"""A study file: the system, the run and the sweep, with the names of the Python objects.
 
 ``study_run`` defines the [run] table and ``study_schema`` the schema. ``study_text`` writes
 studies; ``machine_study`` and ``records`` read the tables of machines.

@@ -223,6 +223,11 @@ def check_driveline(system: Any) -> BrakedDriveline:
             "system", system, "a BrakedDriveline here",
             "Currently wb.simulate, wb.stability and wb.hopf accept machines.",
         )  # fmt: skip
+    if hasattr(system, "data_vars"):
+        raise wrong(
+            "system", system, "a BrakedDriveline",
+            "This is a result; give the system that was simulated.",
+        )  # fmt: skip
     check_instance("system", system, BrakedDriveline)
     check_plain(system.driveline, system.actuation, system.excitation)
     return cast("BrakedDriveline", system)
