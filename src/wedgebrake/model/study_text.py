@@ -74,12 +74,12 @@ def _machine_study_text(study: Study, records: Records | None) -> str:
     texts = [machine_text(cast("Any", study.system), records)]
     axes = sweepable(study.system)
     meanings = {name: _with_unit(*one) for name, one in axes.items()}
-    for name, table, told in (
+    for name, table, remarks in (
         ("run", _given(study.run), comments(study.run)),
         ("sweep", _of_sweep(study.sweep), meanings | comments(study.sweep)),
     ):
         if table:
-            texts.append(toml.table(name, table, told))
+            texts.append(toml.table(name, table, remarks))
     return "\n".join(texts)
 
 

@@ -199,8 +199,8 @@ class BrakedDriveline(Part, Tabular):
         """
         tables: dict[str, dict[str, Any]] = {}
         for name, part in self.parts().items():
-            told = isinstance(part, Chosen) and not isinstance(part, HarmonicTorque)
-            tables[name] = plain_table(part) if told else plain_fields(part)
+            has_kind = isinstance(part, Chosen) and not isinstance(part, HarmonicTorque)
+            tables[name] = plain_table(part) if has_kind else plain_fields(part)
         return tables
 
     def _headline(self) -> str:

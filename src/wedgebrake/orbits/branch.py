@@ -400,8 +400,8 @@ class Branch(Result, Iterator[BranchPoint]):
             return True
         self._curve, self._now = beyond.curve, beyond.point
         change = _change(point.tests, self._at(self._now).tests)
-        told = replace(point, bifurcation=replace(beyond.bifurcation, change=change))
-        self._queue.extend([told, self._point(self._now)])
+        located = replace(point, bifurcation=replace(beyond.bifurcation, change=change))
+        self._queue.extend([located, self._point(self._now)])
         self._length = StepLength(self.largest)
         return True
 
