@@ -172,6 +172,59 @@ def test_an_exception_leaves_what_is_done(path: Path, whole: dict[str, bytes]) -
     assert contents(path) == whole
 
 
+@forks
+def test_killed_while_it_is_created(path: Path, whole: dict[str, bytes]) -> None:
+    """Nothing is there under the name; what is beside goes with a later store of this name."""
+
+    def killed(self: Path, target: Path) -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    child = os.fork()
+    if child == 0:
+        Path.rename = killed  # type: ignore[assignment,method-assign]
+        begin(path)
+    os.waitpid(child, 0)
+    [beside] = path.parent.iterdir()
+    assert not path.exists()
+    begin(path).close()
+    assert beside.exists()  # it might be another process that is creating the store
+    long_ago = time.time() - 86400.0
+    os.utime(beside, (long_ago, long_ago))
+    foreign = path.with_name(f".{path.name}.notes.part")
+    foreign.mkdir()
+    os.utime(foreign, (long_ago, long_ago))
+    reopen(path).close()
+    assert not beside.exists()
+    assert foreign.exists()
+    fill(path)
+    assert contents(path) == whole
+
+
+@pytest.mark.skipif(os.name != "posix", reason="folders cannot be opened")
+def test_the_description_is_on_the_disk_before_the_store_has_its_name(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Files and their folders first, then the folder of the new name."""
+    order: list[int] = []
+    rename, sync = Path.rename, os.fsync
+
+    def synced(number: int) -> None:
+        order.append(os.fstat(number).st_ino)
+        sync(number)
+
+    def renamed(self: Path, target: Path) -> Path:
+        order.append(-1)
+        return rename(self, target)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(Path, "rename", renamed)
+    begin(path).close()
+    described = ("zarr.json", "results/zarr.json", ".", "results")
+    before = order[: order.index(-1)]
+    assert {path.joinpath(one).stat().st_ino for one in described} <= set(before)
+    assert order[order.index(-1) + 1 :][0] == path.parent.stat().st_ino
+
+
 class Server:
     """The process of ``store_child``."""
 
