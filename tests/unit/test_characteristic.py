@@ -143,6 +143,13 @@ def test_inconsistent_characteristics_are_refused(change, words):
         wb.Characteristic(**{**good, **change})
 
 
+def test_narrow_places_may_be_lists():
+    law = wb.CustomFriction(
+        law=lambda v: 0.3 * math.tanh(v / 0.01), width=0.01, narrow=[[0.5, 1e-3]]
+    )
+    assert law.narrow_places == ((0.5, 1e-3),)
+
+
 @pytest.mark.parametrize(
     ("static", "decay", "steepness"),
     [(0.33, 6.0, 100.0), (0.6, 2.0, 1e3), (0.3, 6.0, 100.0), (0.33, 300.0, 50.0)],
