@@ -24,9 +24,11 @@ from hypothesis import strategies as st
 from store_child import AXES, CHUNKS, PLAN, SETTINGS, fill, results, sweep
 
 import wedgebrake as wb
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.errors import InputError, OutputError
 from wedgebrake.sweeps.grid import Chunks
 from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.results import PointStatus
 from wedgebrake.sweeps.store import SweepStore
 from wedgebrake.sweeps.store_format import StoreBackend, differences
 from wedgebrake.sweeps.sweep import make_plan
@@ -128,6 +130,14 @@ def test_points_that_are_not_computed_are_marked(path: Path) -> None:
     for variable in PLAN.variables:
         values = dataset[variable.name].values[~known]
         np.testing.assert_array_equal(values, np.full_like(values, variable.fill))
+    # Which is a class of its own where the variable is one.
+    none = {
+        "motion": MotionClass.NONE, "stick_class": StickClass.NONE,
+        "status": PointStatus.NOT_COMPUTED,
+    }  # fmt: skip
+    assert none.keys() == {one.name for one in PLAN.variables if one.words}
+    for name, code in none.items():
+        assert np.all(dataset[name].values[~known] == code)
     assert store.completed() == {INNER, CORNER}
 
 
