@@ -41,9 +41,9 @@ class Plan:
     grid: Grid
     protocol: Protocol
     method: str
-    initial: tuple[float, float] = (0.0, 0.0)
-    keep_points: bool = True
-    kind: str = "sweep"
+    initial: tuple[float, float]
+    keep_points: bool
+    kind: str
 
     @property
     def variables(self) -> tuple[Variable, ...]:
