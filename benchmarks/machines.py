@@ -1,9 +1,10 @@
 """Speed of the exact solver for machines: ``make bench``.
 
-Times are those of the solver from a machine to its answer, without samples and without what makes
-a dataset: the shortest of several runs, on one core. Cells are the Taylor steps, at most one
-between two events, knots of a record or samplings. heyoka follows the paper's brake with terminal
-events, in the same run. Study files: benchmarks/machines.
+Two times of each run: of the compiled kernels alone, on a problem that is assembled already, and of
+the solver from a machine to its answer; both without samples and without what makes a dataset, the
+shortest of several runs, on one core. Cells are the Taylor steps, at most one between two events,
+knots of a record or samplings. heyoka follows the paper's brake with terminal events, in the same
+run, and is compared with the kernels. Study files: benchmarks/machines.
 """
 
 import os
@@ -17,6 +18,12 @@ import wedgebrake as wb
 from peers import heyoka_events
 from peers.brake import Brake
 from timing import best
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.solvers.machine import trajectory
+from wedgebrake.solvers.machine.assemble import assemble
+from wedgebrake.solvers.machine.final_state import start_state
+from wedgebrake.solvers.machine.observers import Observer, observer_of
+from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
 
 HERE = Path(__file__).parent
@@ -58,18 +65,44 @@ def solver(machine: wb.Machine, duration: float) -> Callable[[], MachineAnswer]:
     return run
 
 
-def line(name: str, run: Callable[[], MachineAnswer]) -> float:
-    """Measure and print one machine; returns its time [s]."""
+def kernel_time(machine: wb.Machine, duration: float) -> float:
+    """Shortest time of the kernels ``trajectory.start`` and ``trajectory.move`` [s]."""
+    problem = assemble(machine, 0.0).problem
+    stop, log = np.zeros(1, dtype=np.bool_), np.zeros(4096, EVENT)
+
+    def prepare() -> tuple[Run, Observer]:
+        run = run_of(problem)
+        start_state(machine, problem, run)
+        return run, observer_of(problem, np.empty(0))
+
+    def work(run: Run, observer: Observer) -> None:
+        trajectory.start(problem, run, False)
+        outcome, begins = Outcome.LOG_FULL, True
+        while outcome == Outcome.LOG_FULL:
+            span = trajectory.Span(duration, MOST, False, begins, stop)
+            outcome = trajectory.move(problem, run, span, log, observer).outcome
+            begins = False
+        assert outcome == Outcome.COMPLETED
+
+    return best(work, SECONDS, prepare=prepare)
+
+
+def line(name: str, machine: wb.Machine, duration: float) -> float:
+    """Measure and print one machine; returns the time of the kernels [s]."""
+    run = solver(machine, duration)
     answer = run()
-    seconds = best(run, SECONDS)
+    kernel, whole = kernel_time(machine, duration), best(run, SECONDS)
     events = answer.events.size
-    print(f"  {name:<38}{1e3 * seconds:9.2f} ms {events:7} events {answer.cells:8} cells", end="")
-    print(
-        f"{1e9 * seconds / max(events, 1):10.0f} ns an event{1e9 * seconds / answer.cells:8.0f}",
-        end="",
-    )
-    print(" ns a cell")
-    return seconds
+    print(f"  {name:<38}{1e3 * kernel:9.2f} ms{1e3 * whole:9.2f} ms", end="")
+    print(f"{events:8} events{answer.cells:9} cells", end="")
+    print(f"{1e9 * kernel / max(events, 1):9.0f} ns an event", end="")
+    print(f"{1e9 * kernel / answer.cells:7.0f} ns a cell")
+    return kernel
+
+
+def head(title: str) -> None:
+    """Print the title of a group of machines, and the names of the columns of times."""
+    print(f"{title:<40}{'kernels':>9}   {'solver':>9}")
 
 
 def row(count: int) -> wb.Machine:
@@ -92,11 +125,11 @@ def main() -> None:
     """Measure and print."""
     write_record()
     print(f"wedgebrake {wb.__version__}, load {os.getloadavg()[0]:.1f}\n")
-    print("studies of benchmarks/machines")
+    head("studies of benchmarks/machines")
     seconds = {}
     for name, words in STUDIES.items():
         study = wb.load_study(HERE / "machines" / f"{name}.toml")
-        seconds[name] = line(words, solver(study.system, study.run.duration))
+        seconds[name] = line(words, study.system, study.run.duration)
     system = wb.paper.system(eta=-60.0, F0=0.036)
     fast = best(ours.kernel(system, None, PERIODS), SECONDS)
     print(f"\npaper's brake by the closed forms {1e3 * fast:.2f} ms", end="")
@@ -112,9 +145,10 @@ def main() -> None:
         error = abs(float(own.states[0, 1]) - answer.speeds["driveline"])
         print(f"heyoka with terminal events {1e3 * taken:.2f} ms", end="")
         print(f", {taken / seconds['paper']:.1f} times as long; speeds differ by {error:.1e} rad/s")
-    print("\n1 to 8 inertias in a row, a brake on the first, 250 periods")
+    print()
+    head("a brake on the first in a row, 25 s")
     for count in range(1, 9):
-        line(f"{count} inertia{'s'[: count > 1]}", solver(row(count), 25.0))
+        line(f"{count} inertia{'s'[: count > 1]}", row(count), 25.0)
 
 
 if __name__ == "__main__":

@@ -23,24 +23,30 @@ ROOT = Path(__file__).parents[1]
 # Tests of each chapter, as patterns below ``tests``.
 CHAPTERS = {
     "model": ["unit/test_study*", "unit/test_groups*", "unit/test_char*", "unit/test_bad_input*",
-              "unit/test_cli.py", "literature/test_linear*", "unit/test_stability.py"],
+              "unit/test_machine_model*", "unit/test_machine_study*", "unit/test_signals*",
+              "unit/test_cli.py", "literature/test_linear*", "unit/test_stability.py",
+              "literature/test_paper*", "unit/test_paper_figures*"],
     "dynamics": ["unit/test_event_driven*", "properties/test_exact*", "unit/test_char*",
                  "unit/test_stability.py", "motion_truth"],
     "solvers": ["unit/test_event_driven*", "unit/test_smooth*", "unit/test_simd*",
                 "properties/test_exact*", "unit/test_ode14x*", "unit/test_torque*",
-                "unit/test_bad_input*", "motion_truth"],
+                "unit/test_bad_input*", "motion_truth", "unit/test_machine_solver*",
+                "literature/test_machine_reference*", "properties/test_machine*"],
     "analysis": ["unit/test_motion*", "unit/test_saltation*", "unit/test_energy*",
                  "unit/test_torque*", "unit/test_measures*", "unit/test_spectral*",
-                 "unit/test_stability.py", "unit/test_bad_input*", "motion_truth"],
+                 "unit/test_stability.py", "unit/test_bad_input*", "motion_truth",
+                 "unit/test_hopf*", "literature/test_machine_stability*"],
     "orbits": ["unit/test_orbit.py", "unit/test_segment*", "unit/test_branches*",
                "unit/test_codim2*", "properties/test_orbit*", "peers/test_multipliers*"],
-    "sweeps": ["unit/test_sweep.py", "unit/test_store*",
+    "sweeps": ["unit/test_sweep.py", "unit/test_measures*", "unit/test_store*",
                "unit/test_cluster*", "unit/test_cli_sweep*"],
 }  # fmt: skip
 COMPARISONS = {
     ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq,
     ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
 }  # fmt: skip
+# Arguments that document a parameter.
+DOCUMENTATION = ("description", "example", "symbol", "unit")
 OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 
 
@@ -74,12 +80,14 @@ def _changed(node):
 
 
 def _expressions(node):
-    """Yield the expressions that compute: not annotations, messages, imports or docstrings."""
+    """Yield the expressions that compute: not annotations, messages, imports or texts."""
     skipped = (ast.Raise, ast.JoinedStr, ast.Import, ast.ImportFrom, ast.Assert)
     for name, child in ast.iter_fields(node):
         if name in ("annotation", "returns", "decorator_list"):
             continue
         for one in child if isinstance(child, list) else [child]:
+            if isinstance(one, ast.keyword) and one.arg in DOCUMENTATION:
+                continue
             if isinstance(one, ast.AST) and not isinstance(one, skipped):
                 yield one
                 yield from _expressions(one)

@@ -8,7 +8,6 @@ held below 2 ms: with longer ones all methods step over whole reversals.
 import math
 import time
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from typing import Any
 
 import numba
@@ -32,6 +31,7 @@ class SciPy(Peer):
 
     def __init__(self, law: str, method: str, rtol: float) -> None:
         self.law, self.method, self.rtol = law, method, rtol
+        self.rates: Rates = sliding if law == "coulomb" else smoothed
         events = ", events" if law == "coulomb" else ""
         self.name = f"SciPy {method}{events}"
         self.asked = f"rtol {rtol:g}, steps ≤ 2 ms"
@@ -39,11 +39,6 @@ class SciPy(Peer):
 
     def missing(self) -> str:
         return absent("scipy")
-
-    @cached_property
-    def rates(self) -> Rates:
-        """The right side, compiled once."""
-        return sliding() if self.law == "coulomb" else smoothed()
 
     def solve(self, brakes: Sequence[Brake], until: float) -> Answers:
         run = self.by_pieces if self.law == "coulomb" else self.whole
@@ -116,29 +111,21 @@ def crossings(side: int, engaged: bool, release: float) -> list[Rates]:
     return events
 
 
-def sliding() -> Rates:
+@numba.njit
+def sliding(t, y, numbers):
     """Sliding to one side, a linear equation."""
-
-    @numba.njit
-    def rates(t, y, numbers):
-        g2, q, te, om, k = numbers
-        return np.array([y[1], te * math.sin(om * t) - k * y[0] - g2 * y[1] + q])
-
-    return rates
+    g2, q, te, om, k = numbers
+    return np.array([y[1], te * math.sin(om * t) - k * y[0] - g2 * y[1] + q])
 
 
-def smoothed() -> Rates:
+@numba.njit
+def smoothed(t, y, brake):
     """The smoothed law in one piece."""
-
-    @numba.njit
-    def rates(t, y, brake):
-        m = brake.mu * math.tanh(brake.steep * brake.r * y[1])
-        force = max(brake.fa + brake.slope * abs(y[1]), 0.0)
-        torque = brake.r * force * m / (brake.tan - m)
-        drive = brake.te * math.sin(brake.om * t)
-        return np.array([y[1], drive - brake.c * y[1] - brake.k * y[0] - torque])
-
-    return rates
+    m = brake.mu * math.tanh(brake.steep * brake.r * y[1])
+    force = max(brake.fa + brake.slope * abs(y[1]), 0.0)
+    torque = brake.r * force * m / (brake.tan - m)
+    drive = brake.te * math.sin(brake.om * t)
+    return np.array([y[1], drive - brake.c * y[1] - brake.k * y[0] - torque])
 
 
 def peers() -> list[Peer]:

@@ -18,7 +18,7 @@ from wedgebrake.explorer.core.state import PageState, new_state
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.figures.bokeh.motion import (
-    GHOST,
+    COMPARISON,
     HistoryChart,
     PhaseChart,
     SectionChart,
@@ -163,18 +163,19 @@ def test_spectrum_has_marks_and_five_decades(state, snapshot, page):
     assert [one.location for one in levels(drawn) if one.visible] == [data.natural]
 
 
-def test_ghost_lies_behind_in_every_chart(state, snapshot, page):
+def test_comparison_lies_behind_in_every_chart(state, snapshot, page):
     page.show(take_snapshot(state.edited(comparison=True)))
-    ghosts = [
+    behind = [
         one.data_source
         for chart in page.all
         for one in chart.figure.renderers
-        if GHOST in (getattr(one.glyph, "line_color", ""), getattr(one.glyph, "fill_color", ""))
+        if COMPARISON
+        in (getattr(one.glyph, "line_color", ""), getattr(one.glyph, "fill_color", ""))
     ]
-    assert len(ghosts) == 4
-    assert all(len(column) for one in ghosts for column in one.data.values())
+    assert len(behind) == 4
+    assert all(len(column) for one in behind for column in one.data.values())
     page.show(snapshot)
-    assert not any(len(column) for one in ghosts for column in one.data.values())
+    assert not any(len(column) for one in behind for column in one.data.values())
 
 
 def test_a_diverging_motion_is_cut_where_it_leaves_the_picture(page):

@@ -10,7 +10,7 @@ from browsing import Server
 import wedgebrake as wb
 from wedgebrake.analysis.contacts import contact_sentences
 from wedgebrake.explorer.core.limits import MOST_EVENTS
-from wedgebrake.explorer.core.machine_view import is_machine, take_machine_view
+from wedgebrake.explorer.core.machine_view import take_machine_view
 from wedgebrake.explorer.core.studies import opened
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -32,8 +32,8 @@ def test_the_view_keeps_the_limits_of_the_explorer():
 
 
 def test_the_page_with_sliders_refuses_machines():
-    assert is_machine(CLUTCH)
-    assert not is_machine(wb.load_study(EXAMPLES / "paper.toml"))
+    assert CLUTCH.of_machine
+    assert not wb.load_study(EXAMPLES / "paper.toml").of_machine
     with pytest.raises(wb.InputError):
         opened(CLUTCH)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from playwright.sync_api import expect
-from screen import GHOST, MOTION, near
+from screen import COMPARISON, MOTION, near
 
 from wedgebrake.explorer.core.fields import _KINDS as KINDS
 from wedgebrake.explorer.core.presets import preset
@@ -124,11 +124,11 @@ def test_friction_laws(screen):
 def test_the_conventional_brake_is_drawn_behind_and_more_of_the_motion(screen):
     key = screen.card("history").get_by_text("conventional brake")
     expect(key).to_have_count(0)
-    grey = near(screen.pixels(screen.card("phase")), GHOST, 4).sum()
+    grey = near(screen.pixels(screen.card("phase")), COMPARISON, 4).sum()
     drawn = near(screen.pixels(screen.card("history")), MOTION).sum()
     screen("comparison").check()
     expect(key).to_be_visible()
-    assert near(screen.pixels(screen.card("phase")), GHOST, 4).sum() > grey + 100
+    assert near(screen.pixels(screen.card("phase")), COMPARISON, 4).sum() > grey + 100
     screen.says(STATE.edited(comparison=True))
     screen("comparison").uncheck()
     expect(key).to_have_count(0)

@@ -53,9 +53,9 @@ class Held:
 
     def __init__(self, scheduler, error=None):
         self.running, self.go, self.closed = (threading.Event() for _ in range(3))
-        self.seen, self.told, self.error = [], [], error
+        self.seen, self.messages, self.error = [], [], error
         self.slot = scheduler.slot(directly)
-        self.slot.start(self.steps(), self.seen.append, self.told.append)
+        self.slot.start(self.steps(), self.seen.append, self.messages.append)
         assert self.running.wait(10)
 
     def steps(self):
@@ -73,7 +73,7 @@ class Held:
         """What is seen and told when it has been let go and has ended."""
         self.go.set()
         assert self.closed.wait(10)
-        return self.seen, self.told
+        return self.seen, self.messages
 
 
 def test_every_step_is_shown_and_then_the_end(scheduler):
@@ -130,8 +130,8 @@ def test_failures_are_told_as_sentences(scheduler, caplog):
     ):
         held = Held(scheduler, error)
         held.released()
-        until(lambda held=held: held.told)
-        assert held.told[0].startswith(words)
+        until(lambda held=held: held.messages)
+        assert held.messages[0].startswith(words)
     assert "a step failed" in caplog.text
 
 
@@ -140,7 +140,7 @@ def test_a_failure_of_unwanted_work_is_not_told(scheduler):
     held.slot.stop()
     assert held.released() == ([], [])
     assert done(scheduler, [1, 2]) == [1, 2]
-    assert held.told == []
+    assert held.messages == []
 
 
 def test_nobody_waits_for_work_that_hangs(impatient):
@@ -160,7 +160,7 @@ def test_nobody_waits_for_work_that_hangs(impatient):
 def test_work_that_takes_too_long_is_given_up(impatient):
     stuck = Held(impatient)
     until(lambda: not stuck.slot.busy)
-    assert "0.6 s" in stuck.told[0]
+    assert "0.6 s" in stuck.messages[0]
     seen, told = stuck.released()
     assert (seen, len(told)) == ([], 1)
     assert done(impatient, [1, 2]) == [1, 2]

@@ -118,7 +118,7 @@ class TestAgainstTheFrontDoor:
         assert snapshot.figures.spectrum.frequency.size == 0
 
 
-def test_the_ghost_is_the_same_machine_with_a_conventional_brake(state):
+def test_the_comparison_is_the_same_system_with_a_conventional_brake(state):
     comparison = take_snapshot(state.edited(comparison=True)).comparison
     brake = wb.ConventionalBrake(radius=state.system.brake.radius)
     expected = take_snapshot(new_state(state.system.replace(brake=brake)))

@@ -87,9 +87,9 @@ def test_simulation_agrees_on_both_sides(words) -> None:
     place, value = located(found, kind)
     point = int(found["bifurcation_point"][place])
     guess = tuple(float(found[one][point, 0]) for one in ("angle", "velocity"))
-    told = re.fullmatch(r"(\S+) at \S+, (\S+) at \S+", ROWS[words][4])
+    printed = re.fullmatch(r"(\S+) at \S+, (\S+) at \S+", ROWS[words][4])
     sides = (-1.0, 1.0)
-    for side, word in zip(sides, told.groups(), strict=True):
+    for side, word in zip(sides, printed.groups(), strict=True):
         onward = np.sign(ends[1] - ends[0]) * side * BESIDE * abs(value)
         there = system.replace(**{name: value + onward})
         orbit = wb.orbit(there, order, initial=guess)
@@ -110,11 +110,11 @@ def test_smoothed_limits_tend_to_the_exact_one() -> None:
     steepness = [float(cell) for cell in lines[0].split("|")[:5]]
     printed = [number(cell) for cell in lines[2].strip("|").split("|")[1:7]]
     values = []
-    for xi, told in zip(steepness, printed[:5], strict=True):
+    for xi, value in zip(steepness, printed[:5], strict=True):
         system = wb.paper.system(F0=0.036, friction="smoothed").replace(steepness=xi)
         found = wb.branches(system, switch=0, opposite=False, step=STEP, eta=(-16.0, -18.0))
         values.append(located(found, "period doubling")[1])
-        assert values[-1] == pytest.approx(told, abs=6e-5)
+        assert values[-1] == pytest.approx(value, abs=6e-5)
     exact = located(branch("wedge, T, over η", "coulomb")[1], "period doubling")[1]
     gaps = exact - np.array(values)
     ratios = gaps[:-1] / gaps[1:]

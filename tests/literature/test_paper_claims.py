@@ -1,11 +1,13 @@
 """The audit of Chen and Xi (2014): verdicts follow from the physics, and from nothing else."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED, Assumptions
+from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED, RESPONSES, Assumptions
 from wedgebrake.paper.claims import Part, Statement, Verdict, all_hold, examine
 from wedgebrake.paper.identification import identify
 from wedgebrake.paper.laboratory import Laboratory
@@ -25,6 +27,21 @@ def exact():
 def smooth():
     with Laboratory("smooth") as laboratory:
         yield laboratory
+
+
+def test_responses_are_those_of_the_captions():
+    """As printed below figures 6 to 19: each figure of the wedge, then the conventional brake."""
+    f, alpha = ([getattr(case, name) for case in RESPONSES[n].cases]
+                for n, name in ((15, "f"), (18, "alpha")))  # fmt: skip
+    np.testing.assert_allclose(f, [0.31, 0.63, 1.0, 1.26, 2.07], atol=0.006)
+    np.testing.assert_allclose(alpha, [0.68, 5.20], atol=0.01)
+    assert sorted(RESPONSES) == [6, 7, 9, 10, 12, 13, 15, 16, 18]
+    for number, rows in RESPONSES.items():
+        assert {case.brake for case in rows.cases} == {
+            "wedge" if number % 3 == 0 else "conventional"
+        }
+        wedge = RESPONSES[number - number % 3].cases
+        assert [replace(case, brake="wedge") for case in rows.cases] == list(wedge)
 
 
 @pytest.mark.parametrize("name", ["S1", "S2", "S3", "S5", "S6"])

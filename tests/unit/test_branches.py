@@ -571,7 +571,9 @@ class TestNothingTwice:
         ((origin, start),) = leaving(begin)
         for step in steps:
             largest = parent.largest * step / 0.02
-            branch = ended(Branch(start, parent.bounds, rising, largest, points=[origin]))
+            branch = ended(
+                Branch(start, parent.bounds, rising, largest, parent.most, points=[origin])
+            )
             assert branch.end == f"{kind} of {of}"
             assert branch.points[-1].value == pytest.approx(met.value, abs=room)
             assert len(branch.bifurcations) == count

@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -140,6 +141,41 @@ def test_inconsistent_characteristics_are_refused(change, words):
     wb.Characteristic(**more, holding=(-1e6, 1e6))
     with pytest.raises(wb.InputError, match=words):
         wb.Characteristic(**{**good, **change})
+
+
+def test_narrow_places_may_be_lists():
+    law = wb.CustomFriction(
+        law=lambda v: 0.3 * math.tanh(v / 0.01), width=0.01, narrow=[[0.5, 1e-3]]
+    )
+    assert law.narrow_places == ((0.5, 1e-3),)
+
+
+@pytest.mark.parametrize(
+    ("static", "decay", "steepness"),
+    [(0.33, 6.0, 100.0), (0.6, 2.0, 1e3), (0.3, 6.0, 100.0), (0.33, 300.0, 50.0)],
+)
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-12])
+def test_smoothed_friction_is_constant_from_its_saturation(static, decay, steepness, tolerance):
+    """To the tolerance, and not long before it."""
+    law = wb.SmoothedFriction(kinetic=MU_K, static=static, decay=decay, steepness=steepness)
+
+    def error(speed):
+        with mpmath.workdps(30):
+            peak = (mpmath.mpf(static) - MU_K) * mpmath.exp(-decay * speed)
+            return abs((MU_K + peak) * mpmath.tanh(steepness * speed) / MU_K - 1)
+
+    saturation = law.saturation(tolerance)
+    assert all(error(factor * saturation) <= tolerance for factor in (1.0, 1.1, 3.0))
+    assert error(0.8 * saturation) > tolerance
+    assert law.limit == MU_K
+
+
+def test_smoothed_friction_without_kinetic_friction_or_decay():
+    """The peak never becomes small beside nothing; one that does not decay is constant."""
+    assert wb.SmoothedFriction(kinetic=0.0, static=0.3).saturation(1e-6) == math.inf
+    plateau = wb.SmoothedFriction(kinetic=0.3, static=0.5, decay=0.0, steepness=10.0)
+    assert plateau.limit == 0.5
+    assert 1.0 - math.tanh(10.0 * plateau.saturation(1e-6)) <= 1e-6
 
 
 def test_smooth_friction_has_no_characteristic():

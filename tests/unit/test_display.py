@@ -35,6 +35,7 @@ OTHERS = {
     "point": lambda branch: branch.points[0],
     "bifurcation point": lambda branch: branch.bifurcations[0],
     "bifurcation": lambda branch: branch.bifurcations[0].bifurcation,
+    "machine": lambda _: SYSTEM.machine,
 }
 PLAIN = {
     "measures": lambda branch: branch.points[0].measures,

@@ -199,6 +199,16 @@ class TestLimit:
         assert not found.continuous
         assert "jumps" in repr(found)
 
+    @pytest.mark.parametrize("damping", [2.399, 1.2, 0.02])
+    @pytest.mark.parametrize("between", [(1.0, 20.0), (20.0, 1.0)])
+    def test_a_jump_is_one_however_small_the_growth_rate_of_a_side(self, damping, between):
+        # On the one side (2.4 - damping)/2, on the other -damping/2, with J = 1.
+        machine = held(contact("brake", slope=-40.0), damping=damping)
+        found = wb.hopf(machine, "disc.speed", between=between)
+        assert not found.continuous
+        sides = (1.2 - 0.5 * damping, -0.5 * damping)
+        assert min(abs(found.growth_rate - side) for side in sides) <= 1e-12
+
     def test_a_speed_that_runs_away_is_a_divergence(self):
         found = wb.hopf(FREE.replace({"brake.slope": 1.0}), "brake.slope", between=(-3.0, 2.0))
         assert found.kind == "divergence"
@@ -306,7 +316,7 @@ def test_wrong_parameters():
         wb.hopf(FREE, "brake.slop", between=(0.0, 1.0))
     with pytest.raises(wb.InputError, match=r"^parameter"):
         wb.hopf(FREE, 3, between=(0.0, 1.0))
-    with pytest.raises(wb.InputError, match=r"^machine"):
+    with pytest.raises(wb.InputError, match=r"^system"):
         wb.hopf(3.0, "brake.slope", between=(0.0, 1.0))
 
 

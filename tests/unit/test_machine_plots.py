@@ -78,11 +78,14 @@ class TestHistory:
 
     def test_external_torques_are_those_that_act(self):
         machine = chain(2, 0).replace(
-            torques=[wb.Torque("block1", wb.Harmonic(1.0, 0.3), name="drive")]
+            torques=[
+                wb.Torque("block1", wb.Harmonic(1.0, 0.3), name="drive"),
+                wb.Torque("block1", wb.Harmonic(1.0, 0.7), name="road"),
+            ]
         )
         panels = MachineHistory.of(wb.simulate(machine, duration=5.0)).panels
         [torque] = [panel for panel in panels if panel.variable == "torque"]
-        assert [curve.name for curve in torque.curves] == ["block1"]
+        assert [curve.name for curve in torque.curves] == ["drive + road"]
 
 
 @pytest.mark.parametrize(("count", "contacts"), [(1, 0), (1, 1), (3, 2), (6, 6)])

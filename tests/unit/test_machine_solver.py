@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.optimize import minimize
 
 import machine_examples as examples
 import wedgebrake as wb
@@ -245,14 +246,58 @@ def test_one_brake_of_two_at_its_limit() -> None:
     np.testing.assert_allclose(response["brake_torque"][0], [0.5, 10.0], rtol=1e-13)
 
 
-@pytest.mark.xfail(
-    reason="shares keep the limits that the brakes had when the stick began", strict=True
-)
 def test_shares_follow_limits_that_vary() -> None:
     rising = wb.Table((0.0, 1.0), (2.0, 20.0))
     brakes = [contact("disc", name="a", force=rising), contact("disc", name="b", force=10.0)]
-    response = wb.simulate(single(*brakes, torque=6.0), 1.0, times=[1.0])
-    np.testing.assert_allclose(response["brake_torque"][0], [4.8, 1.2], rtol=1e-12)
+    response = wb.simulate(single(*brakes, torque=6.0), 1.0, times=[0.0, 1.0])
+    np.testing.assert_allclose(response["brake_torque"][0], [6.0 / 26.0, 150.0 / 26.0], rtol=1e-12)
+    np.testing.assert_allclose(response["brake_torque"][1], [4.8, 1.2], rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_shares_in_circles_are_the_least(seed: int) -> None:
+    """Three inertias held by three brakes and three clutches, by another method of optimisation."""
+    rng, torques = np.random.default_rng(seed), (11.0, -6.0, 10.0)
+    ends = [("i0", "ground"), ("i1", "ground"), ("i2", "ground"), ("i0", "i1"), ("i1", "i2"),
+            ("i2", "i0")]  # fmt: skip
+    forces = [wb.Table((0.0, 1.0), rng.uniform(5.5, 8.0, size=2).tolist()) for _ in ends]
+    machine = wb.Machine(
+        inertias=[wb.Inertia(f"i{n}", 1.0) for n in range(3)],
+        contacts=[
+            contact(a, b, name=f"{a}-{b}", force=force)
+            for (a, b), force in zip(ends, forces, strict=True)
+        ],
+        torques=[wb.Torque(f"i{n}", float(size)) for n, size in enumerate(torques)],
+    )
+    response = wb.simulate(machine, 1.0, times=[0.3, 1.0])
+    assert response["sticking"].values.all()
+    directions = np.zeros((3, 6))
+    for j, (a, b) in enumerate(ends):
+        directions[int(a[1]), j] = 1.0
+        if b != "ground":
+            directions[int(b[1]), j] = -1.0
+    for time in range(2):
+        limits = response["actuation_force"].values[time]
+        expected = minimize(
+            lambda torques, limits=limits: np.sum(np.square(torques / limits)), np.zeros(6),
+            jac=lambda torques, limits=limits: 2.0 * torques / np.square(limits),
+            bounds=[(-one, one) for one in limits], method="SLSQP", tol=1e-14,
+            constraints={"type": "eq", "fun": lambda x: directions @ x - torques,
+                         "jac": lambda _: directions},
+        )  # fmt: skip
+        assert expected.success
+        np.testing.assert_allclose(response["brake_torque"][time], expected.x, atol=1e-6)
+
+
+def test_a_brake_that_locks_itself_takes_the_torque_from_others() -> None:
+    """Without a limit its share of it is 0, whatever it holds."""
+    locking = wb.Contact(
+        "disc", name="wedge", brake=wb.WedgeBrake(radius=0.2, angle=0.2),
+        friction=wb.CoulombFriction(kinetic=0.3), actuation=wb.Actuation(initial_force=10.0),
+    )  # fmt: skip
+    machine = single(locking, contact("disc", name="other", force=3.0), torque=2.0)
+    response = wb.simulate(machine, 1.0, times=[1.0])
+    np.testing.assert_allclose(response["brake_torque"][0], [2.0, 0.0], atol=1e-12)
 
 
 @pytest.mark.parametrize("first", [
@@ -666,6 +711,19 @@ def test_base_that_jumps() -> None:
     response = wb.simulate(single(contact("disc", force=2.0, base_speed=base)), 4.0)
     assert times_of(response, SLIP) == pytest.approx([1.0], rel=1e-15)
     assert times_of(response, STICK) == pytest.approx([2.5], rel=1e-13)
+
+
+# Restarts.
+
+
+def test_a_final_state_from_its_json() -> None:
+    brake = contact("disc", force=wb.Harmonic(10.0, 1.0) + 30.0, lag=0.01)
+    state = wb.final_state(wb.simulate(single(brake, speed=5.0), 0.3))
+    assert wb.FinalState.from_json(state.to_json()) == state
+    for wrong in ("", "[]", "{}", '{"time": 1.0}', state.to_json()[:-1], 3):
+        with pytest.raises(wb.InputError) as caught:
+            wb.FinalState.from_json(wrong)
+        assert caught.value.name == "text"
 
 
 # Until rest.

@@ -10,6 +10,7 @@ import wedgebrake as wb
 from equations import angular_frequency, right_side
 from reference_states import SMOOTHED
 from wedgebrake.solvers import ode14x
+from wedgebrake.solvers import ode14x_kernel as kernel
 
 HARMONIC, SIMULINK = ((1, 2, 3, 4), True), ((12, 8, 6, 4), False)
 
@@ -239,6 +240,27 @@ class TestSelfLocking:
         r = run(system, 1e-3, initial=(0.0, 50.0))
         assert r.attrs["status"] == "completed"
         assert np.all(r.brake_torque == 0.0)
+
+
+class TestDifferenceQuotient:
+    """The rule of numjac (Salane 1986) for the share of its increments."""
+
+    @pytest.mark.parametrize("factor", [kernel.SMALLEST_FACTOR, 1e-8, kernel.LARGEST_FACTOR])
+    def test_share_finds_a_difference_that_can_be_told(self, factor):
+        """Of f(x) = x the difference is the share itself."""
+        for _ in range(20):
+            factor = kernel._next_factor(factor, factor, 1.0, 1.0 + factor)
+        assert kernel.SMALL_DIFFERENCE < factor <= kernel.LARGE_DIFFERENCE
+
+    @pytest.mark.parametrize(
+        ("difference", "end"), [(0.0, kernel.LARGEST_FACTOR), (0.5, kernel.SMALLEST_FACTOR)]
+    )
+    def test_share_is_bounded(self, difference, end):
+        """However flat, or steep, the function stays."""
+        factor = kernel.FIRST_FACTOR
+        for _ in range(20):
+            factor = kernel._next_factor(factor, difference, 1.0, 1.0 + difference)
+        assert factor == end
 
 
 class TestEndings:

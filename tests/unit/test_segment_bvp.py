@@ -179,6 +179,18 @@ def test_orbit_solves_its_equations(found) -> None:
     np.testing.assert_allclose(angles, wanted[other, 1], atol=1e-8 * found.angle_amplitude)
 
 
+def test_scales_are_of_the_size_of_the_orbit(found) -> None:
+    """Largest angle and, at a mark, largest velocity of a dense sampling."""
+    bvp, unknowns = _whole(found)
+    scales = bvp.scales(unknowns, problem(found.system))
+    state = (found.angle, found.velocity)
+    r = wb.simulate(found.system, periods=found.order, initial=state, samples_per_period=4000)
+    angle, velocity = abs(r.angle.values).max(), abs(r.velocity.values).max()
+    np.testing.assert_allclose(scales[1::2], angle, rtol=1e-4)
+    wanted = [velocity if bvp.is_mark(i) else 1.0 for i in range(len(bvp.codes))]
+    np.testing.assert_allclose(scales[0::2], wanted, rtol=1e-4)
+
+
 def test_written_log_is_the_solvers(found) -> None:
     """Row by row over one orbit, from the first node on."""
     bvp, unknowns = _whole(found)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -188,6 +190,45 @@ def test_a_parameter_of_a_signal_has_a_name_of_its_own() -> None:
             period: float
 
     assert raised.value.name == "Pulses.period"
+
+
+def test_a_kind_of_the_package_keeps_its_class() -> None:
+    """A class of one's own must not take its place in study files, nor by inheriting its kind."""
+    before = dict(wb.Signal.kinds)
+    with pytest.raises(wb.InputError) as caught:
+
+        class Other(wb.Signal):
+            kind: ClassVar[str] = "harmonic"
+
+            def primitive(self) -> wb.Signal:
+                return wb.Constant(0.0)
+
+    assert (caught.value.name, caught.value.value) == ("Other.kind", "harmonic")
+
+    class Doubled(wb.Harmonic):
+        def primitive(self) -> wb.Signal:
+            return wb.Harmonic(2.0 * self.amplitude, self.frequency)
+
+    assert Doubled(1.0, 2.0).kind_or_class == "Doubled"
+    assert wb.Signal.kinds == before
+
+
+def test_a_class_of_ones_own_may_be_defined_again(monkeypatch) -> None:
+    """As a notebook does when a cell runs twice."""
+    monkeypatch.setattr(wb.Signal, "kinds", {**wb.Signal.kinds})
+
+    def defined() -> type[wb.Signal]:
+        class Pulse(wb.Signal):
+            kind: ClassVar[str] = "pulse"
+
+            def primitive(self) -> wb.Signal:
+                return wb.Constant(1.0)
+
+        return Pulse
+
+    defined()
+    again = defined()
+    assert wb.Signal.kinds["pulse"] is again
 
 
 def test_a_record_may_die_away() -> None:

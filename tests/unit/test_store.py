@@ -24,9 +24,11 @@ from hypothesis import strategies as st
 from store_child import AXES, CHUNKS, PLAN, SETTINGS, fill, results, sweep
 
 import wedgebrake as wb
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.errors import InputError, OutputError
 from wedgebrake.sweeps.grid import Chunks
 from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.results import PointStatus
 from wedgebrake.sweeps.store import SweepStore
 from wedgebrake.sweeps.store_format import StoreBackend, differences
 from wedgebrake.sweeps.sweep import make_plan
@@ -128,6 +130,14 @@ def test_points_that_are_not_computed_are_marked(path: Path) -> None:
     for variable in PLAN.variables:
         values = dataset[variable.name].values[~known]
         np.testing.assert_array_equal(values, np.full_like(values, variable.fill))
+    # Which is a class of its own where the variable is one.
+    none = {
+        "motion": MotionClass.NONE, "stick_class": StickClass.NONE,
+        "status": PointStatus.NOT_COMPUTED,
+    }  # fmt: skip
+    assert none.keys() == {one.name for one in PLAN.variables if one.words}
+    for name, code in none.items():
+        assert np.all(dataset[name].values[~known] == code)
     assert store.completed() == {INNER, CORNER}
 
 
@@ -170,6 +180,59 @@ def test_an_exception_leaves_what_is_done(path: Path, whole: dict[str, bytes]) -
         assert store.completed() == {INNER, CORNER}
     fill(path)
     assert contents(path) == whole
+
+
+@forks
+def test_killed_while_it_is_created(path: Path, whole: dict[str, bytes]) -> None:
+    """Nothing is there under the name; what is beside goes with a later store of this name."""
+
+    def killed(self: Path, target: Path) -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    child = os.fork()
+    if child == 0:
+        Path.rename = killed  # type: ignore[assignment,method-assign]
+        begin(path)
+    os.waitpid(child, 0)
+    [beside] = path.parent.iterdir()
+    assert not path.exists()
+    begin(path).close()
+    assert beside.exists()  # it might be another process that is creating the store
+    long_ago = time.time() - 86400.0
+    os.utime(beside, (long_ago, long_ago))
+    foreign = path.with_name(f".{path.name}.notes.part")
+    foreign.mkdir()
+    os.utime(foreign, (long_ago, long_ago))
+    reopen(path).close()
+    assert not beside.exists()
+    assert foreign.exists()
+    fill(path)
+    assert contents(path) == whole
+
+
+@pytest.mark.skipif(os.name != "posix", reason="folders cannot be opened")
+def test_the_description_is_on_the_disk_before_the_store_has_its_name(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Files and their folders first, then the folder of the new name."""
+    order: list[int] = []
+    rename, sync = Path.rename, os.fsync
+
+    def synced(number: int) -> None:
+        order.append(os.fstat(number).st_ino)
+        sync(number)
+
+    def renamed(self: Path, target: Path) -> Path:
+        order.append(-1)
+        return rename(self, target)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(Path, "rename", renamed)
+    begin(path).close()
+    described = ("zarr.json", "results/zarr.json", ".", "results")
+    before = order[: order.index(-1)]
+    assert {path.joinpath(one).stat().st_ino for one in described} <= set(before)
+    assert order[order.index(-1) + 1 :][0] == path.parent.stat().st_ino
 
 
 class Server:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import threading
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -13,6 +15,7 @@ from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.part import parameter
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
+from wedgebrake.sweeps.sweep import make_plan
 
 SYSTEM = wb.paper.system(eta=-24.0, F0=0.036)
 ETAS = np.linspace(-60.0, 12.0, 25)
@@ -354,6 +357,57 @@ def test_basins_tell_attractors_apart_in_any_company() -> None:
     np.testing.assert_array_equal(again["attractor"].values[same], found["attractor"].values[same])
     flipped = wb.basins(system, **{name: values[::-1] for name, values in start.items()})
     np.testing.assert_allclose(flipped["attractor_share"], found["attractor_share"])
+
+
+def test_points_without_an_attractor_say_why() -> None:
+    """By codes that the docstring of ``basins`` states."""
+    from wedgebrake.sweeps.basins import label
+
+    start = {"initial_angle": [0.0, 0.1], "initial_velocity": [0.0, 1.0, 2.0]}
+    found = wb.basins(SYSTEM, periods=20, transient=10, **start)
+    points = found.drop_dims("attractor_id").drop_vars("attractor").copy(deep=True)
+    others = (MotionClass.UNDECIDED, MotionClass.DIVERGED, MotionClass.SELF_LOCKED)
+    points["motion"].values[:] = [[*others], [MotionClass.NONE, MotionClass.AT_REST, others[0]]]
+    points["status"].values[1, 2] = PointStatus.NOT_COMPUTED
+    again = label(points)
+    assert again["attractor"].values.tolist() == [[-1, -2, -3], [-4, 0, -4]]
+    assert again["attractor"].attrs["flag_values"] == [-1, -2, -3, -4]
+    assert again["attractor_share"].values.tolist() == [1 / 6]
+
+
+def test_after_an_interrupt_no_batch_begins(monkeypatch) -> None:
+    """The one that runs ends; the others would keep the threads of a notebook busy."""
+    from wedgebrake.sweeps import executor
+    from wedgebrake.sweeps.grid import Chunks
+
+    go_on, begun = threading.Event(), []
+
+    class Blocked:
+        """A chunk of four batches, each of which waits, except in the first chunk."""
+
+        def __init__(self, _plan, _parts, where) -> None:
+            first = where["eta"].start == 0
+            self.work = [partial(self.batch, first)] * 4
+
+        def batch(self, first) -> None:
+            begun.append(first)
+            assert first or go_on.wait(60.0)
+
+        def results(self) -> dict:
+            return {}
+
+    monkeypatch.setattr(executor, "Chunk", Blocked)
+    plan = make_plan("sweep", SYSTEM, {"eta": ETAS})
+    chunks = Chunks({"eta": 4}, {"eta": 1})
+    before = set(threading.enumerate())
+    running = executor.by_threads(plan, 1, chunks, chunks.indices())
+    next(running)
+    running.close()
+    go_on.set()
+    for thread in set(threading.enumerate()) - before:
+        thread.join(60.0)
+    assert begun.count(True) == 4
+    assert begun.count(False) <= 1
 
 
 def test_maps_ask_for_their_axes() -> None:

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from wedgebrake.cli.main import USUAL_COLLECTIONS, say
-from wedgebrake.cli.overrides import in_options, is_of_machine
+from wedgebrake.cli.overrides import in_options
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study, load_study
 from wedgebrake.model.validation import shown
@@ -46,7 +46,7 @@ def explore(
 
     state: PageState | Study = preset(START).state()
     if study is not None:
-        state = study if is_of_machine(study) else opened(study)
+        state = study if study.of_machine else opened(study)
 
     def ready(url: str) -> None:
         say(f"The explorer is at {url} until Ctrl-C.")

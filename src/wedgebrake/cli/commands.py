@@ -62,11 +62,11 @@ def stability(
     """
     from wedgebrake.analysis.linear_stability import stability as evaluate
     from wedgebrake.cli.output import put
-    from wedgebrake.cli.overrides import is_of_machine, load_any
+    from wedgebrake.cli.overrides import load_any
     from wedgebrake.cli.report import stability_report, stability_text
 
     loaded = load_any(study, changes)
-    if is_of_machine(loaded):
+    if loaded.of_machine:
         from wedgebrake.cli.machine_report import (
             machine_stability_report,
             machine_stability_text,
@@ -247,7 +247,7 @@ def paper(
     """
     from wedgebrake.cli.interrupts import announce_compilation
 
-    with announce_compilation("about half a minute"):
+    with announce_compilation():
         from wedgebrake.cli.paper_command import run
 
     run(targets or [], out, method, threads, kind, as_json)

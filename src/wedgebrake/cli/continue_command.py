@@ -72,7 +72,7 @@ def run(asked: Order, out: Path | None, as_json: bool) -> None:
         over, second = _ranges(asked)
         columns = _checked(asked, second)
         watch = Watch()
-        with announce_compilation("about half a minute") as announced:
+        with announce_compilation() as announced:
             start, followed = watch.wait(lambda: _branches(asked, over, watch.hear))
             boundaries = beneath = None
             if second is not None:

@@ -46,7 +46,7 @@ def _interrupt(_: int, frame: FrameType | None) -> NoReturn:
 
 
 @contextmanager
-def announce_compilation(time: str = "about ten seconds") -> Iterator[list[str]]:
+def announce_compilation() -> Iterator[list[str]]:
     """Report once, on standard error, that kernels are being compiled.
 
     Yields a list that receives the message.
@@ -58,7 +58,7 @@ def announce_compilation(time: str = "about ten seconds") -> Iterator[list[str]]
     class Listener(event.Listener):
         def on_start(self, _: Any) -> None:
             if not said:
-                said.append(f"Compiling the kernels: once per installation, {time} ...")
+                said.append("Compiling the kernels: once per installation, about a minute ...")
                 say(said[0])
 
         def on_end(self, _: Any) -> None:

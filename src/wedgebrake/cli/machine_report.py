@@ -74,7 +74,7 @@ def run_machine(loaded: Study, out: Path | None, plot: Path | None, as_json: boo
     machine: Any = loaded.system
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
-        with announce_compilation("about a minute"):
+        with announce_compilation():
             response = simulate(machine, **loaded.run.arguments())
             return response, machine_report(machine, response)
 

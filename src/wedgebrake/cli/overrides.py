@@ -10,7 +10,6 @@ from typing import Any
 
 from wedgebrake.cli.assignments import parse_axes, parse_changes
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import METHODS, Study, load_study
 from wedgebrake.model.sweep_settings import Sweep
 from wedgebrake.model.validation import as_typed
@@ -48,7 +47,7 @@ def load(
     Raises ``InputError``, including for the study of a machine.
     """
     study = load_study(path)
-    if is_of_machine(study):
+    if study.of_machine:
         raise InputError(
             f"{path}: describes a machine ([[inertia]] ...). This command currently requires a"
             " BrakedDriveline ([driveline] ...); simulate, stability and app accept machines."
@@ -58,25 +57,7 @@ def load(
 
 def load_any(path: Path, changes: Iterable[str] | None, method: str | None = None) -> Study:
     """Read the study file of a braked driveline or of a machine; otherwise as ``load``."""
-    study = load_study(path)
-    if not is_of_machine(study):
-        return _changed(study, changes, method, {}, {})
-    wanted = parse_changes(changes or (), study.system)
-    if method is not None and "method" in wanted:
-        raise InputError("--method and --set method: both given. Give one of them.")
-    try:
-        study = study.changed(**wanted)
-    except InputError as error:
-        raise InputError(f"--set: {error}") from None
-    try:
-        return study if method is None else study.changed(method=method)
-    except InputError as error:
-        raise InputError(f"--method: {error}") from None
-
-
-def is_of_machine(study: Study) -> bool:
-    """Return True for the study of a machine with several inertias and contacts."""
-    return isinstance(study.system, Machine)
+    return _changed(load_study(path), changes, method, {}, {})
 
 
 def _changed(
@@ -106,7 +87,10 @@ def _changed(
             f"run.start_time = {study.run.start_time!r}: must be 0, where sweeps and orbits start."
             " Set it with --set start_time=0."
         )
-    return study if method is None else study.changed(method=method)
+    try:
+        return study if method is None else study.changed(method=method)
+    except InputError as error:
+        raise InputError(f"--method: {error}") from None
 
 
 def load_for_sweep(

@@ -111,7 +111,7 @@ def run(
     laboratory = Laboratory(method, threads=threads, watch=watch.run)
 
     def work() -> tuple[Finding, ...] | None:
-        with announce_compilation("about half a minute"):
+        with announce_compilation():
             return _work(order, laboratory, watch)
 
     with _folder(order.folder), laboratory:

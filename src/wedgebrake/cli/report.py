@@ -16,7 +16,7 @@ from wedgebrake.analysis.linear_stability import DirectionStability, Stability, 
 from wedgebrake.analysis.sticking import AT_REST, span, steady_start, sticks
 from wedgebrake.analysis.torque import brake_torque
 from wedgebrake.cli.output import check_files, describe, finish, header
-from wedgebrake.cli.overrides import is_of_machine, load_any
+from wedgebrake.cli.overrides import load_any
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
@@ -99,7 +99,7 @@ def run(
 
     check_files(out, plot)
     loaded = load_any(study, changes, method)
-    if is_of_machine(loaded):
+    if loaded.of_machine:
         from wedgebrake.cli.machine_report import run_machine
 
         run_machine(loaded, out, plot, as_json)

@@ -45,12 +45,12 @@ def run(
     _check(study, store, resume, picture=plot is not None)
     kept = {"store": store, "resume": resume, "threads": threads}
     watch = Watch()
-    told: list[str] = []
+    damage: list[str] = []
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always", StoreWarning)
-            warnings.showwarning = _telling(told, warnings.showwarning)
-            with announce_compilation("about half a minute") as announced:
+            warnings.showwarning = _recorded(damage, warnings.showwarning)
+            with announce_compilation() as announced:
                 dataset = watch.wait(lambda: _sweep(study, **kept, progress=watch.hear))
     except Interrupted as interrupt:
         interrupt.add_note(_what_is_kept(store, watch.last))
@@ -64,7 +64,7 @@ def run(
             words.replace("resume=True (--resume on the command line)", "--resume")
         ) from None
     speed = {**_speed(watch.last, dataset), "with_compilation": bool(announced)}
-    report = sweep_report(study, dataset, speed, told)
+    report = sweep_report(study, dataset, speed, damage)
 
     def picture() -> Figure:
         from wedgebrake.figures.matplotlib.draw import plot as draw
@@ -123,17 +123,17 @@ def _sweep(study: Study, **settings: Any) -> xr.Dataset:
     return compute(study.system, **parameters, **settings)
 
 
-def _telling(told: list[str], otherwise: Callable[..., None]) -> Callable[..., None]:
+def _recorded(damage: list[str], otherwise: Callable[..., None]) -> Callable[..., None]:
     """A ``warnings.showwarning`` that reports damage of a store in a line, and records it."""
 
-    def tell(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+    def record(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
         if not issubclass(category, StoreWarning):
             otherwise(message, category, *where, **more)
             return
-        told.append(str(message))
+        damage.append(str(message))
         say(f"warning: {message}")
 
-    return tell
+    return record
 
 
 def _speed(last: Progress | None, dataset: xr.Dataset) -> dict[str, Any]:

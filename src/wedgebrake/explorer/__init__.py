@@ -11,7 +11,7 @@ ui/         the page in the browser
 
 core/       state and computations, independent of the browser
   state              the current study and its view; every edit returns a new state
-  fields             the machine as rows of names, values and ranges; a parameter as an axis
+  fields             the system as rows of names, values and ranges; a parameter as an axis
   parameter_ranges   ranges of sliders and of plots
   presets            machines by name
   studies            study files loaded and saved

@@ -56,7 +56,7 @@ class Cell:
 
     @property
     def system(self) -> BrakedDriveline | Machine:
-        """The machine as set on the page."""
+        """The system as set on the page."""
         return self.study.system
 
     def page(self) -> Explorer | MachinePage:
@@ -102,12 +102,12 @@ def explore(
 ) -> Cell:
     """The explorer in a notebook cell: the page of ``wedgebrake app``, served by this process.
 
-    subject : the machine, a study, or the path of a study file; by default the brake of the
+    subject : the system, a study, or the path of a study file; by default the brake of the
               source paper. A ``Machine`` is shown but cannot be edited
     port    : port of this process, at 127.0.0.1 only; 0 takes any free port
     height  : of the page in the cell [px]
 
-    The result's ``system`` and ``study`` are the machine and the study as set on the
+    The result's ``system`` and ``study`` are the system and the study as set on the
     page. The browser must run on the same computer as Python, or have ``port`` forwarded to
     it. Needs the extra ``app``.
 
@@ -129,7 +129,6 @@ def explore(
 
 
 def _state_of(subject: Any) -> PageState | Study:
-    from wedgebrake.explorer.core.machine_view import is_machine
     from wedgebrake.explorer.core.presets import START, preset
     from wedgebrake.explorer.core.studies import opened
 
@@ -143,7 +142,7 @@ def _state_of(subject: Any) -> PageState | Study:
         run: Any = MachineRun()
         subject = Study(cast("Any", subject), run)
     if isinstance(subject, Study):
-        return subject if is_machine(subject) else opened(subject)
+        return subject if subject.of_machine else opened(subject)
     raise InputError(
         f"subject = {shown(subject)}: must be a BrakedDriveline, a Machine, a Study or the path of"
         " a study file."

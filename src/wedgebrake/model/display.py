@@ -57,7 +57,7 @@ class Result(Tabular):
 
 
 def part_rows(name: str, part: Part, fields: Iterable[str]) -> Iterator[tuple[str, Any, str]]:
-    """Table rows of the given fields of a part of the machine or of a study."""
+    """Table rows of the given fields of a part of a system or of a study."""
     for one in fields:
         yield f"{name}.{one}", getattr(part, one), unit_of(type(part).model_fields[one])
 

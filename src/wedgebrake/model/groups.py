@@ -140,7 +140,7 @@ class Setter(NamedTuple):
     """The meaning of a group, and how it is set.
 
     meaning : in words, with its definition
-    part    : the part of the machine that it changes
+    part    : the part of the system that it changes
     target  : the SI parameter of that part
     reads   : the SI parameters that the new value is computed from
     value   : the new value of the target, from a system and the group

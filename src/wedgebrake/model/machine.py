@@ -165,6 +165,11 @@ class Machine(Part, Tabular):
         }
         return {name: parts for name, parts in tables.items() if parts}
 
+    def __repr__(self) -> str:
+        return self._headline()
+
+    __str__ = __repr__
+
     def _headline(self) -> str:
         counts = ((len(getattr(self, name)), kind.table) for name, kind in KINDS.items())
         plural = {"inertia": "inertias", "shaft": "shafts", "contact": "contacts"}

@@ -108,7 +108,7 @@ class Assumptions:
     slope_on: str = "shaft"
 
     def system(self, case: Case, friction: str) -> BrakedDriveline:
-        """Return the machine of a case, with friction "coulomb" or "smoothed"."""
+        """Return the system of a case, with friction "coulomb" or "smoothed"."""
         share = 1.0 if self.slope_on == "shaft" else RADIUS
         chosen: dict[str, Any] = {**vars(self), **vars(case.at(eta=case.eta * share))}
         del chosen["slope_on"]

@@ -1,4 +1,4 @@
-"""The base of every part of the machine: immutable, validated, with units in its schema."""
+"""The base of every part of the system: immutable, validated, with units in its schema."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.validation import explain
 
 SMALLEST = 1e-50
-"""Smallest magnitude of a nonzero parameter of the machine.
+"""Smallest magnitude of a nonzero parameter of the system.
 
 Together with the largest magnitude of a parameter (1e15), it keeps the products of powers that the
 solvers form within the range of doubles: the largest is (T_e k/J^2)^2.
@@ -32,7 +32,7 @@ solvers form within the range of doubles: the largest is (T_e k/J^2)^2.
 def parameter(
     description: str, *, example: Any, symbol: str = "-", unit: str = "1", **constraints: Any
 ) -> Any:
-    """State a parameter of a brake, friction law or other part of the machine.
+    """State a parameter of a brake, friction law or other part of the system.
 
     Returns pydantic's ``Field``: range checks, error messages, the schema of study files and the
     labels of figures follow from it.
@@ -127,7 +127,7 @@ def _is_function(value: Any) -> bool:
 
 
 class Member(Part):
-    """A part of the machine itself, with parameters in the range that the solvers can handle."""
+    """A part of the system itself, with parameters in the range that the solvers can handle."""
 
     @field_validator("*")
     @classmethod
@@ -179,13 +179,31 @@ class Chosen(Member):
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         super().__pydantic_init_subclass__(**kwargs)
+        if "kind" not in vars(cls):
+            cls.kind = ""  # that of the parent would name the parent
         if cls.kind:
+            _check_kind(cls, cls.kinds)
             cls.kinds[cls.kind] = cls
 
     @property
     def kind_or_class(self) -> str:
         """The kind, or the class of a part that states none."""
         return self.kind or type(self).__name__
+
+
+def _check_kind(part: type[Chosen], kinds: dict[str, type[Any]]) -> None:
+    """Raise ``InputError`` for a kind of the package; a user's own class may be defined again."""
+    other = kinds.get(part.kind)
+    if other is None or (other.__module__, other.__qualname__) == (
+        part.__module__, part.__qualname__
+    ):  # fmt: skip
+        return
+    if other.__module__.startswith("wedgebrake."):
+        raise InputError(
+            f"{part.__name__}.kind = {part.kind!r}: must be another word than those of the package:"
+            f" {', '.join(sorted(kinds))}.",
+            name=f"{part.__name__}.kind", value=part.kind, allowed="another word",
+        )  # fmt: skip
 
 
 def _flat(value: Any) -> Iterator[Any]:

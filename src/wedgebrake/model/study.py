@@ -1,4 +1,4 @@
-"""A study file: the machine, the run and the sweep, with the names of the Python objects.
+"""A study file: the system, the run and the sweep, with the names of the Python objects.
 
 ``study_run`` defines the [run] table and ``study_schema`` the schema. ``study_text`` writes
 studies; ``machine_study`` and ``records`` read the tables of machines.
@@ -53,6 +53,11 @@ class Study(Tabular):
     run: Run
     sweep: Sweep = field(default_factory=Sweep)
 
+    @property
+    def of_machine(self) -> bool:
+        """True for the study of a machine with several inertias and contacts."""
+        return isinstance(self.system, Machine)
+
     def changed(self, /, **changes: Any) -> Study:
         """A copy with other parameters, groups or run settings (``eta=-30, periods=50``).
 
@@ -98,7 +103,7 @@ class Study(Tabular):
 
     def _check(self, name: str) -> None:
         """Refuse an unknown name, with the nearest of all that can be changed."""
-        if isinstance(self.system, Machine):
+        if self.of_machine:
             return  # its replace checks the names
         parts = self.system.parts().values()
         fields = [name for part in parts for name in type(part).model_fields]

@@ -11,7 +11,6 @@ from wedgebrake.model import toml
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.files import write
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_study import comments, kind_of, machine_text, plain_given
 from wedgebrake.model.part import Chosen, Part, given
 from wedgebrake.model.records import Records
@@ -61,7 +60,7 @@ def study_text(study: Study) -> str:
 
 
 def _text(study: Study, records: Records | None) -> str:
-    if isinstance(study.system, Machine):
+    if study.of_machine:
         return _machine_study_text(study, records)
     tables = _tables(study)
     _state_groups(tables, study.system)
@@ -75,12 +74,12 @@ def _machine_study_text(study: Study, records: Records | None) -> str:
     texts = [machine_text(cast("Any", study.system), records)]
     axes = sweepable(study.system)
     meanings = {name: _with_unit(*one) for name, one in axes.items()}
-    for name, table, told in (
+    for name, table, remarks in (
         ("run", _given(study.run), comments(study.run)),
         ("sweep", _of_sweep(study.sweep), meanings | comments(study.sweep)),
     ):
         if table:
-            texts.append(toml.table(name, table, told))
+            texts.append(toml.table(name, table, remarks))
     return "\n".join(texts)
 
 

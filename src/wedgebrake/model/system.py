@@ -199,8 +199,8 @@ class BrakedDriveline(Part, Tabular):
         """
         tables: dict[str, dict[str, Any]] = {}
         for name, part in self.parts().items():
-            told = isinstance(part, Chosen) and not isinstance(part, HarmonicTorque)
-            tables[name] = plain_table(part) if told else plain_fields(part)
+            has_kind = isinstance(part, Chosen) and not isinstance(part, HarmonicTorque)
+            tables[name] = plain_table(part) if has_kind else plain_fields(part)
         return tables
 
     def _headline(self) -> str:
@@ -222,6 +222,11 @@ def check_driveline(system: Any) -> BrakedDriveline:
         raise wrong(
             "system", system, "a BrakedDriveline here",
             "Currently wb.simulate, wb.stability and wb.hopf accept machines.",
+        )  # fmt: skip
+    if hasattr(system, "data_vars"):
+        raise wrong(
+            "system", system, "a BrakedDriveline",
+            "This is a result; give the system that was simulated.",
         )  # fmt: skip
     check_instance("system", system, BrakedDriveline)
     check_plain(system.driveline, system.actuation, system.excitation)

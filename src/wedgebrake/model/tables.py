@@ -1,4 +1,4 @@
-"""The tables of a study file that hold the machine, each of one class or of several kinds."""
+"""The tables of a study file that hold the system, each of one class or of several kinds."""
 
 from __future__ import annotations
 

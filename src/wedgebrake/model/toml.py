@@ -81,8 +81,8 @@ def table(name: str, values: Mapping[str, Any], comments: Mapping[str, str]) -> 
     lines = {
         key: f"{_key(key)} = {_value(value, f'{name}.{key}')}" for key, value in values.items()
     }
-    told = [len(line) for key, line in lines.items() if comments.get(key)]
-    widest = max((length for length in told if length <= _WIDEST), default=0)
+    lengths = [len(line) for key, line in lines.items() if comments.get(key)]
+    widest = max((length for length in lengths if length <= _WIDEST), default=0)
     text = f"[{name}]\n"
     for key, line in lines.items():
         comment = comments.get(key, "")

@@ -118,6 +118,8 @@ def is_finite(value: Any) -> bool:
 
 def shown(value: object) -> str:
     """Return a value as it was given, on one line, shortened if it is long."""
+    if hasattr(value, "data_vars"):
+        return f"({type(value).__name__})"  # its text has many lines
     try:
         text = repr(value)
     except (ValueError, RecursionError):  # thousands of digits, or of nested tables

@@ -128,8 +128,8 @@ class Branch(Result, Iterator[BranchPoint]):
     start: BranchPoint
     bounds: tuple[float, float]
     rising: bool
-    largest: float = 0.02
-    most: int = 5000
+    largest: float
+    most: int
     points: list[BranchPoint] = field(default_factory=list)
     end: str = ""
     met: bool = False
@@ -400,8 +400,8 @@ class Branch(Result, Iterator[BranchPoint]):
             return True
         self._curve, self._now = beyond.curve, beyond.point
         change = _change(point.tests, self._at(self._now).tests)
-        told = replace(point, bifurcation=replace(beyond.bifurcation, change=change))
-        self._queue.extend([told, self._point(self._now)])
+        located = replace(point, bifurcation=replace(beyond.bifurcation, change=change))
+        self._queue.extend([located, self._point(self._now)])
         self._length = StepLength(self.largest)
         return True
 

@@ -45,13 +45,13 @@ class Row(NamedTuple):
     """One combination of assumptions.
 
     scores     : by statement, whether it holds
-    held, told : number of statements that hold, and of those that can be decided
+    held, decided : number of statements that hold, and of those that can be decided
     """
 
     assumptions: Assumptions
     scores: dict[str, bool | None]
     held: int
-    told: int
+    decided: int
 
 
 class Question(NamedTuple):
@@ -78,7 +78,7 @@ class Identification:
                 "μ_s": f"{row.assumptions.static:.2f}",
                 "release": "on" if row.assumptions.release else "off",
                 "slope on": "|θ'|" if row.assumptions.slope_on == "shaft" else "|v_r|",
-                "statements": f"{row.held} of {row.told}",
+                "statements": f"{row.held} of {row.decided}",
             }
             for row in self.rows
         ]
@@ -111,8 +111,8 @@ def identify(
 
 def _row(laboratory: Laboratory, chosen: Sequence[Statement]) -> Row:
     scores = {one.name: one.holds(laboratory) for one in chosen}
-    told = [score for score in scores.values() if score is not None]
-    return Row(laboratory.assumptions, scores, sum(map(bool, told)), len(told))
+    decided = [score for score in scores.values() if score is not None]
+    return Row(laboratory.assumptions, scores, sum(map(bool, decided)), len(decided))
 
 
 def _on_rows(rows: Sequence[Row]) -> str:
@@ -121,8 +121,8 @@ def _on_rows(rows: Sequence[Row]) -> str:
     common = [name for name in rows[0].scores if all(row.scores[name] is True for row in alike)]
     second = f", the next {rows[1].held}" if len(rows) > 1 else ""
     return (
-        f"{len(rows)} combinations, tested on {rows[0].told} statements about figures 4 to 13 with"
-        " the values of single figures as corrected, in fewer columns than the audit. The best"
+        f"{len(rows)} combinations, tested on {rows[0].decided} statements about figures 4 to 13"
+        " with the values of single figures as corrected, in fewer columns than the audit. The best"
         f" satisfies {rows[0].held}{second}. {', '.join(common) or 'None'} hold with every"
         f" combination of μ_s = {rows[0].assumptions.static:.2f} and do not discriminate between"
         " the other choices."

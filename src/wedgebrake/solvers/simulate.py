@@ -63,7 +63,7 @@ def simulate(
     Parameters
     ----------
     system : BrakedDriveline or Machine
-        The machine.
+        The system.
     duration : float
         Length of the run [s]. For a driveline give either this or ``periods``.
     periods : int

@@ -1,6 +1,6 @@
 """Results of some points of a sweep, which depend on nothing but the plan.
 
-The systems of a sweep are tables of numbers, one for each part of the machine, and a point is a row
+The systems of a sweep are tables of numbers, one for each part of the system, and a point is a row
 of each of them. A part is built, by ``BrakedDriveline.replace``, once for each combination of the
 swept values that affect it; the product of all axes is never built.
 """

@@ -52,10 +52,10 @@ class Plan:
     grid: Grid
     protocol: Protocol
     method: str
-    initial: tuple[float, float] = (0.0, 0.0)
-    keep_points: bool = True
-    kind: str = "sweep"
-    as_machine: bool = False
+    initial: tuple[float, float]
+    keep_points: bool
+    kind: str
+    as_machine: bool
 
     @property
     def variables(self) -> tuple[Variable, ...]:

@@ -2,8 +2,9 @@
 
 Every file is written under another name and renamed, by zarr or here, so that it exists completely
 or not at all. A chunk of results is one file with a checksum: an interrupted or damaged chunk is
-computed again. Files are not forced to the disk (5 ms each): after a power failure the checksums
-reveal which chunks were lost. An OS lock, which ends with its process, admits one writer.
+computed again. Chunks are not forced to the disk (5 ms each): after a power failure the checksums
+reveal which were lost. The description of the store is, since all would be lost without it. An OS
+lock, which ends with its process, admits one writer.
 
 ``results/.lock`` and ``results/.writer`` are not part of zarr; readers of zarr do not look
 for files inside an array.
@@ -13,9 +14,11 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import secrets
 import shutil
 import socket
+import time
 from collections.abc import Mapping
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -49,6 +52,9 @@ _WRITER = f"{RESULTS}/.writer"
 # In stores of an earlier format, which kept an array for each variable.
 _EARLIER = "status/.store/identity.json"
 _MOST_LINES = 8
+# Age [s] from which a folder beside a store, in which it was being created, is that of a process
+# that was killed: creating takes milliseconds.
+_ABANDONED = 3600.0
 
 
 class Damage(NamedTuple):
@@ -104,6 +110,7 @@ class SweepStore:
             # Files that a killed process was writing.
             for partial in (target / RESULTS).rglob("*.partial"):
                 partial.unlink(missing_ok=True)
+            _remove_abandoned(target)
             return cls(target, plan, lengths, lock)
         except BaseException:
             _release(target, lock)
@@ -230,8 +237,11 @@ def _create(target: Path, files: Mapping[str, bytes]) -> bool:
         try:
             for key, content in files.items():
                 (beside / key).parent.mkdir(parents=True, exist_ok=True)
-                (beside / key).write_bytes(content)
+                _write_to_disk(beside / key, content)
+            for folder in {(beside / key).parent for key in files}:
+                _sync_folder(folder)
             beside.rename(target)
+            _sync_folder(target.parent)
         except BaseException:
             shutil.rmtree(beside, ignore_errors=True)
             raise
@@ -243,6 +253,32 @@ def _create(target: Path, files: Mapping[str, bytes]) -> bool:
             " exists, that you may write to and that has room."
         ) from None
     return True
+
+
+def _write_to_disk(path: Path, content: bytes) -> None:
+    with path.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _sync_folder(folder: Path) -> None:
+    """Force the names in a folder to the disk, where the system can."""
+    with suppress(OSError):  # Windows opens no folders
+        number = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)
+
+
+def _remove_abandoned(target: Path) -> None:
+    """Remove folders in which processes that were killed were creating this store."""
+    name = re.compile(rf"\.{re.escape(target.name)}\.[0-9a-f]{{12}}\.part")
+    with suppress(OSError):  # they do no harm
+        for one in target.parent.iterdir():
+            if name.fullmatch(one.name) and time.time() - one.stat().st_mtime > _ABANDONED:
+                shutil.rmtree(one, ignore_errors=True)
 
 
 def _verified_lengths(target: Path, plan: Plan) -> dict[str, int]:

@@ -1,6 +1,6 @@
 """Damping of small vibration about steady sliding: the definition used in the whole package.
 
-On a turning shaft the machine slides steadily at the speed of the shaft, otherwise near rest in
+On a turning shaft the brake slides steadily at the speed of the shaft, otherwise near rest in
 both directions. With smooth friction, near rest means at the end of the steep part of the law.
 The damping about sliding at the velocity v is
 

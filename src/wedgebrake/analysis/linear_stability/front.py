@@ -44,7 +44,7 @@ def stability(
     (``sample_time``) the modes follow from the multipliers of the exactly discretised system;
     rounding of the force to the ``resolution`` is neglected.
 
-    system : the machine
+    system : the braked driveline or machine
     speeds : for a ``Machine`` only: speeds of the inertias [rad/s], as a mapping from their names
              or a sequence in their order; by default, and where a mapping leaves them out, the
              initial speeds

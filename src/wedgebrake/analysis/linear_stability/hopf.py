@@ -25,9 +25,10 @@ from wedgebrake.model.validation import check_instance, check_number, wrong
 _SCANS = (8, 16, 32, 64)
 # Relative tolerances of the value, at rounding level.
 _XTOL, _RTOL = 1e-15, 1e-15
-# Distance of the points beside a limit, as a share of the interval, and the share of their growth
-# rates up to which the growth rate at the limit counts as 0, which means that it is continuous.
-_SIDE, _SMALL = 1e-6, 0.1
+# Two distances of points beside a limit, as shares of the interval, and the share of the change
+# across the wider pair up to which that across the narrower one shows a continuous growth rate:
+# about the ratio of the distances, its root where two eigenvalues meet, and 1 at a jump.
+_WIDE, _NARROW, _SHRUNK = 1e-6, 1e-8, 0.5
 
 _Value = tuple[int, MachineStability]
 
@@ -80,7 +81,7 @@ class StabilityLimit(Result):
 
 
 def hopf(
-    machine: Machine | BrakedDriveline,
+    system: Machine | BrakedDriveline,
     parameter: str,
     *,
     between: tuple[float, float],
@@ -92,8 +93,8 @@ def hopf(
     limit is a Hopf bifurcation if the critical mode oscillates, otherwise a divergence. Rotations
     that nothing holds or restrains do not count.
 
-    machine   : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
-    parameter : dotted name, as in ``machine.replace``: "brake.slope"
+    system    : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
+    parameter : dotted name, as in ``Machine.replace``: "brake.slope"
     between   : two values between which the limit is sought. If the verdict is the same at both,
                 the interval is scanned and the limit nearest to the first value is returned; a
                 pair of limits closer together than 1/64 of the interval may be missed
@@ -105,12 +106,12 @@ def hopf(
     Raises ``InputError`` if no limit is found, for an unknown parameter, and for what
     ``wb.stability`` does not accept.
     """
-    plain = _as_machine(machine)
+    machine = _as_machine(system)
     ends = _interval(between)
     check_instance("parameter", parameter, str, "a dotted name, for example 'brake.slope'")
 
     def at(value: float) -> _Value:
-        found = machine_stability(plain.replace({parameter: value}), speeds)
+        found = machine_stability(machine.replace({parameter: value}), speeds)
         return _verdict(found), found
 
     low, high = _bracket(at, parameter, ends)
@@ -118,11 +119,11 @@ def hopf(
     return _limit(at, parameter, value, abs(high - low))
 
 
-def _as_machine(machine: Machine | BrakedDriveline) -> Machine:
-    if isinstance(machine, BrakedDriveline):
-        return machine.machine
-    check_instance("machine", machine, Machine, "a Machine or a BrakedDriveline")
-    return machine
+def _as_machine(system: Machine | BrakedDriveline) -> Machine:
+    if isinstance(system, BrakedDriveline):
+        return system.machine
+    check_instance("system", system, Machine, "a BrakedDriveline or a Machine")
+    return system
 
 
 def _interval(between: Any) -> tuple[float, float]:
@@ -205,8 +206,10 @@ def _limit(
 ) -> StabilityLimit:
     """The result for a value at which the verdict changes."""
     growth = _growth(at)
-    near = _SIDE * width
-    beside = max(abs(growth(value - near)), abs(growth(value + near)))
+    wide, narrow = (
+        abs(growth(value + share * width) - growth(value - share * width))
+        for share in (_WIDE, _NARROW)
+    )
     case = at(value)[1].critical
     if case is None or case.growth_rate is None:
         raise InputError(
@@ -221,7 +224,7 @@ def _limit(
         kind="hopf" if mode.frequency > 0.0 else "divergence",
         frequency=mode.frequency,
         growth_rate=case.growth_rate,
-        continuous=abs(case.growth_rate) <= _SMALL * beside,
+        continuous=narrow <= _SHRUNK * wide,
         mode=mode,
         case=case,
     )

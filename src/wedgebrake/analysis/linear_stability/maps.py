@@ -27,7 +27,7 @@ AXES = ("eta", "alpha", "kinetic", "loss_factor")
 def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
     """Linear stability over a grid of groups, as ``stability`` for each point.
 
-    system : the machine whose groups are varied
+    system : the system whose groups are varied
     axes   : one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an array of
              values; the dimensions of the result are in this order. All other groups, the drive
              speed and the initial actuation force are those of the system.

@@ -50,7 +50,7 @@ def sweep_settings(state: PageState) -> dict[str, Any]:
 
 
 def following(system: BrakedDriveline) -> BrakedDriveline:
-    """The machine with static friction that follows kinetic friction if they are equal now.
+    """The system with static friction that follows kinetic friction if they are equal now.
 
     An edit of kinetic friction on the page moves static friction in the same way.
     """

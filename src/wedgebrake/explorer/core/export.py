@@ -53,7 +53,7 @@ def export(state: PageState, kind: str, progress: Progress = lambda _: None) -> 
 
     progress : called while a plot is computed, as by ``wb.sweep``; its exceptions end the export
 
-    Raises ``InputError`` for an unknown kind, and if the machine or the installation does
+    Raises ``InputError`` for an unknown kind, and if the system or the installation does
     not support the format.
     """
     if not isinstance(kind, str) or kind not in FORMATS:

@@ -1,4 +1,4 @@
-"""The machine as rows of the parameter panel: names, values, units and ranges."""
+"""The system as rows of the parameter panel: names, values, units and ranges."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class Row:
 
 
 def sections(state: PageState) -> dict[str, list[Row]]:
-    """Return the rows of the machine by section title.
+    """Return the rows of the system by section title.
 
     Groups and values that are not defined for this machine have no row.
     """
@@ -154,7 +154,7 @@ def label(name: str) -> str:
 def parameter_axis(state: PageState, name: str) -> ParameterAxis:
     """The range of a parameter as an axis of a plot.
 
-    Raises ``InputError`` for a parameter that the machine does not have.
+    Raises ``InputError`` for a parameter that the system does not have.
     """
     low, high = span(state, name)
     unit = sweepable(state.system).get(name, ("1", ""))[0]

@@ -33,11 +33,6 @@ class MachineView:
     picture: bytes
 
 
-def is_machine(study: Study) -> bool:
-    """Return True for the study of a machine with several inertias and contacts."""
-    return isinstance(study.system, Machine)
-
-
 def take_machine_view(study: Study) -> MachineView:
     """Simulate the machine of a study, within the limits of the explorer.
 

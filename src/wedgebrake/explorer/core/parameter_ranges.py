@@ -92,7 +92,7 @@ def reaching(usual: Span, value: Any, how: str) -> Span:
 
 
 def field(system: BrakedDriveline, name: str) -> FieldInfo | None:
-    """The field of a parameter of the machine or its run; None for groups and other names."""
+    """The field of a parameter of the system or its run; None for groups and other names."""
     models: list[type[Part]] = [*(type(getattr(system, part)) for part in reversed(PARTS)), Run]
     for model in models:
         if name in model.model_fields:

@@ -83,13 +83,13 @@ class ParameterPlot(ABC):
 
     @abstractmethod
     def parameters(self, state: PageState) -> tuple[str, ...]:
-        """The parameters: the selected ones, or others that the machine has."""
+        """The parameters: the selected ones, or others that the system has."""
 
     @abstractmethod
     def work(self, state: PageState) -> Iterator[Picture]:
         """Compute the plot, coarse before fine.
 
-        Raises ``InputError`` where the machine has no such plot, for two parameters one of which
+        Raises ``InputError`` where the system has no such plot, for two parameters one of which
         sets the other, or if no value of a parameter is allowed.
         """
 
@@ -100,7 +100,7 @@ class ParameterPlot(ABC):
     def key(self, state: PageState) -> Hashable:
         """All inputs of the plot; for its own parameters only the ends of the axes.
 
-        Raises ``InputError`` where the machine has no such plot.
+        Raises ``InputError`` where the system has no such plot.
         """
         run = sweep_settings(state)
         if not self.from_initial:
@@ -226,7 +226,7 @@ class _Stability(ParameterPlot):
         return super().axes(state)
 
     def key(self, state: PageState) -> Hashable:
-        """The axes, and the machine without its torque and the values on the axes."""
+        """The axes, and the system without its torque and the values on the axes."""
         untouched = state.system.replace(amplitude=0.0, frequency=1.0)
         return *self.axes(state), _without(untouched, self.parameters(state))
 
@@ -285,7 +285,7 @@ PARAMETER_PLOTS: dict[str, ParameterPlot] = {
 
 
 def _without(system: BrakedDriveline, names: Sequence[str]) -> str:
-    """All of a machine except the parameters that some names set, as text to be compared."""
+    """All of a system except the parameters that some names set, as text to be compared."""
     dropped = {SETTERS[name].target if name in SETTERS else name for name in names}
     if "kinetic" in dropped and following(system) is not system:
         dropped.add("static")

@@ -67,7 +67,7 @@ def _ratio(state: PageState) -> float:
 def snippet(state: PageState) -> str:
     """A Python program that computes and draws the displayed results.
 
-    It contains the machine in SI values, the response, its class, the stability verdict, the
+    It contains the system in SI values, the response, its class, the stability verdict, the
     brake torque, and the open plot; all numbers are exact.
 
     Raises ``InputError`` for a part that is not from wedgebrake.

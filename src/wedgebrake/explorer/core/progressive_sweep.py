@@ -1,6 +1,6 @@
 """A sweep whose points are computed in steps, a coarse grid first.
 
-Each point is bitwise identical to that of ``wb.sweep`` on the same machine; only the order of
+Each point is bitwise identical to that of ``wb.sweep`` for the same system; only the order of
 computation differs.
 """
 

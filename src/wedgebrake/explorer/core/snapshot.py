@@ -1,4 +1,4 @@
-"""The motion of the current machine: one run, its class, and the contents of its charts."""
+"""The motion of the current system: one run, its class, and the contents of its charts."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _ENDINGS = {
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """Motion of a machine; if the run ended early, its computed part.
+    """Motion of a system; if the run ended early, its computed part.
 
     status, message  : how the simulation ended, as in the attributes of a response
     settled          : (r,) velocity over the recorded periods [rad/s]; empty where the run
@@ -57,7 +57,7 @@ class Snapshot:
     motion           : the class of the motion, with the evidence
     stability        : the linear verdict
     braking          : torque of the brake over the recorded periods; nan where there is none
-    comparison       : the same machine with a conventional brake of the same radius
+    comparison       : the same system with a conventional brake of the same radius
     """
 
     status: str
@@ -71,7 +71,7 @@ class Snapshot:
 
 
 def take_snapshot(state: PageState, *, settle: bool = False) -> Snapshot:
-    """Run the current machine and classify its motion.
+    """Run the current system and classify its motion.
 
     settle : True to continue the run until the motion has settled, within limits; otherwise it is
              classified over the recorded periods of the run

@@ -91,7 +91,7 @@ class PageState:
 
     @property
     def system(self) -> BrakedDriveline:
-        """The machine."""
+        """The system."""
         return self.study.system
 
     @property
@@ -195,7 +195,7 @@ class PageState:
 
 
 def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> View:
-    """A changed view, checked; its parameters are those of the machine."""
+    """A changed view, checked; its parameters are those of the system."""
     for name, allowed in (("plot", PLOTS), ("quantity", get_args(Quantity))):
         if name in changes and changes[name] not in allowed:
             raise InputError(f"{name} = {shown(changes[name])}: must be one of {allowed}.")
@@ -221,7 +221,7 @@ def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> Vie
 
 
 def axes(system: BrakedDriveline) -> list[str]:
-    """Parameters that plots can go over: those of the machine and the groups it has."""
+    """Parameters that plots can go over: those of the system and the groups it has."""
     groups = system.groups.as_dict()
     lost = {name for name, value in groups.items() if value is None}
     if groups["F0"] == 0.0:  # no amplitude of the torque changes it
@@ -288,5 +288,5 @@ def _check_whole(name: str, value: Any, least: int, most: int) -> None:
 
 
 def new_state(system: BrakedDriveline) -> PageState:
-    """The state with a machine and the default run settings."""
+    """The state with a system and the default run settings."""
     return PageState.of(Study(system, Run()))

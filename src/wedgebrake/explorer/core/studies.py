@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.machine_view import is_machine
 from wedgebrake.explorer.core.program import picture
 from wedgebrake.explorer.core.state import PageState, View
 from wedgebrake.model.study import Study
@@ -22,7 +21,7 @@ def opened(study: Study, view: View | None = None) -> PageState:
 
     Raises ``InputError`` for a machine that the explorer cannot edit.
     """
-    if is_machine(study):
+    if study.of_machine:
         raise InputError(
             "describes a machine ([[inertia]] ...), whose parameters cannot currently be edited on"
             " this page. Show it with wedgebrake app STUDY.toml, or wb.explore(machine)."

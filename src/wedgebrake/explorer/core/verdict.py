@@ -43,7 +43,7 @@ _LIMITS = ("event_limit", "step_limit")
 
 
 def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
-    """The verdict on a machine, as plain values for JSON.
+    """The verdict on a system, as plain values for JSON.
 
     Returns {headline, tone, tiles}; a tile is {name, title, value, detail, hint, tone}, in
     order forward, backward, locking, motion, sticks, torque, share. A tone is "good", "warn"
@@ -193,7 +193,7 @@ def _motion(state: PageState, snapshot: Snapshot) -> Tile:
     alone = _undriven(state, snapshot)
     if alone is not None:
         hint = (
-            "No torque drives the machine, so that there are no classes by its period; this"
+            "No torque drives the system, so that there are no classes by its period; this"
             " refers to the last periods."
         )
         value, detail, _, tone = alone

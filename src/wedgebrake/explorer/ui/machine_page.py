@@ -13,7 +13,7 @@ from wedgebrake.explorer.core.machine_view import MachineView, take_machine_view
 from wedgebrake.explorer.core.scheduler import Scheduler, common_scheduler
 from wedgebrake.model.study import Study
 
-_STARTING = "Simulating. The first run on a computer compiles the solver (about half a minute)."
+_STARTING = "Simulating. The first run on a computer compiles the solver (about a minute)."
 _HOW = (
     "A machine with several inertias cannot be edited here. Change the study file and restart the"
     " explorer."

@@ -33,7 +33,7 @@ MOTION, POINTED, CURSOR, PHASE_CURSOR = "motion", "scrub-to", "scrub-history", "
 _COLUMNS = ("time", "angle", "velocity", "torque", "drive", "force", "sticking")
 _VELOCITY = "angular velocity [rad/s]"
 # Colour of the motion behind, for comparison.
-GHOST = "#A9B2BD"
+COMPARISON = "#A9B2BD"
 _STICKS = {side: colour for side, (colour, _) in style.STICKS.items()} | {0: "#AEB6C0"}
 # Decades shown below the largest line of a spectrum.
 _DECADES = 5.0
@@ -99,14 +99,14 @@ class MotionChart(chart.Chart):
             drawn.show(at, style.plain(level.label), text_color=level.colour)
         return [level for level in levels if low <= level.value <= high]
 
-    def show_ghost(
-        self, source: ColumnDataSource, ghost: MotionFigures | None, across: str
+    def show_comparison(
+        self, source: ColumnDataSource, comparison: MotionFigures | None, across: str
     ) -> None:
         """Show the velocity of the motion behind over its time or angle."""
-        if ghost is None:
+        if comparison is None:
             chart.clear_source(source)
             return
-        data = ghost.history
+        data = comparison.history
         places = thinned(data.velocity[data.bounded])
         columns = {across: getattr(data, across)[places], "velocity": data.velocity[places]}
         chart.update_source(source, **columns)
@@ -129,12 +129,12 @@ class HistoryChart(MotionChart):
         super().__init__("History", "time [s]", _VELOCITY, "x")
         drawn = self.figure
         self.motion = self.source(*_COLUMNS, name=MOTION)
-        self._ghost = self.source("time", "velocity")
+        self._comparison = self.source("time", "velocity")
         self._sticks = self.source("start", "end", "colour")
         strip = VStrip(x0="start", x1="end", fill_color="colour", fill_alpha=0.32, line_color=None)
         drawn.add_glyph(self._sticks, strip)
         drawn.add_glyph(ColumnDataSource({"y": [0.0]}), HSpan(y="y", line_color=chart.FRAME))
-        self.line(self._ghost, "time", "velocity", GHOST)
+        self.line(self._comparison, "time", "velocity", COMPARISON)
         line = self.line(self.motion, "time", "velocity", style.MOTION, 1.4)
         self.cursor(CURSOR, VSpan(x="x", line_color=chart.INK, line_alpha=0.45))
         self.hover(
@@ -147,7 +147,7 @@ class HistoryChart(MotionChart):
         code = "pointed.setv({data: {x: [cb_obj.x]}}, {sync: false})"
         drawn.js_on_event(Tap, CustomJS(args={"pointed": pointed}, code=code))
 
-    def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
+    def show(self, motion: MotionFigures, comparison: MotionFigures | None = None) -> None:
         """Show a motion, and another motion behind it."""
         data = motion.history
         if not data.time.size:
@@ -161,15 +161,15 @@ class HistoryChart(MotionChart):
         sticks = data.visible_sticks
         colours = [_STICKS[int(side)] for side in sticks.side]
         chart.update_source(self._sticks, start=sticks.start, end=sticks.end, colour=colours)
-        self.show_ghost(self._ghost, ghost, "time")
+        self.show_comparison(self._comparison, comparison, "time")
         first, last = data.time[data.bounded][[0, -1]]
         chart.set_range(self.figure.x_range, float(first), float(last))
-        chart.set_range(self.figure.y_range, *_velocity_limits(motion, ghost))
+        chart.set_range(self.figure.y_range, *_velocity_limits(motion, comparison))
         self.explain(motion.ending)
         sides = data.sticks.by_side()
         key = [("■", _STICKS[side], style.plain(style.STICKS[side][1])) for side in sides]
-        if ghost is not None:
-            key.append(("—", GHOST, "conventional brake"))
+        if comparison is not None:
+            key.append(("—", COMPARISON, "conventional brake"))
         self.key(*key)
 
 
@@ -183,11 +183,11 @@ class PhaseChart(MotionChart):
         super().__init__("Phase portrait", "angle [rad]", _VELOCITY)
         drawn = self.figure
         drawn.xaxis.ticker.desired_num_ticks = 4
-        self._orbit, self._ghost = (self.source("angle", "velocity") for _ in range(2))
+        self._orbit, self._comparison = (self.source("angle", "velocity") for _ in range(2))
         ends = "x0", "x1", "y0", "y1"
         self._sticks = self.source(*ends, "colour")
         self.add_levels("width", None, None, None)
-        self.line(self._ghost, "angle", "velocity", GHOST)
+        self.line(self._comparison, "angle", "velocity", COMPARISON)
         thick = {"line_color": "colour", "line_width": 5, "line_alpha": 0.55}
         drawn.add_glyph(self._sticks, Segment(**{one: one for one in ends}, **thick))
         # A stick is a point unless the shaft turns; a line of no length would not be drawn.
@@ -202,7 +202,7 @@ class PhaseChart(MotionChart):
         times.js_on_change("start", follow)
         times.js_on_change("end", follow)
 
-    def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
+    def show(self, motion: MotionFigures, comparison: MotionFigures | None = None) -> None:
         """Show a motion, and another motion behind it."""
         data, history = motion.phase, motion.history
         if not history.time.size:
@@ -218,8 +218,8 @@ class PhaseChart(MotionChart):
         (x0, x1), (y0, y1) = data.ends(sticks)
         colours = [_STICKS[int(side)] for side in sticks.side]
         chart.update_source(self._sticks, x0=x0, x1=x1, y0=y0, y1=y1, colour=colours)
-        self.show_ghost(self._ghost, ghost, "angle")
-        limits = _velocity_limits(motion, ghost)
+        self.show_comparison(self._comparison, comparison, "angle")
+        limits = _velocity_limits(motion, comparison)
         reach = data.reaching(*limits)
         low, high = limits if reach == limits else round_limits(*reach)
         chart.set_range(self.figure.y_range, low, high)
@@ -228,8 +228,12 @@ class PhaseChart(MotionChart):
         colours = list(dict.fromkeys(level.colour for level in seen))
         self.key(*((words[one][0], one, words[one][1]) for one in colours))
         across = data.angle_extent
-        if ghost is not None and ghost.history.time.size and not ghost.history.diverged:
-            across = extent(np.array([across, ghost.phase.angle_extent]))
+        if (
+            comparison is not None
+            and comparison.history.time.size
+            and not comparison.history.diverged
+        ):
+            across = extent(np.array([across, comparison.phase.angle_extent]))
         chart.set_range(self.figure.x_range, *about(*across))
         self.explain("")
 
@@ -240,12 +244,12 @@ class SectionChart(MotionChart):
     def __init__(self) -> None:
         super().__init__("Poincaré section", "angle [rad]", _VELOCITY)
         self.figure.xaxis.ticker.desired_num_ticks = 4
-        self._points, self._ghost = (self.source("angle", "velocity") for _ in range(2))
-        for source, colour in ((self._ghost, GHOST), (self._points, style.MOTION)):
+        self._points, self._comparison = (self.source("angle", "velocity") for _ in range(2))
+        for source, colour in ((self._comparison, COMPARISON), (self._points, style.MOTION)):
             dots = Scatter(x="angle", y="velocity", size=4, fill_color=colour, line_color=None)
             self.figure.add_glyph(source, dots)
 
-    def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
+    def show(self, motion: MotionFigures, comparison: MotionFigures | None = None) -> None:
         """Show the section of a motion, and that of another motion behind it."""
         data = motion.section
         if not motion.completed or not data.angle.size:
@@ -253,12 +257,12 @@ class SectionChart(MotionChart):
             return
         chart.update_source(self._points, angle=data.angle, velocity=data.velocity)
         shown = [data]
-        if ghost is None:
-            chart.clear_source(self._ghost)
+        if comparison is None:
+            chart.clear_source(self._comparison)
         else:
-            shown.append(ghost.section)
-            behind = ghost.section
-            chart.update_source(self._ghost, angle=behind.angle, velocity=behind.velocity)
+            shown.append(comparison.section)
+            behind = comparison.section
+            chart.update_source(self._comparison, angle=behind.angle, velocity=behind.velocity)
         across, up = extent(*(s.angle for s in shown)), extent(*(s.velocity for s in shown))
         chart.set_range(self.figure.x_range, *round_limits(*across, data.least[0]))
         chart.set_range(self.figure.y_range, *round_limits(*up, data.least[1]))
@@ -273,14 +277,14 @@ class SpectrumChart(MotionChart):
     def __init__(self) -> None:
         scale = {"y_axis_type": "log", "y_range": Range1d(1e-5, 1.0)}
         super().__init__("Spectrum", "frequency [Hz]", "amplitude [rad/s]", "x", **scale)
-        self._lines, self._ghost = (self.source("frequency", "amplitude") for _ in range(2))
+        self._lines, self._comparison = (self.source("frequency", "amplitude") for _ in range(2))
         self.add_levels("height", 3, 16)
-        self.line(self._ghost, "frequency", "amplitude", GHOST)
+        self.line(self._comparison, "frequency", "amplitude", COMPARISON)
         line = self.line(self._lines, "frequency", "amplitude", style.MOTION, 1.2)
         amplitude = "@amplitude{0.000e+0} rad/s"
         self.hover(line, ("frequency", "@frequency{0.00} Hz"), ("amplitude", amplitude))
 
-    def show(self, motion: MotionFigures, ghost: MotionFigures | None = None) -> None:
+    def show(self, motion: MotionFigures, comparison: MotionFigures | None = None) -> None:
         """Show the spectrum of a motion, and that of another motion behind it."""
         data = motion.spectrum
         if not motion.completed:
@@ -292,23 +296,23 @@ class SpectrumChart(MotionChart):
         if data.top == 0.0:
             self.say("No motion, hence no spectrum.")
             return
-        top = max(data.top, ghost.spectrum.top) if ghost is not None else data.top
+        top = max(data.top, comparison.spectrum.top) if comparison is not None else data.top
         # Rounded to half decades, so that limits seldom change.
         floor = 10.0 ** (math.floor(2.0 * math.log10(top)) / 2.0 - _DECADES)
         ceiling = 10.0 ** (math.ceil(2.0 * math.log10(1.3 * top)) / 2.0)
         _update(self._lines, data, floor)
-        _update(self._ghost, ghost.spectrum if ghost is not None else None, floor)
+        _update(self._comparison, comparison.spectrum if comparison is not None else None, floor)
         chart.set_range(self.figure.x_range, 0.0, float(data.frequency[-1]))
         chart.set_range(self.figure.y_range, floor, ceiling)
         self.show_levels(data.levels, 5e-324, math.inf)
         self.explain("")
 
 
-def _velocity_limits(motion: MotionFigures, ghost: MotionFigures | None) -> Limits:
+def _velocity_limits(motion: MotionFigures, comparison: MotionFigures | None) -> Limits:
     """Limits of velocity [rad/s] that history and phase portrait share."""
     limits = motion.history.velocity_extent
-    if ghost is not None and ghost.history.time.size and not ghost.history.diverged:
-        limits = extent(np.array([limits, ghost.history.velocity_extent]))
+    if comparison is not None and comparison.history.time.size and not comparison.history.diverged:
+        limits = extent(np.array([limits, comparison.history.velocity_extent]))
     return about(*limits, motion.phase.drive_speed)
 
 

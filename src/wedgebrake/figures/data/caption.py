@@ -1,4 +1,4 @@
-"""Captions of pictures: the machine with its groups, the method, the run settings."""
+"""Captions of pictures: the system with its groups, the method, the run settings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _FOLLOWED = {"orbits": "periodic orbits", "boundary": "a bifurcation"}
 
 
 def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
-    """Sentences about a result: the machine with its groups; method and run settings.
+    """Sentences about a result: the system with its groups; method and run settings.
 
     names : the swept parameters
     """
@@ -39,7 +39,7 @@ def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
 
 
 def of_response(dataset: xr.Dataset) -> list[str]:
-    """Sentences about one response: the machine with its groups; method and initial state."""
+    """Sentences about one response: the system with its groups; method and initial state."""
     initial = _stated(dataset, "options").get("initial")
     start = "" if not isinstance(initial, list) else ", from " + _state(initial)
     solved = method_words(str(dataset.attrs.get("method", "")))
@@ -47,7 +47,7 @@ def of_response(dataset: xr.Dataset) -> list[str]:
 
 
 def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
-    """The machine of a map of linear stability, with the groups that it depends on."""
+    """The system of a map of linear stability, with the groups that it depends on."""
     groups = _stated(dataset, "groups")
     numbers = equations({name: groups.get(name) for name in LINEAR if name not in names})
     return ": ".join(filter(None, (machine(_stated(dataset, "system")), numbers)))
@@ -118,7 +118,7 @@ def _equation(name: str, value: float, unit: str = "1") -> str:
 
 
 def _numbers(dataset: xr.Dataset, names: Sequence[str] = (), chosen: Sequence[str] = ()) -> str:
-    """The machine with the groups that no swept parameter changes, and the fixed values."""
+    """The system with the groups that no swept parameter changes, and the fixed values."""
     changed = {_parameter(name) for name in (*names, *chosen)}
     stated = _stated(dataset, "groups").items()
     groups = {key: value for key, value in stated if not changed & _DEPENDS.get(key, {key})}

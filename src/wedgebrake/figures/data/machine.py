@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.errors import InputError
+from wedgebrake.analysis.datasets import check_machine_response
 from wedgebrake.figures import style
 from wedgebrake.model.validation import check_number
 
@@ -93,11 +94,7 @@ class MachineHistory:
 
         Raises ``InputError`` for other datasets and for times outside the response.
         """
-        if "stick_contact" not in getattr(response, "data_vars", {}):
-            raise InputError(
-                f"response = {type(response).__name__}: must be the response of a machine. Use the"
-                " result of wb.simulate(machine, ...)."
-            )
+        check_machine_response(response)
         begin, end = _window(response, start, stop)
         time = response["time"].to_numpy()
         shown = (time >= begin) & (time <= end)
@@ -122,20 +119,32 @@ def _window(response: xr.Dataset, start: float | None, stop: float | None) -> tu
 
 def _panels(response: xr.Dataset) -> list[Panel]:
     """The panels, without those of parts that the machine does not have."""
-    found = []
+    found, acting = [], _torques(response)
     for variable, kind, label, height, legend in _PANELS:
-        names = response[kind].to_numpy()
+        names = [str(name) for name in response[kind].to_numpy()]
         values = response[variable].to_numpy()
         colours, dashes = looks(len(names), contacts=kind == "contact")
         curves = tuple(
-            Curve(str(name), values[:, i], colours[i], dashes[i])
+            Curve(
+                acting.get(name, name) if variable == "torque" else name,
+                values[:, i], colours[i], dashes[i],
+            )
             for i, name in enumerate(names)
             # Inertias without an external torque are not listed.
             if variable != "torque" or np.any(values[:, i] != 0.0)
-        )
+        )  # fmt: skip
         if curves:
             found.append(Panel(variable, label, height, legend, curves))
     return found
+
+
+def _torques(response: xr.Dataset) -> dict[str, str]:
+    """The external torques on each inertia: their names."""
+    tables = json.loads(response.attrs.get("system", "{}")).get("torque", [])
+    found: dict[str, list[str]] = {}
+    for one in tables:
+        found.setdefault(one["on"], []).append(one["name"])
+    return {inertia: " + ".join(names) for inertia, names in found.items()}
 
 
 def _rests(response: xr.Dataset, begin: float, end: float) -> list[Rests]:

@@ -77,6 +77,7 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
 
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
+    from wedgebrake.analysis.datasets import is_of_machine
     from wedgebrake.analysis.linear_stability import MachineStability
     from wedgebrake.figures.data.axes import swept_parameters
     from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
@@ -100,7 +101,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
             f" two parameters. Choose values of the others, for example"
             f" dataset.isel({swept[-1]}=0)."
         )
-    if "stick_contact" in names:
+    if is_of_machine(dataset):
         return machine.history, (dataset,)
     if "stick_start" in names and "time" in dataset.coords:
         return motion.overview, (_system(dataset), dataset)

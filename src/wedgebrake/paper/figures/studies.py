@@ -41,7 +41,7 @@ def identification(rows: Sequence[Row]) -> Figure:
         axes.set_xlim(-0.6, len(names) - 0.4)
         axes.set_ylim(len(rows) - 0.4, -0.6)
         right = axes.secondary_yaxis("right")
-        right.set_yticks(places, [f"{row.held} of {row.told}" for row in rows])
+        right.set_yticks(places, [f"{row.held} of {row.decided}" for row in rows])
         right.tick_params(length=0, labelsize=6.0)
         for side in (*axes.spines.values(), *right.spines.values()):
             side.set_visible(False)

@@ -119,7 +119,7 @@ def _number(figure: str) -> str:
 
 
 def compared(finding: Finding) -> Iterator[tuple[Part | None, Part | None]]:
-    """Each part as judged and as printed, paired by what it says; None where there is none."""
+    """Each part as evaluated and as printed, paired by what it says; None where there is none."""
     rest = list(finding.printed)
     for part in finding.parts:
         twin = next((one for one in rest if one.says == part.says), None)

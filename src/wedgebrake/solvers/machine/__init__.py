@@ -7,7 +7,7 @@ trajectory       the loop: cell, first event, log
 cells            Taylor series, and the first zero of a condition, which is never passed
 modes            the linear system and the conditions of a mode
 events           what changes at an event; complementarity: which contacts hold
-least_torques    torques of contacts that depend on each other
+least_torques    torques of contacts that depend on each other; shares: as a response has them
 rest             the proof that contacts stay at rest
 passage          a run that is continued from return to return; watch: what is recorded of it
 follow           the same cell by cell; section: returns; variation: derivative of the flow

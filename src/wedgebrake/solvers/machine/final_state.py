@@ -5,16 +5,18 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.validation import check_instance, shown
+from wedgebrake.model.validation import check_instance, shown, wrong
 from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 if TYPE_CHECKING:
     import xarray as xr
 
+# What ``from_json`` takes.
+_JSON = "the text that FinalState.to_json() returned"
 _MODE = ("side", "line", "limit", "clamp", "fresh")
 
 
@@ -43,6 +45,21 @@ class FinalState:
         """The state as JSON, without loss of digits."""
         return json.dumps(dataclasses.asdict(self))
 
+    @classmethod
+    def from_json(cls, text: str) -> FinalState:
+        """The state that ``to_json`` gave as a text.
+
+        Raises ``InputError`` for any other text.
+        """
+        try:
+            given = json.loads(check_instance("text", text, str, _JSON))
+            nested = {name: tuple(map(tuple, given[name])) for name in ("held", "sampled", "modes")}
+            return cls(**{**given, "actuators": tuple(given["actuators"]), **nested})
+        except (KeyError, TypeError, ValueError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise wrong("text", text, _JSON) from None
+
 
 def final_state(response: xr.Dataset) -> FinalState:
     """Return the state in which a simulated machine ended.
@@ -63,13 +80,7 @@ def final_state(response: xr.Dataset) -> FinalState:
             "response: contains no final state. Use the response of a machine; that of a"
             " BrakedDriveline has final_angle, final_velocity and final_time in its attributes."
         )
-    return parse_state(json.loads(text))
-
-
-def parse_state(given: dict[str, Any]) -> FinalState:
-    """A state from the contents of its JSON."""
-    nested = {name: tuple(map(tuple, given[name])) for name in ("held", "sampled", "modes")}
-    return FinalState(**{**given, "actuators": tuple(given["actuators"]), **nested})
+    return FinalState.from_json(text)
 
 
 def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:

@@ -14,6 +14,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals import as_signal
+from wedgebrake.solvers.machine.shares import least_shares
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 from wedgebrake.solvers.machine.sticks import stick_rows
 from wedgebrake.solvers.solution import FLAGS
@@ -84,6 +85,8 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
     for one in machine.torques:
         torque[:, machine.index(one.on)] += one.signal(times)
     sticking = observer.side[:reached] == 0
+    force = observer.force[:reached]
+    held = least_shares(machine, observer.torque[:reached], force, sticking)
     sliding = np.zeros((reached, len(machine.contacts)))
     for j, contact in enumerate(machine.contacts):
         if contact.b == GROUND:
@@ -98,9 +101,9 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
         "torque": (by_inertia, torque, "N m", "external torque"),
         "shaft_torque": (("time", "shaft"), shaft_torque, "N m", "torque of the shaft against a"),
         "brake_torque": (
-            by_contact, 0.0 - observer.torque[:reached], "N m", "torque of the contact against a",
+            by_contact, 0.0 - held, "N m", "torque of the contact against a",
         ),
-        "actuation_force": (by_contact, observer.force[:reached], "N", "actuation force"),
+        "actuation_force": (by_contact, force, "N", "actuation force"),
         "sliding_velocity": (by_contact, sliding, "rad/s", "sliding speed"),
         "sticking": (by_contact, sticking.astype(np.int8), "1", "at rest"),
     }  # fmt: skip

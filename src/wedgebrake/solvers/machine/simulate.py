@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -13,7 +12,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import check_choice, check_instance, check_number, check_whole
 from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.solvers.machine.final_state import FinalState, parse_state
+from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.times import wanted_times
 
 if TYPE_CHECKING:
@@ -85,6 +84,6 @@ def task_of(response: xr.Dataset) -> MachineTask:
     from wedgebrake.solvers.machine.solve import MachineTask
 
     text = response.attrs.get("initial_state")
-    initial = None if text is None else parse_state(json.loads(text))
+    initial = None if text is None else FinalState.from_json(text)
     start, end = response.attrs["start_time"], response.attrs["final_time"]
     return MachineTask(start, end, np.empty(0), initial, False, _MOST_EVENTS)

@@ -1,7 +1,7 @@
 """The widgets of the page, one part per file; they show given values and report changes.
 
 header          presets, files, friction law, comparison, activity, help
-parameters      sliders, inputs and choices of the machine and its run
+parameters      sliders, inputs and choices of the system and its run
 verdict_strip   the verdict in words and colour
 brake_animation the brake in motion, drawn by the only script of the page
 plot_tabs       plots over parameters, their ranges and legend

@@ -14,7 +14,7 @@ from wedgebrake.explorer.ui.widgets.controls import style_sheet
 
 
 class BrakeAnimation(JSComponent):
-    """The machine at one instant of its motion.
+    """The system at one instant of its motion.
 
     Samples of the motion, of the actuation force and of the torques come from the source
     "motion" of the time history, in the browser; ``state`` holds the other inputs of the drawing.

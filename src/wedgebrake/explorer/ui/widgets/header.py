@@ -115,7 +115,7 @@ class Header:
         update(
             self._comparison, value=state.view.comparison and not conventional,
             disabled=conventional, hint="The brake is the conventional one." if conventional
-            else "Show the same machine with a conventional brake of the same radius.",
+            else "Show the same system with a conventional brake of the same radius.",
         )  # fmt: skip
 
     def choose(self, name: str) -> None:

@@ -1,4 +1,4 @@
-"""The parameters of the machine and its run: a slider and an input for each number."""
+"""The parameters of the system and its run: a slider and an input for each number."""
 
 from __future__ import annotations
 
