@@ -21,7 +21,6 @@ from wedgebrake.analysis.evaluate_point import report, report_sums
 from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.analysis.sticking import sticks
-from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.system import BrakedDriveline

@@ -119,7 +119,10 @@ def arrays_for(settings, rows):
     transient = settings.limit if settings.transient < 0 else settings.transient
     longest = transient + settings.recorded + LONGEST + 1
     return Arrays(
-        np.empty(rows, SEGMENT), np.empty((longest, 2)), np.empty(longest), np.empty(2, SUMS),
+        np.empty(rows, SEGMENT),
+        np.empty((longest, 2)),
+        np.empty(longest),
+        np.empty(2, SUMS),
         np.ones(2),
     )
 
@@ -295,7 +298,11 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     begin = state.period
     while outcome == Outcome.COMPLETED:
         begin = state.period
-        last = begin + settings.recorded if recording else next_window(begin, settings.limit, FIRST_WINDOW)
+        last = (
+            begin + settings.recorded
+            if recording
+            else next_window(begin, settings.limit, FIRST_WINDOW)
+        )
         deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
         there = _advance(
             problem, state, last, max_events - result.events, arrays, sums, deviation,

@@ -293,12 +293,16 @@ def from_machine(machine: Machine, result: MachineResult) -> Motion:
     found = result.contacts
     contacts = tuple(
         ContactMotion(
-            one.name, StickClass(found.stick_class[i]).word, *map(float, found.sticks[i]),
-            float(found.stick_share[i]), float(found.peak_torque[i]),
-            float(found.friction_power[i]),
+            name=one.name,
+            stick_class=StickClass(found.stick_class[i]).word,
+            sticks_forward=float(found.sticks[i, 0]),
+            sticks_backward=float(found.sticks[i, 1]),
+            stick_share=float(found.stick_share[i]),
+            peak_torque=float(found.peak_torque[i]),
+            friction_power=float(found.friction_power[i]),
         )
         for i, one in enumerate(machine.contacts)
-    )  # fmt: skip
+    )
     sticks = found.sticks.sum(axis=0)
     return Motion(
         kind=result.motion.word,

@@ -99,7 +99,8 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
     motion, order, size = flat["motion"], flat["order"], flat["size"]
     states = [loaded[name].to_numpy() for name in ("angle", "velocity")]
     # Of a machine also over its inertias.
-    angle, velocity = (one.reshape(motion.size, loaded.sizes[_returns(loaded)], -1) for one in states)
+    record = loaded.sizes[_returns(loaded)]
+    angle, velocity = (one.reshape(motion.size, record, -1) for one in states)
     numbers = np.full(motion.size, _CODES["undecided"], dtype=np.int32)
     numbers[motion == MotionClass.DIVERGED] = _CODES["diverged"]
     numbers[motion == MotionClass.SELF_LOCKED] = _CODES["self_locked"]

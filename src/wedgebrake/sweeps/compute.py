@@ -126,7 +126,8 @@ class Chunk:
     """
 
     def __init__(self, plan: Plan, parts: Parts, where: Mapping[str, slice]) -> None:
-        self._plan = plan
+        assert isinstance(plan.system, BrakedDriveline)  # noqa: S101 - machines have other chunks
+        self._plan, self._base = plan, plan.system
         self._sizes = {dim: one.stop - one.start for dim, one in where.items()}
         count = math.prod(self._sizes.values())
         places = dict(zip(where, np.indices(tuple(self._sizes.values())), strict=True))
@@ -197,7 +198,7 @@ class Chunk:
         kept = numbers if plan.keep_points else numbers[:0]
         record = self._record[kept]
         kernel.run(
-            brake_law(plan.system.brake)[0],
+            brake_law(self._base.brake)[0],
             self._tables,
             self._choices[numbers],
             self._states[numbers],
@@ -243,7 +244,7 @@ class Chunk:
             if axis.name not in INITIAL
         }
         try:
-            return self._plan.system.replace(**changes)
+            return self._base.replace(**changes)
         except InputError:
             return None
 

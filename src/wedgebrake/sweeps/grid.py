@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import INITIAL, MOST_VALUES, refuse_doubled, sweepable
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
@@ -123,7 +124,7 @@ def batches(sizes: Mapping[str, int], follow: str | None, most: int) -> list[NDA
     return [*up, *down[:, ::-1]]
 
 
-def make_axes(system: BrakedDriveline, given: dict[str, Any]) -> tuple[Axis, ...]:
+def make_axes(system: BrakedDriveline | Machine, given: dict[str, Any]) -> tuple[Axis, ...]:
     """Return the axes of a sweep, in the order given.
 
     Raises ``InputError`` for an unknown name, values that are not finite numbers, a group
@@ -141,7 +142,7 @@ def make_axes(system: BrakedDriveline, given: dict[str, Any]) -> tuple[Axis, ...
     return axes
 
 
-def _axis(system: BrakedDriveline, name: str, given: ArrayLike) -> Axis:
+def _axis(system: BrakedDriveline | Machine, name: str, given: ArrayLike) -> Axis:
     allowed = sweepable(system)
     if name not in allowed:
         raise InputError(f"{name}: cannot be swept. {nearest(name, allowed)}")
@@ -149,7 +150,7 @@ def _axis(system: BrakedDriveline, name: str, given: ArrayLike) -> Axis:
     if name in INITIAL and np.max(np.abs(values)) > 1e12:
         raise InputError(f"{name}: must lie in [-1e12, 1e12].")
     dim = name
-    if name in VARIABLES:
+    if isinstance(system, BrakedDriveline) and name in VARIABLES:
         dim = f"{system.owner(name)}_{name}"
     return Axis(name, dim, values, *allowed[name])
 
@@ -178,7 +179,7 @@ def _numbers(name: str, given: ArrayLike) -> FloatArray:
     return values
 
 
-def _check_valid(system: BrakedDriveline, axes: tuple[Axis, ...]) -> None:
+def _check_valid(system: BrakedDriveline | Machine, axes: tuple[Axis, ...]) -> None:
     """Raise an error for an axis of which no value is valid; single invalid points are allowed.
 
     A value that is not valid alone may be valid together with those of other axes.
@@ -204,7 +205,7 @@ def _sample(axis: Axis) -> list[float]:
     return [float(one) for one in (values[0], values[-1], *inner)]
 
 
-def _first_error(system: BrakedDriveline, trials: Any) -> InputError | None:
+def _first_error(system: BrakedDriveline | Machine, trials: Any) -> InputError | None:
     """Return the first error if no trial is valid, else None."""
     first: InputError | None = None
     for changes in trials:

@@ -2,8 +2,8 @@
 
 ``results`` has the dimensions "column" and those of the points. A chunk holds all columns of its
 points in one file with a checksum (CRC-32C), so that it is either complete or missing. A variable
-is one column, a variable with several values at a point one column for each of them. Whole numbers are
-exact in double precision. The attributes of the group contain all that is needed to present the
+is one column, a variable with several values at a point one column for each of them. Whole numbers
+are exact in double precision. The attributes of the group contain all that is needed to present the
 columns as the Dataset of the sweep, which the xarray engine "wedgebrake" does.
 """
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from wedgebrake.analysis.motion import is_solved_as_machine, returns_of
-from wedgebrake.analysis.run_settings import LIMIT, TRANSIENT, protocol
+from wedgebrake.analysis.run_settings import AUTO, LIMIT, TRANSIENT, protocol
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
@@ -226,13 +226,14 @@ def make_plan(
     """Return the definition of a sweep after validation of its arguments."""
     from wedgebrake.sweeps.plan import Plan
 
-    as_machine = isinstance(system, Machine) or is_solved_as_machine(system, method)
-    chosen = "exact" if as_machine else choose_method(system, method)
-    if transient is None:
-        transient = "auto" if as_machine else TRANSIENT
-    if as_machine:
+    if isinstance(system, Machine) or is_solved_as_machine(system, method):
+        as_machine, chosen = True, "exact"
         machine = system if isinstance(system, Machine) else system.machine
         periods = returns_of(machine, periods, crossings)
+        transient = AUTO if transient is None else transient
+    else:
+        as_machine, chosen = False, choose_method(system, method)
+        transient = TRANSIENT if transient is None else transient
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
     if follow is not None and follow not in names:

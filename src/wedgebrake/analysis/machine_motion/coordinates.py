@@ -37,7 +37,7 @@ class Coordinates(NamedTuple):
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return self.to.shape[0]
+        return len(self.to)
 
 
 def coordinates(machine: Machine) -> Coordinates:

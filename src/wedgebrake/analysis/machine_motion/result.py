@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,4 +89,3 @@ class MachineResult:
     high: FloatArray = field(default_factory=lambda: np.empty(0))
     points: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     times: FloatArray = field(default_factory=lambda: np.empty(0))
-

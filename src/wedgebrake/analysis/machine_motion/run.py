@@ -179,7 +179,9 @@ class _Run:
         total, error = classify.mean_growth(np.ascontiguousarray(growth[:, 0]))
         if self.result.motion == MotionClass.UNDECIDED and total * len(growth) < -_DECAYED:
             # All deviations decay: the motion has the frequencies of the signals.
-            self.result.motion = MotionClass.QUASI_PERIODIC if total < -error else self.result.motion
+            self.result.motion = (
+                MotionClass.QUASI_PERIODIC if total < -error else self.result.motion
+            )
 
     def _record(self, window: Passage | None) -> None:
         """Set what describes the settled motion: over one orbit, or over a window."""

@@ -24,7 +24,7 @@ def sampling(machine: Machine) -> Every | None:
         return None
     if period is not None:
         return Every(period)
-    lowest = []
+    lowest: list[float] = []
     for name, signal in machine.signals().items():
         frequencies = signal.frequencies()
         if frequencies is None:

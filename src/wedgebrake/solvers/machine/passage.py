@@ -111,9 +111,15 @@ class Course:
     """
 
     def __init__(
-        self, machine: Machine, initial: FinalState | None = None, *, start: float = 0.0,
-        stop: NDArray[np.bool_] | None = None, works: bool = True, watched: FloatArray | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        machine: Machine,
+        initial: FinalState | None = None,
+        *,
+        start: float = 0.0,
+        stop: NDArray[np.bool_] | None = None,
+        works: bool = True,
+        watched: FloatArray | None = None,
+    ) -> None:
         start = start if initial is None else initial.time
         self.machine = machine
         self.assembled: Assembled = assemble(machine, start)
