@@ -11,6 +11,7 @@ rounding stay small: ``amplification`` says by how much a small change of the st
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -68,6 +69,21 @@ def random_case(seed: int) -> Case:
     """A machine of 1 to 5 inertias and 1 to 4 contacts, and a duration."""
     draw = _Draw(seed)
     return Case(seed, draw.tables(), END.get(seed, draw.duration))
+
+
+def curved_case(seed: int) -> Case:
+    """A random case whose contacts have Stribeck friction, under any actuation."""
+    case = random_case(seed)
+    rng = np.random.default_rng([20141604, seed])
+    tables = copy.deepcopy(case.tables)
+    for contact in tables["contacts"]:
+        old, width = contact["friction"], float(np.exp(rng.uniform(math.log(0.05), math.log(2.0))))
+        kinetic = old.get("kinetic", old.get("coefficients", [0.0])[0])
+        contact["friction"] = {
+            "kind": "stribeck", "kinetic": float(rng.uniform(0.6, 0.9)) * kinetic,
+            "static": old["static"], "speed": width,
+        }  # fmt: skip
+    return case._replace(tables=tables)
 
 
 class _Draw:

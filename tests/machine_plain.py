@@ -369,8 +369,16 @@ def _rows(brake: Tables, friction: Tables, actuation: Tables) -> tuple:
 def _stribeck(brake: Tables, friction: Tables) -> Callable[[int, Array], Array]:
     kinetic, peak = friction["kinetic"], friction["static"] - friction["kinetic"]
     decay = brake["radius"] / friction["speed"]
-    assert brake["kind"] == "conventional"
-    return lambda side, v: side * (kinetic + peak * np.exp(-decay * v))
+
+    def curve(side: int, v: Array) -> Array:
+        return gains(brake, side * (kinetic + peak * np.exp(-decay * v)))
+
+    return curve
+
+
+def gains(brake: Tables, m: Array) -> Array:
+    """``gain`` of many coefficients."""
+    return np.array([gain(brake, float(one)) for one in np.ravel(m)]).reshape(np.shape(m))
 
 
 def plain(given: Any, duration: float = 1e2) -> Plain:

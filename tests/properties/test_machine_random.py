@@ -16,8 +16,9 @@ import pytest
 
 import machine_plain
 import wedgebrake as wb
-from machine_cases import Case, compare_events, random_case
+from machine_cases import Case, compare_events, curved_case, random_case
 from machine_plain import Tables
+from machine_reference import Run, simulate
 
 BREAKPOINT = 5
 STATES = ("angle", "velocity", "sliding_velocity", "actuation_force")
@@ -34,6 +35,8 @@ LEFT_OUT = {*AMBIGUOUS, *SAME_MOTION, *UNKNOWN}
 FEW = tuple(seed for seed in range(60) if seed not in LEFT_OUT)
 MANY = 2000
 PACK = 50  # cases of a slow test
+# Friction as a curve: cases of the default suite, and the longest cell of their reference [s].
+CURVED, CURVE_CELL = (2, 8, 13, 24, 31), 0.004
 LIVELY = (2, 5, 8, 13, 17, 24, 29, 33, 36, 45, 51, 58)
 
 
@@ -50,9 +53,11 @@ def simulated(tables: Tables, duration: float, **more: Any) -> Any:
     return response
 
 
-def check_against_reference(case: Case, response: Any, *, with_events: bool = True) -> None:
+def check_against_reference(
+    case: Case, response: Any, *, with_events: bool = True, run: Run | None = None
+) -> None:
     """Sticks, slips, reversals and states are those of the reference."""
-    run = case.reference()
+    run = run or case.reference()
     if with_events:
         compare_events(
             run, *(response[f"event_{name}"].values for name in ("time", "contact", "kind"))
@@ -80,6 +85,28 @@ def test_reference_on_many(first: int) -> None:
         if seed not in LEFT_OUT:
             case = random_case(seed)
             check_against_reference(case, simulated(case.tables, case.duration))
+
+
+def check_curves(seed: int) -> None:
+    """Stribeck friction as a curve, under any actuation, against the reference; energy balances."""
+    case = curved_case(seed)
+    response = simulated(case.tables, case.duration, method="smooth")
+    # The reference resolves states and not torques: its cells are kept short.
+    check_against_reference(case, response, run=simulate(case.plain(), case.duration, CURVE_CELL))
+    check_energy(response)
+
+
+@pytest.mark.parametrize("seed", CURVED)
+def test_reference_with_curves(seed: int) -> None:
+    check_curves(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 200, PACK))
+def test_reference_with_curves_on_many(first: int) -> None:
+    for seed in range(first, first + PACK):
+        if seed not in LEFT_OUT:
+            check_curves(seed)
 
 
 @pytest.mark.slow
@@ -117,7 +144,10 @@ def assert_same_motion(one: Any, other: Any, tolerance: float = 1e-9) -> None:
 
 @pytest.mark.parametrize("seed", LIVELY)
 def test_energy_balances(seed: int) -> None:
-    response = response_of(seed)
+    check_energy(response_of(seed))
+
+
+def check_energy(response: Any) -> None:
     found = wb.energy(response)
     parts = ("torque_work", "base_work", "friction_heat", "viscous_loss")
     exchanged = sum(float(np.abs(found[name]).sum()) for name in parts)

@@ -1,13 +1,14 @@
 """Friction: the signed coefficient m as a function of the sliding speed v_r = R v.
 
-Two families. Set-valued laws (``CoulombFriction``, ``TabulatedFriction``) hold any torque
-in an interval at rest and are piecewise linear in motion: the exact solver's. Smooth laws
-(``SmoothedFriction``, ``CustomFriction``) are functions of the speed alone: the smooth
-solver's.
+Two families. Set-valued laws (``CoulombFriction``, ``TabulatedFriction``, ``StribeckFriction``)
+hold any torque in an interval at rest; in motion they are piecewise linear, for the exact solver,
+or a curve. Smooth laws (``SmoothedFriction``, ``CustomFriction``) are functions of the speed alone:
+the smooth solver's.
 """
 
 from __future__ import annotations
 
+import bisect
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -15,6 +16,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from wedgebrake.errors import InputError
 from wedgebrake.model.part import Chosen, parameter
 
 
@@ -42,11 +44,49 @@ class Friction(Chosen):
 
 
 class SetValuedFriction(Friction):
-    """A law that holds an interval of torque at rest."""
+    """A law that holds an interval of torque at rest.
+
+    To add one, write a class that states its parameters, ``kind``, its name in study files,
+    ``breakaway``, and the kinetic coefficient in motion, in one of two ways:
+
+    - ``nodes()``, if it is linear between some speeds: for the methods exact and smooth;
+    - ``kinetic_at(speed)``, a curve, smooth except at the speeds ``bends``: for the method smooth.
+    """
 
     def nodes(self) -> tuple[tuple[float, float], ...]:
         """(sliding speed [m/s], kinetic coefficient) where the law bends, from speed 0 on."""
-        raise NotImplementedError
+        raise InputError(
+            f"friction = {type(self).__name__}: is a curve over the sliding speed, without the"
+            " straight lines that this needs. Simulate it with method='smooth', or define nodes().",
+            name="friction", value=type(self).__name__, allowed="a law with nodes()",
+        )  # fmt: skip
+
+    def kinetic_at(self, speed: float) -> float:
+        """The kinetic coefficient at the sliding speed v >= 0 [m/s]; linear between the nodes."""
+        speeds, coefficients = zip(*self.nodes(), strict=True)
+        last = bisect.bisect_right(speeds, speed)
+        if last == len(speeds):
+            return float(coefficients[-1])
+        share = (speed - speeds[last - 1]) / (speeds[last] - speeds[last - 1])
+        rise = coefficients[last] - coefficients[last - 1]
+        return float(coefficients[last - 1] + share * rise)
+
+    @property
+    def is_curve(self) -> bool:
+        """Return True if the law defines its own ``kinetic_at``."""
+        return type(self).kinetic_at is not SetValuedFriction.kinetic_at
+
+    @property
+    def bends(self) -> tuple[float, ...]:
+        """Sliding speeds above 0 at which ``kinetic_at`` has a kink [m/s]."""
+        if self.is_curve:
+            return ()
+        return tuple(speed for speed, _ in self.nodes()[1:])
+
+    @property
+    def reference(self) -> float:
+        """The coefficient at vanishing speed [1]."""
+        return self.kinetic_at(0.0)
 
     @property
     def breakaway(self) -> float:
@@ -202,11 +242,6 @@ class TabulatedFriction(SetValuedFriction):
                 )
         _check_static(coefficients[0], self.static)
         return self
-
-    @property
-    def reference(self) -> float:
-        """The coefficient at vanishing speed [1]."""
-        return self.coefficients[0]
 
     @property
     def constant(self) -> bool:

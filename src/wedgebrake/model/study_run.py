@@ -85,10 +85,10 @@ class MachineRun(Part):
         "time of the start", symbol="t_0", unit="s", example=0.0, default=0.0, ge=0, le=1e12
     )
     method: Literal["exact", "smooth"] | None = parameter(
-        "the solver (default: by the friction laws)", unit="-", example="exact", default=None
-    )
-    rtol: float = parameter(
-        "relative tolerance of the method smooth", example=1e-9, default=1e-9, ge=1e-13, le=1e-2
+        "the solver: friction over the speed as straight lines (exact, the default) or as a curve",
+        unit="-",
+        example="exact",
+        default=None,
     )
     max_events: int = parameter(
         "most events", example=10_000_000, default=10_000_000, gt=0, le=1_000_000_000_000

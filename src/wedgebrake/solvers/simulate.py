@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 METHODS: dict[str, str] = {
     "exact": "closed forms from event to event; Coulomb or tabulated friction",
-    "smooth": "adaptive, high order; smoothed or custom friction",
+    "smooth": "adaptive, high order; smoothed or custom friction, or the curve of other laws",
     "ode14x": "the paper's fixed step; smoothed or Coulomb friction (banded)",
 }
 _MODULES = {"exact": "event_driven.solve", "smooth": "smooth.solve", "ode14x": "ode14x"}
@@ -78,20 +78,23 @@ def simulate(
         End the run of a machine as soon as all contacts are at rest and provably stay so;
         ``duration`` is then the maximum length of the run.
     method : {"exact", "smooth", "ode14x"}
-        Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws.
-        Machines, and drivelines with signals, a lag, limits or sampling, require "exact".
+        Default: "exact" for machines and for Coulomb, tabulated and Stribeck friction, "smooth" for
+        smooth laws. Friction that is set-valued at rest and varies with the speed is replaced by
+        straight lines by "exact"; "smooth" uses its curve, to rounding, with sticks and events.
+        Machines, and drivelines with signals, a lag, limits or sampling, require set-valued
+        friction.
     times : array of float
         Times at which the response is wanted [s], ascending; default 2 000 equally spaced times
         for a machine, ``samples_per_period`` in each period of the torque for a driveline.
     samples_per_period : int
         See ``times``.
     rtol : float
-        Relative tolerance of "smooth", 1e-13 to 1e-2; the absolute tolerances are rtol
-        times the system's own scales of angle and velocity.
+        Relative tolerance of "smooth" for smooth laws, 1e-13 to 1e-2; the absolute tolerances are
+        rtol times the system's own scales of angle and velocity.
     step : float
         Fixed step of "ode14x" [s].
     max_events : int
-        Limit of "exact".
+        Limit of "exact", and of "smooth" for set-valued laws.
     max_steps : int
         Limit of "smooth" and "ode14x".
 
@@ -112,12 +115,12 @@ def simulate(
         For arguments that are wrong or do not fit the friction law.
     """
     if isinstance(system, Machine):
-        _refuse_for_machines(periods, method)
+        _refuse_periods(periods)
         from wedgebrake.solvers.machine.simulate import simulate_machine
 
         return simulate_machine(
             system, duration, times=times, initial=initial, start_time=start_time, until=until,
-            max_events=max_events,
+            method=method, max_events=max_events,
         )  # fmt: skip
     if until is not None:
         raise InputError(
@@ -125,7 +128,9 @@ def simulate(
             " system.machine."
         )
     check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
-    method = choose_method(system, method)
+    # The curve of a set-valued law is for the solver of machines.
+    curved = method == "smooth" and isinstance(system.friction, SetValuedFriction)
+    method = "smooth" if curved else choose_method(system, method)
     state = (0.0, 0.0) if initial is None else initial
     task = _task(system, duration, periods, state, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)
@@ -135,12 +140,13 @@ def simulate(
         "smooth": {"rtol": rtol, "max_steps": max_steps},
         "ode14x": {"step": step, "max_steps": max_steps},
     }
-    limits = choices[method]
+    limits = choices["exact" if curved else method]
+    as_machine = {"method": method} if curved or not system.plain else {}
 
     def solve() -> Trajectory:
-        name = _MODULES[method] if system.plain else "machine.driveline"
+        name = "machine.driveline" if as_machine else _MODULES[method]
         solver = import_module(f"wedgebrake.solvers.{name}")  # and with it Numba
-        trajectory: Trajectory = solver.solve(system, task, **limits)
+        trajectory: Trajectory = solver.solve(system, task, **limits, **as_machine)
         return trajectory
 
     trajectory = interruptible(solve, stop=lambda: task.stop.fill(True))
@@ -149,15 +155,13 @@ def simulate(
     return assemble(system, trajectory, method, {**options, **limits})
 
 
-def _refuse_for_machines(periods: int | None, method: str | None) -> None:
-    """Raise ``InputError`` for arguments that do not apply to a machine."""
+def _refuse_periods(periods: int | None) -> None:
+    """Raise ``InputError`` for a number of periods, which does not apply to a machine."""
     if periods is not None:
         raise InputError(
             f"periods = {periods!r}: must be None for a machine, which may have no period. Give"
             " duration, in seconds."
         )
-    if method not in (None, "exact"):
-        raise InputError(f"method = {method!r}: must be 'exact' for a machine.")
 
 
 def choose_method(system: BrakedDriveline, method: str | None) -> str:

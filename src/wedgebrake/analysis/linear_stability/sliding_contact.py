@@ -28,6 +28,7 @@ _FLAT = 2.0**-56
 _CORNER = 1e-9
 # Relative step of the one-sided differences of a smooth law.
 _STEP = 1e-5
+_AT_REST = 1e-7  # [m/s]
 
 
 class SlidingContact(NamedTuple):
@@ -102,22 +103,24 @@ def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact
 
 def _coefficient(friction: Friction, speed: float) -> float:
     """Kinetic coefficient mu at a magnitude of the sliding speed [m/s]."""
-    if isinstance(friction, StribeckFriction):
-        return friction.kinetic_at(speed)
     if isinstance(friction, SmoothFriction):
         return friction.coefficient(speed)
     assert isinstance(friction, SetValuedFriction)  # noqa: S101 - the only other family
-    speeds, coefficients = zip(*friction.nodes(), strict=True)
-    return float(np.interp(speed, speeds, coefficients))
+    return friction.kinetic_at(speed)
 
 
 def _coefficient_slopes(friction: Friction, speed: float) -> tuple[float, ...]:
     """Slopes mu' on both sides of a sliding speed [s/m]; near rest on the upper side only."""
     if isinstance(friction, StribeckFriction):
         return ((friction.kinetic - friction.kinetic_at(speed)) / friction.speed,)
-    if isinstance(friction, SmoothFriction):
+    if isinstance(friction, SmoothFriction) or (
+        isinstance(friction, SetValuedFriction) and friction.is_curve
+    ):
+        if speed == 0.0:
+            ahead = [_coefficient(friction, way * _AT_REST) for way in (0.0, 1.0, 2.0)]
+            return ((4.0 * ahead[1] - 3.0 * ahead[0] - ahead[2]) / (2.0 * _AT_REST),)
         step = _STEP * speed
-        values = [friction.coefficient(speed + way * step) for way in (-2.0, -1.0, 0.0, 1.0, 2.0)]
+        values = [_coefficient(friction, speed + way * step) for way in (-2.0, -1.0, 0.0, 1.0, 2.0)]
         # One-sided differences of second order, so that a corner is not averaged.
         left = (3.0 * values[2] - 4.0 * values[1] + values[0]) / (2.0 * step)
         right = (4.0 * values[3] - 3.0 * values[2] - values[4]) / (2.0 * step)

@@ -4,7 +4,9 @@ simulate         wb.simulate for a machine; driveline: for a driveline with sign
 solve            a machine and a task to an answer; response: the answer as a dataset
 assemble         the numbers of a machine; problem: their description
 trajectory       the loop: cell, first event, log
+friction_lines   friction over the speed as straight lines, or as pieces of a curve
 cells            Taylor series, and the first zero of a condition, which is never passed
+curves           series of torques that are curves over the sliding speed
 modes            the linear system and the conditions of a mode
 events           what changes at an event; complementarity: which contacts hold
 least_torques    torques of contacts that depend on each other; shares: as a response has them

@@ -9,11 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.dynamics import piecewise_linear
-from wedgebrake.dynamics.piecewise_linear import LINE
 from wedgebrake.dynamics.signals import OPERATION, TABLE, Operation, Signals
 from wedgebrake.errors import InputError
-from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
@@ -21,7 +18,8 @@ from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signal_orders import Orders
 from wedgebrake.model.signal_tables import Table
 from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
-from wedgebrake.solvers.machine.problem import CONTACT, TERMS, MachineProblem
+from wedgebrake.solvers.machine.friction_lines import Line, curved_lines, lag_order, straight_lines
+from wedgebrake.solvers.machine.problem import CONTACT, LINE, TERMS, MachineProblem
 
 _MOST_CONTACTS = 12
 
@@ -126,14 +124,17 @@ class Assembled:
     torques: tuple[int, ...]
 
 
-def assemble(machine: Machine, start: float) -> Assembled:
+def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembled:
     """Return the numbers of a machine for a run that starts at a time [s].
 
-    Raises ``InputError`` for what the method "exact" cannot solve.
+    curved : with friction as a curve over the sliding speed, for the method "smooth", in place of
+             straight lines
+
+    Raises ``InputError`` for what the method cannot solve.
     """
     if len(machine.contacts) > _MOST_CONTACTS:
         raise InputError(
-            f"machine.contacts: {len(machine.contacts)} contacts, but the method 'exact' tries all"
+            f"machine.contacts: {len(machine.contacts)} contacts, but the solver tries all"
             f" patterns of sticks and slips of at most {_MOST_CONTACTS}. Use fewer contacts.",
             name="machine.contacts", value=len(machine.contacts),
             allowed=f"at most {_MOST_CONTACTS} contacts",
@@ -152,23 +153,14 @@ def assemble(machine: Machine, start: float) -> Assembled:
             load[on] += float(torque.signal(start))
         torques.append(number)
     contacts = np.zeros(count, CONTACT)
-    lines: list[tuple[float, float, float]] = []
     state = 2 * n
     for number, one in enumerate(machine.contacts):
         _contact(contacts[number], one, machine, start, programs)
-        if _lag_order(one.actuation) > 0:
+        if lag_order(one.actuation) > 0:
             contacts[number]["state"] = state
             state += int(contacts[number]["lag"])
-        found = _lines(one)
-        contacts[number]["first_line"] = len(lines)
-        contacts[number]["lines_forward"], contacts[number]["lines_backward"] = map(len, found)
-        lines += [*found[0], *found[1]]
-    inputs = len(programs.ends)
-    for row in contacts:
-        if row["base_input"] >= 0:
-            row["base_rate"], inputs = inputs, inputs + 1
-        if row["sample_time"] > 0.0:
-            row["held"], inputs = inputs, inputs + 1
+    lines = _set_lines(contacts, machine, curved)
+    inputs = _number_inputs(contacts, len(programs.ends))
     stiffness, damping = shaft_matrices(machine)
     free = np.zeros((n, state + inputs + 1))
     free[:, :n], free[:, n : 2 * n], free[:, -1] = -stiffness, -damping, load
@@ -181,8 +173,8 @@ def assemble(machine: Machine, start: float) -> Assembled:
             row[state + one["base_input"]] = -1.0
     problem = MachineProblem(
         1.0 / np.array([one.inertia for one in machine.inertias]), free, sliding, contacts,
-        np.array(lines or [(0.0, 0.0, 0.0)], LINE), programs.numbers_of(start),
-        state, max((one.rate for one in programs.numbers), default=0.0), start,
+        _numbers_of(lines), programs.numbers_of(start), state,
+        max((one.rate for one in programs.numbers), default=0.0), start,
     )  # fmt: skip
     return Assembled(problem, tuple(programs.numbers), tuple(torques))
 
@@ -204,14 +196,14 @@ def _contact(
     row["base_bound"] = as_signal(contact.base_speed).bound
     row["base_rate"] = row["held"] = -1
     row["slope"] = given.slope
-    row["lag"] = _lag_order(given)
+    row["lag"] = lag_order(given)
     row["lag_time"] = given.lag
     row["lag_frequency"] = given.frequency or 0.0
     row["lag_damping"] = given.damping_ratio or 0.0
     low, high = given.limits or (-math.inf, math.inf)
     row["lowest"] = max(low, 0.0) if given.release else low
     row["highest"] = high
-    mu = friction.nodes()[0][1]  # at vanishing speed
+    mu = friction.kinetic_at(0.0)
     for name, m in (
         ("forward", mu), ("backward", -mu),
         ("breakaway_forward", friction.breakaway), ("breakaway_backward", -friction.breakaway),
@@ -223,6 +215,31 @@ def _contact(
         row["delay"] = given.delay
 
 
+def _number_inputs(contacts: Any, inputs: int) -> int:
+    """Number the inputs of contacts that are no signals, after those that are; returns how many."""
+    for row in contacts:
+        if row["base_input"] >= 0:
+            row["base_rate"], inputs = inputs, inputs + 1
+        if row["sample_time"] > 0.0:
+            row["held"], inputs = inputs, inputs + 1
+        if row["curve"] >= 0:
+            row["curve"], inputs = inputs, inputs + 1
+    return inputs
+
+
+def _set_lines(contacts: Any, machine: Machine, curved: bool) -> list[Line]:
+    """Return the lines of all contacts, and set their numbers; ``curve`` is 0 if it has curves."""
+    lines: list[Line] = []
+    for row, one in zip(contacts, machine.contacts, strict=True):
+        bends = curved and not one.friction.constant
+        row["curve"] = 0 if bends else -1
+        found = curved_lines(one) if bends else straight_lines(one)
+        row["first_line"] = len(lines)
+        row["lines_forward"], row["lines_backward"] = map(len, found)
+        lines += [*found[0], *found[1]]
+    return lines
+
+
 def _input(value: float | Signal, start: float, programs: _Programs) -> tuple[int, float]:
     """(number of the input, 0), or (-1, value) for a signal that does not vary."""
     signal = as_signal(value)
@@ -231,43 +248,12 @@ def _input(value: float | Signal, start: float, programs: _Programs) -> tuple[in
     return -1, float(signal(start))
 
 
-def _is_constant(given: Actuation) -> bool:
-    """Return True if the command never changes."""
-    return given.slope == 0.0 and not as_signal(given.initial_force).varies
-
-
-def _lag_order(given: Actuation) -> int:
-    """Order of the lag; 0 also where the command never changes."""
-    if _is_constant(given):
-        return 0
-    return 2 if given.frequency is not None else int(given.lag > 0.0)
-
-
-def _lines(contact: Contact) -> tuple[list[tuple[float, float, float]], ...]:
-    """Lines of the torque forwards and backwards where friction depends on the speed."""
-    friction, given = contact.friction, contact.actuation
-    if friction.constant or not isinstance(friction, SetValuedFriction):
-        return [], []
-    simple = (
-        not as_signal(given.initial_force).varies
-        and given.sample_time is None
-        and given.limits is None
-    )
-    if not simple or _lag_order(given) > 0:
-        raise InputError(
-            f"{contact.name}.friction = {type(friction).__name__}: varies with the sliding speed,"
-            " so that the method 'exact' needs an actuation force that depends on this speed"
-            " alone, without lag, limits, sampling or a signal that varies. Use"
-            " CoulombFriction, or simplify the actuation."
-        )
-    nodes = np.array(friction.nodes())
-    speeds, law = nodes[:, 0] / contact.brake.radius, given.law
-    found = []
-    for side in (1.0, -1.0):
-        lines = np.zeros(len(nodes) + 1, LINE)
-        count = piecewise_linear.half(
-            contact.brake.law, contact.brake.shape(), contact.brake.radius, speeds, nodes[:, 1],
-            law, given.release_speed, side, lines,
-        )  # fmt: skip
-        found.append([(one["start"], one["offset"], one["slope"]) for one in lines[:count]])
-    return found[0], found[1]
+def _numbers_of(lines: list[Line]) -> Any:
+    """Lines as the kernels take them, of dtype ``LINE``."""
+    rows = np.zeros(max(len(lines), 1), LINE)
+    for row, line in zip(rows, lines, strict=False):
+        for name in ("start", "offset", "slope", "bends"):
+            row[name] = getattr(line, name)
+        row["degree"] = max(len(line.factors) - 1, 0)
+        row["factors"][: len(line.factors)] = line.factors
+    return rows

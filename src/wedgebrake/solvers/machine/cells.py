@@ -33,16 +33,21 @@ def terms_for(product):
 @borrowing
 def expand_states(rates, half, states, z, terms):
     """Store the Taylor coefficients of the states in z[1:terms], from z[0] and the inputs."""
-    size = z.shape[1]
     for k in range(terms - 1):
-        share = 1.0 / (k + 1.0)
-        for i in range(half):
-            z[k + 1, i] = z[k, half + i] * share
-        for i in range(half, states):
-            total = 0.0
-            for j in range(size):
-                total += rates[i, j] * z[k, j]
-            z[k + 1, i] = total * share
+        next_coefficient(rates, half, states, z, k)
+
+
+@inlined
+def next_coefficient(rates, half, states, z, k):
+    """Store the Taylor coefficients of the states in z[k + 1], from z[k]."""
+    share = 1.0 / (k + 1.0)
+    for i in range(half):
+        z[k + 1, i] = z[k, half + i] * share
+    for i in range(half, states):
+        total = 0.0
+        for j in range(z.shape[1]):
+            total += rates[i, j] * z[k, j]
+        z[k + 1, i] = total * share
 
 
 @borrowing

@@ -1,4 +1,4 @@
-"""The method "exact" for a braked driveline with signals, or an actuator with a lag or sampling.
+"""A braked driveline with signals, an actuator with a lag or sampling, or friction that is a curve.
 
 The driveline is solved as a machine with one inertia; the result has the form of other solvers.
 """
@@ -18,17 +18,18 @@ from wedgebrake.solvers.solution import Events, FloatArray, Returns, Sticks, Tas
 from wedgebrake.solvers.status import Status
 
 
-def solve(system: BrakedDriveline, task: Task, *, max_events: int) -> Trajectory:
+def solve(
+    system: BrakedDriveline, task: Task, *, max_events: int, method: str = "exact"
+) -> Trajectory:
     """Simulate a braked driveline through its machine.
 
-    Raises ``InputError`` for a run beyond a recorded signal, and for what the method "exact" cannot
-    solve.
+    Raises ``InputError`` for a run beyond a recorded signal, and for what the method cannot solve.
     """
     state = {"driveline.angle": task.angle, "driveline.speed": task.velocity}
     machine = system.machine.replace(state)
     start, end = float(task.clock.join(*task.start)), float(task.clock.join(*task.end))
     machine.check_times(start, end)
-    first = MachineTask(start, end, np.empty(0), None, False, max_events, stop=task.stop)
+    first = MachineTask(start, end, np.empty(0), None, False, max_events, method, task.stop)
     found = solve_machine(machine, first)
     end = found.final.time
     period = system.excitation.period or 0.0

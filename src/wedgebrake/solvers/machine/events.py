@@ -15,12 +15,21 @@ from wedgebrake.solvers.machine.complementarity import (
     rate,
     solve,
 )
-from wedgebrake.solvers.machine.modes import GuardKind, bit, slip_row, unlimited_force_row
+from wedgebrake.solvers.machine.curves import curve_gain
+from wedgebrake.solvers.machine.modes import (
+    GuardKind,
+    bit,
+    is_straight,
+    slip_row,
+    unlimited_force_row,
+)
 
 FLAT = 1 << 10
 """Bit of ``fresh``: slip has begun without a rate, as a holding torque has reached its limit."""
 # Relative size of a sliding speed at the start that is rounding.
 _AT_START = 1e-14
+# Relative distance from the end of a line of a speed that is there.
+_AT_LINE = 1e-9
 # Share of the speed of a base beyond which a change is a jump.
 _JUMP = 1e-9
 # Share of the change of a speed in a cell within which two contacts come to rest together.
@@ -41,7 +50,7 @@ def _limited_force(problem, number, run, side):
     contact, row = problem.contacts[number], run.spare
     unlimited_force_row(problem, number, side, row)
     force = value(row, run.z)
-    if contact.lines_forward > 0 or (contact.held >= 0 and contact.lag == 0):
+    if is_straight(contact) or (contact.held >= 0 and contact.lag == 0):
         return force, 0
     if force < contact.lowest:
         return contact.lowest, -1
@@ -67,12 +76,15 @@ def _load(problem, run, contacts):
         mode, contact = run.modes[number], problem.contacts[number]
         if np.any(contacts == number):
             continue
-        if contact.lines_forward > 0:
+        if is_straight(contact):
             slip_row(problem, number, mode, row, row)
             push = value(row, z)
         else:
             force, _ = _limited_force(problem, number, run, mode.side)
-            push = -_times(contact.forward if mode.side > 0 else contact.backward, force)
+            gain = contact.forward if mode.side > 0 else contact.backward
+            if contact.curve >= 0:
+                gain = curve_gain(problem, number, mode, value(problem.sliding[number], z))
+            push = -_times(gain, force)
         load[0, contact.a] += push
         load[1, contact.a] += abs(push)
         if contact.b >= 0:
@@ -158,11 +170,44 @@ def _set_line(problem, number, speed, mode):
     mode.line = 0
     if contact.lines_forward == 0 or mode.side == 0:
         return
-    line = 0 if speed > 0.0 else contact.lines_forward
-    last = contact.lines_forward + (0 if speed > 0.0 else contact.lines_backward)
+    line, last = _lines_of(contact, 1 if speed > 0.0 else -1)
     while line + 1 < last and problem.lines[contact.first_line + line + 1].start <= abs(speed):
         line += 1
     mode.line = line
+
+
+@internal
+def check_lines(problem, run):
+    """Set the lines of sliding contacts anew where they do not belong to their speeds.
+
+    At a restart: the lines of another table, or of another method, may be others.
+    """
+    for number in range(run.modes.size):
+        contact, mode = problem.contacts[number], run.modes[number]
+        if contact.lines_forward == 0 or mode.side == 0:
+            continue
+        speed, first = value(problem.sliding[number], run.z), contact.first_line
+        begin, end = _lines_of(contact, mode.side)
+        low, high = 0.0, math.inf
+        if begin <= mode.line < end:
+            low = problem.lines[first + mode.line].start
+            high = problem.lines[first + mode.line + 1].start if mode.line + 1 < end else math.inf
+        if not (begin <= mode.line < end and _is_about(low, high, abs(speed))):
+            _set_line(problem, number, mode.side * abs(speed), mode)
+
+
+@inlined
+def _lines_of(contact, side):
+    """First line of a direction of sliding, and the line after its last one."""
+    if side > 0:
+        return 0, contact.lines_forward
+    return contact.lines_forward, contact.lines_forward + contact.lines_backward
+
+
+@inlined
+def _is_about(low, high, speed):
+    """Return True if a speed is between two others, up to rounding."""
+    return low * (1.0 - _AT_LINE) <= speed <= high * (1.0 + _AT_LINE)
 
 
 @internal
@@ -277,19 +322,21 @@ def apply_event(problem, run, what, cell, jumped):
     cell   : whose series is in ``run.z``, but for its first terms
     jumped : the condition has jumped beyond zero
 
-    Returns True if the brake torque bends, and False if a contact may come to rest or leave it.
+    Returns True if the brake torque bends, and False if it is smooth or if a contact may come to
+    rest or leave it.
     """
     number, modes = what.contact, run.modes
     mode = modes[number]
     mode.limited = 0
     run.pending[0] = 0
     if what.kind in (GuardKind.NEXT_LINE, GuardKind.FORCE_LIMIT):
-        if what.kind == GuardKind.NEXT_LINE:
-            mode.line += what.sign
-        else:
-            mode.limit += what.sign
         mode.fresh |= bit(what.kind, -what.sign)
-        return True
+        if what.kind == GuardKind.FORCE_LIMIT:
+            mode.limit += what.sign
+            return True
+        later = mode.line + max(what.sign, 0)
+        mode.line += what.sign
+        return bool(problem.lines[problem.contacts[number].first_line + later].bends)
     for one in modes:
         one.limited = 0
     arrived = number

@@ -125,11 +125,6 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
         if contact["held"] >= 0:
             run.z[0, states + contact["held"]] = state.held[number][0]
             run.queues[number, : contact["delay"] + 1] = state.held[number][1:]
-    for mode, contact in zip(run.modes, problem.contacts, strict=True):
-        # Another table of friction may have other lines.
-        lines = contact["lines_forward"] + contact["lines_backward"]
-        if not 0 <= mode["line"] < max(lines, 1):
-            mode["line"] = contact["lines_forward"] if mode["side"] < 0 else 0
 
 
 def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:

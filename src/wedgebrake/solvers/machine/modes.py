@@ -105,6 +105,12 @@ def unlimited_force_row(problem, number, side, row):
 
 
 @inlined
+def is_straight(contact):
+    """Return True if the torque is a straight line of the sliding speed, force included."""
+    return contact.lines_forward > 0 and contact.curve < 0
+
+
+@inlined
 def _is_released(problem, contact, mode):
     """Return True on the line without torque that follows the release speed."""
     line = problem.lines[contact.first_line + mode.line]
@@ -118,7 +124,7 @@ def _force_row(problem, number, mode, row):
     if mode.limit != 0:
         row[:] = 0.0
         row[-1] = contact.lowest if mode.limit < 0 else contact.highest
-    elif mode.side != 0 and contact.lines_forward > 0 and _is_released(problem, contact, mode):
+    elif mode.side != 0 and is_straight(contact) and _is_released(problem, contact, mode):
         row[:] = 0.0
     else:
         unlimited_force_row(problem, number, mode.side, row)
@@ -135,6 +141,13 @@ def _scaled(target, factor, row):
 def slip_row(problem, number, mode, force, row):
     """Set a row to the torque of a sliding contact on its first inertia."""
     contact, side = problem.contacts[number], mode.side
+    if contact.curve >= 0:
+        locked = math.isinf(problem.lines[contact.first_line + mode.line].factors[0])
+        row[:] = 0.0
+        row[problem.states + contact.curve] = 1.0
+        if locked:
+            _scaled(row, -side * math.inf, force)
+        return
     if contact.lines_forward > 0:
         one = problem.lines[contact.first_line + mode.line]
         for i in range(row.size):
@@ -334,7 +347,7 @@ def _guards(problem, run, work, slot):
         elif mode.clamp == 0:
             torque = systems.contact[slot, number]
             count = _holding_guards(work, number, torque, rows, what, count)
-        if contact.lines_forward == 0 and (contact.held < 0 or contact.lag > 0):
+        if not is_straight(contact) and (contact.held < 0 or contact.lag > 0):
             count = _force_guards(problem, number, mode, run.spare, rows, what, count)
     return count
 

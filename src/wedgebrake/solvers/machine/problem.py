@@ -27,14 +27,45 @@ TERMS = 28
 # forward, backward, breakaway_forward, breakaway_backward : R g(m), at +-mu_k and +-mu_s
 # lines_forward, lines_backward : numbers of lines of the torque over the sliding speed, from
 #                   ``first_line`` on, where friction depends on the speed; otherwise 0
+# curve           : input that is its torque, where these lines are curves; -1: they are straight
 # held            : input that is the force a digital controller has set, -1: there is none
 # sample_time, resolution, delay : of the controller
 CONTACT = record(
     "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest"
     " forward backward breakaway_forward breakaway_backward sample_time resolution",
-    whole="a b force base_input base_rate lag state first_line lines_forward lines_backward held"
-    " delay",
+    whole="a b force base_input base_rate lag state first_line lines_forward lines_backward curve"
+    " held delay",
 )
+
+MOST_DEGREE = 12
+"""Largest degree of a curved line."""
+
+# A line of the torque of a contact over its sliding speed, from |v| = start on, with
+# s = offset + slope |v|. A straight line: s is the torque. A curved one: the torque is the force
+# times a polynomial of s, of this degree and with these factors. bends: whether the torque bends at
+# the start of the line.
+LINE = record(
+    "start offset slope", whole="degree",
+    fields=[("bends", np.bool_), ("factors", np.float64, (MOST_DEGREE + 1,))],
+)  # fmt: skip
+
+# Series of a contact with curved lines that slides, with the torque T = -P(s) F on its first
+# inertia. One record, as every array is passed to every kernel.
+#
+# contact  : its number
+# about    : P about the value of s at the beginning of the cell
+# argument : s, without that value
+# stages   : (TERMS, MOST_DEGREE + 1) stages of Horner's rule; the first is P
+# force    : F
+# by_speed, by_force : dT/dv and dT/dF, if ``curves.differentiate`` is called
+CURVE = record(
+    whole="contact",
+    fields=[
+        ("about", np.float64, (MOST_DEGREE + 1,)), ("argument", np.float64, (TERMS,)),
+        ("stages", np.float64, (TERMS, MOST_DEGREE + 1)), ("force", np.float64, (TERMS,)),
+        ("by_speed", np.float64, (TERMS,)), ("by_force", np.float64, (TERMS,)),
+    ],
+)  # fmt: skip
 
 # Mode of a contact. side: direction of sliding, 0 in a stick; line: of the torque over the speed;
 # limit: -1 or 1 where the force is at a limit; clamp: -1 or 1 where a stick has its largest torque,
@@ -58,7 +89,7 @@ class MachineProblem(NamedTuple):
     torque      : (n, z) rows of the torques on the inertias without the contacts
     sliding     : (m, z) rows of the sliding speeds of the contacts
     contacts    : of dtype ``CONTACT``
-    lines       : of dtype ``piecewise_linear.LINE``, of all contacts
+    lines       : of dtype ``LINE``, of all contacts
     signals     : the first inputs
     states      : number of states
     frequency   : largest angular frequency of the signals [rad/s]
@@ -109,6 +140,7 @@ class Run(NamedTuple):
     pending : (1,) number of them; -1 where the modes have not changed
     guard   : (TERMS,) series of a guard
     spare   : (z,) workspace for a row
+    curves  : of dtype ``CURVE``, of the contacts with curved lines
     """
 
     clock: Any
@@ -120,6 +152,7 @@ class Run(NamedTuple):
     pending: Any
     guard: Any
     spare: Any
+    curves: Any
 
 
 _SLOTS = 64
@@ -136,8 +169,10 @@ def run_of(problem: MachineProblem) -> Run:
         np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),
         np.zeros((_SLOTS, most), GUARD),
     )  # fmt: skip
+    curves = np.zeros(np.count_nonzero(problem.contacts["curve"] >= 0), CURVE)
+    curves["contact"] = np.flatnonzero(problem.contacts["curve"] >= 0)
     return Run(
         np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems,
         np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
-        np.zeros(TERMS), np.zeros(width),
+        np.zeros(TERMS), np.zeros(width), curves,
     )  # fmt: skip

@@ -56,7 +56,7 @@ def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Da
     status = Status.of(answer.outcome)
     found.attrs = {
         "wedgebrake_version": __version__,
-        "method": "exact",
+        "method": task.method,
         "system": json.dumps(machine.as_dict()),
         "status": status.value,
         "message": _message(answer, status),

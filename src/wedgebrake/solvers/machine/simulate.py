@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 
+METHODS = ("exact", "smooth")
 _SAMPLES = 2000
 _LONGEST = 1e12
 _MOST_EVENTS = 10**12
@@ -33,6 +34,7 @@ def simulate_machine(
     initial: tuple[float, float] | FinalState | None,
     start_time: float,
     until: str | None,
+    method: str | None,
     max_events: int,
 ) -> xr.Dataset:
     """The response of a machine; see ``wb.simulate``."""
@@ -45,6 +47,7 @@ def simulate_machine(
     check_number("start_time", start_time, -_LONGEST, _LONGEST)
     if until is not None:
         check_choice("until", until, ["rest"])
+    method = "exact" if method is None else check_choice("method", method, METHODS)
     if duration is None:
         raise InputError(
             "duration = None: must be a number of seconds for a machine, the maximum with"
@@ -59,7 +62,7 @@ def simulate_machine(
 
     from wedgebrake.solvers.machine.solve import MachineTask
 
-    task = MachineTask(start_time, end, wanted, state, until == "rest", max_events)
+    task = MachineTask(start_time, end, wanted, state, until == "rest", max_events, method)
     if until is not None and times is None:
         found = solved(machine, dataclasses.replace(task, times=wanted[:0])).final.time
         task = dataclasses.replace(task, times=np.linspace(start_time, found, _SAMPLES))
@@ -86,4 +89,5 @@ def task_of(response: xr.Dataset) -> MachineTask:
     text = response.attrs.get("initial_state")
     initial = None if text is None else FinalState.from_json(text)
     start, end = response.attrs["start_time"], response.attrs["final_time"]
-    return MachineTask(start, end, np.empty(0), initial, False, _MOST_EVENTS)
+    method = response.attrs["method"]
+    return MachineTask(start, end, np.empty(0), initial, False, _MOST_EVENTS, method)

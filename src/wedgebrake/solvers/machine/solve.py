@@ -1,4 +1,4 @@
-"""The method "exact" for machines: from a task to the answer."""
+"""The solver for machines: from a task to the answer."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ class MachineTask:
 
     times : (k,) times at which the response is wanted [s], ascending
     until_rest : end as soon as all contacts are permanently at rest
+    method : "exact", friction over the speed as straight lines, or "smooth", as the curve
     stop  : (1,) ends the run at its next event when another thread sets it to True
     """
 
@@ -42,6 +43,7 @@ class MachineTask:
     initial: FinalState | None
     until_rest: bool
     max_events: int
+    method: str = "exact"
     stop: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, dtype=np.bool_))
 
 
@@ -68,9 +70,9 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
 
     powers : whether to integrate the work of every part as well, in the order of ``power_rows``
 
-    Raises ``InputError`` for what the method "exact" cannot solve.
+    Raises ``InputError`` for what the method cannot solve.
     """
-    assembled = assemble(machine, task.start)
+    assembled = assemble(machine, task.start, curved=task.method == "smooth")
     problem = assembled.problem
     run = run_of(problem)
     if task.initial is None:

@@ -17,10 +17,12 @@ from wedgebrake.solvers.machine.cells import (
     terms_for,
     value,
 )
+from wedgebrake.solvers.machine.curves import CURVE_TERMS, expand_curves, slides_on_curve
 from wedgebrake.solvers.machine.events import (
     FLAT,
     Cell,
     apply_event,
+    check_lines,
     classify,
     find_arrived,
     follow_bases,
@@ -234,6 +236,8 @@ def start(problem, run, restart):
         run.pending[0] = 0
         if follow_bases(problem, run):
             classify(problem, run)
+        else:
+            check_lines(problem, run)
         return
     set_sides(problem, run)  # controllers sample the sliding speeds
     sample_controllers(problem, run, clock.time)
@@ -281,9 +285,16 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         remaining = (ahead - clock.time) - clock.rest
         longest = run.systems.longest[slot]
         h = min(longest, remaining)
+        curved = run.curves.size > 0 and slides_on_curve(run)
         terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
+        if curved:
+            terms = CURVE_TERMS
         _expand_inputs(problem, run, clock, terms)
-        expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
+        rates = run.systems.rates[slot]
+        if curved:
+            longest = h = expand_curves(problem, run, slot, terms, h)
+        else:
+            expand_states(rates, problem.inverse.size, problem.states, run.z, terms)
         tau, first = _first_event(run, slot, terms, h)
         jumped = first >= 0 and _is_beyond(run, slot, first)
         event = first, jumped

@@ -1,0 +1,176 @@
+"""Contacts whose torque is a curve over the sliding speed: Taylor series of their torques.
+
+Such a torque is T = -P(s) F on the first inertia, with the force F and a polynomial P of
+s = offset + slope |v| for each piece of the curve. T is an input of the machine, which is linear
+otherwise. As its coefficient of order k follows from those of v and F up to this order, series of
+the states and of T are computed order by order.
+"""
+
+import math
+
+from wedgebrake.dynamics.jit import borrowing, inlined
+from wedgebrake.solvers.machine.cells import next_coefficient
+
+CURVE_TERMS = 24
+"""Terms of a series in a mode in which contacts slide on curves.
+
+The work of an order grows like the number of terms, and the length of a cell for a given accuracy
+like accuracy^(1/terms): 20 to 28 terms take about the same time.
+"""
+# Size of the last terms of a series at the end of a cell, relative to its first ones. What is left
+# out is smaller: the terms fall by a factor of 5 then.
+_LAST_TERM = 1e-16
+_FIRST_TERMS = 4
+
+
+@borrowing
+def curve_gain(problem, number, mode, speed):
+    """Torque of a sliding contact over its force, against the motion: P(s)."""
+    one = problem.lines[problem.contacts[number].first_line + mode.line]
+    s = one.offset + one.slope * abs(speed)
+    total = 0.0
+    for j in range(one.degree, -1, -1):
+        total = total * s + one.factors[j]
+    return total
+
+
+@borrowing
+def slides_on_curve(run):
+    """Return True if a contact slides on a curve."""
+    slides = False
+    for curve in run.curves:
+        slides = slides or run.modes[curve.contact].side != 0
+    return slides
+
+
+@borrowing
+def expand_curves(problem, run, slot, terms, longest):
+    """Store the series of the states and of the torques on curves in z[:terms], from z[0].
+
+    Returns the length of the cell within which they are resolved, at most ``longest``.
+
+    The torques are not linear, so that no bound of the coefficients is known beforehand. The cell
+    ends where the last two terms of a speed, of a state of an actuator or of a torque are rounding
+    relative to its first terms. (An angle is resolved where its speed is.)
+    """
+    z, rates, half = run.z, run.systems.rates[slot], problem.inverse.size
+    for curve in run.curves:
+        if run.modes[curve.contact].side != 0:
+            _begin(problem, run, curve)
+    for k in range(terms):
+        for curve in run.curves:
+            if run.modes[curve.contact].side != 0:
+                _extend(problem, run, curve, run.systems.force[slot, curve.contact], terms, k)
+        if k + 1 < terms:
+            next_coefficient(rates, half, problem.states, z, k)
+    h = longest
+    for column in range(half, z.shape[1] - 1):
+        if column < problem.states or _is_torque(problem, run, column - problem.states):
+            h = min(h, _resolved(z[:, column], terms))
+    return h
+
+
+@inlined
+def _is_torque(problem, run, number):
+    """Return True if an input is the torque of a contact that slides on a curve."""
+    found = False
+    for curve in run.curves:
+        slides = run.modes[curve.contact].side != 0
+        found = found or (slides and problem.contacts[curve.contact].curve == number)
+    return found
+
+
+@borrowing
+def _begin(problem, run, curve):
+    """Expand the polynomial of a contact about its present sliding speed."""
+    mode, about = run.modes[curve.contact], curve.about
+    one = problem.lines[problem.contacts[curve.contact].first_line + mode.line]
+    row = problem.sliding[curve.contact]
+    speed = 0.0
+    for j in range(row.size):
+        speed += row[j] * run.z[0, j]
+    s = one.offset + one.slope * mode.side * speed
+    for j in range(one.degree + 1):
+        about[j] = one.factors[j]
+    for i in range(one.degree):
+        for j in range(one.degree - 1, i - 1, -1):
+            about[j] += s * about[j + 1]
+
+
+@borrowing
+def _extend(problem, run, curve, force, terms, k):
+    """Store the coefficient of order k of the torque of a contact in z, from those of z[:k + 1].
+
+    force : row of its force
+
+    Stage j of Horner's rule is about[j] + argument stage[j + 1]. It is needed to the order
+    terms - j only (of the derivative too), as the argument has no constant term.
+    """
+    z, contact, mode = run.z, problem.contacts[curve.contact], run.modes[curve.contact]
+    one, sliding = problem.lines[contact.first_line + mode.line], problem.sliding[curve.contact]
+    argument, stages, forces = curve.argument, curve.stages, curve.force
+    speed, push = 0.0, 0.0
+    for j in range(sliding.size):
+        speed += sliding[j] * z[k, j]
+        push += force[j] * z[k, j]
+    argument[k], forces[k] = one.slope * mode.side * speed, push
+    used, now = min(one.degree, terms - k + 1), stages[k]
+    for j in range(one.degree + 1):
+        now[j] = curve.about[j] if k == 0 else 0.0
+    if k == 0:
+        argument[0] = 0.0
+    for i in range(1, k + 1):
+        factor, before = argument[i], stages[k - i]
+        for j in range(used):
+            now[j] += factor * before[j + 1]
+    total = 0.0
+    for i in range(k + 1):
+        total += stages[k - i, 0] * forces[i]
+    z[k, problem.states + contact.curve] = -total
+
+
+@inlined
+def _resolved(series, terms):
+    """Time at which the last two terms of a series are rounding relative to the first ones."""
+    h = math.inf
+    for last in range(terms - 2, terms):
+        if series[last] == 0.0:
+            continue
+        small, longest = math.log(abs(series[last])) - math.log(_LAST_TERM), -math.inf
+        for k in range(_FIRST_TERMS):
+            if series[k] != 0.0:
+                longest = max(longest, (math.log(abs(series[k])) - small) / (last - k))
+        if longest > -math.inf:
+            h = min(h, math.exp(longest))
+    return h
+
+
+@borrowing
+def differentiate(problem, run, terms):
+    """Store dT/dv and dT/dF of the torques of contacts that slide on curves, after their series.
+
+    v is the row ``problem.sliding`` of a contact, F its row ``systems.force`` of the mode.
+    """
+    for curve in run.curves:
+        mode = run.modes[curve.contact]
+        if mode.side == 0:
+            continue
+        one = problem.lines[problem.contacts[curve.contact].first_line + mode.line]
+        argument, stages, forces = curve.argument, curve.stages, curve.force
+        by_speed, by_force = curve.by_speed, curve.by_force
+        # P' = sum of stage_j argument^(j - 1): as P = about_0 + argument stage_1, the derivative of
+        # Horner's rule is P' = stage_1 + argument (stage_1)', and so on, from the last stage.
+        slope, scale = by_speed, one.slope * mode.side
+        slope[:terms] = 0.0
+        for j in range(one.degree, 0, -1):
+            for k in range(terms - 1, -1, -1):
+                total = stages[k, j]
+                for i in range(1, k + 1):
+                    total += argument[i] * slope[k - i]
+                slope[k] = total
+        for k in range(terms - 1, -1, -1):
+            total = 0.0
+            for i in range(k + 1):
+                total += slope[k - i] * forces[i]
+            by_speed[k] = -scale * total
+            by_force[k] = -stages[k, 0]

@@ -1,0 +1,256 @@
+"""Lines of the torque of a contact over its sliding speed: straight ones, or pieces of its curve.
+
+A curve is the torque over the force, R g(+-mu(v)). It is divided into pieces, each a polynomial
+that differs from the curve by about rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from wedgebrake.dynamics import piecewise_linear
+from wedgebrake.errors import InputError
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.machine_parts import Contact
+from wedgebrake.model.signals import as_signal
+from wedgebrake.solvers.machine.problem import MOST_DEGREE
+
+FloatArray = NDArray[np.float64]
+
+# Largest error of a piece, relative to the curve; and of a sum, to its terms.
+_ERROR, _ROUNDING = 1e-14, 4e-16
+# Sliding speed from which the curve is constant [m/s], and the shortest piece: in m/s, and relative
+# to the speed.
+_FASTEST, _SHORTEST = 1e6, 1e-12
+# Amplification above which a brake counts as one that locks itself. The rate of a speed v that
+# falls towards locking at v_0 grows like 1/(v - v_0): its series would overflow for larger values.
+_LOCKED = 1e6
+# Ratio of the speeds at which a curve is compared with a constant, or looked at for self-locking.
+_RATIO = 1.25
+_MOST_PIECES = 20_000
+
+# Chebyshev points with both ends, so that pieces meet; the matrix from values there to coefficients
+# of powers; and points between them at which a piece is compared with the curve.
+_POINTS = -np.cos(np.pi * np.arange(MOST_DEGREE + 1) / MOST_DEGREE)
+_TO_CHEBYSHEV = np.linalg.inv(chebyshev.chebvander(_POINTS, MOST_DEGREE))
+_TO_POWERS = np.array(
+    [np.pad(chebyshev.cheb2poly(row), (0, MOST_DEGREE - k)) for k, row in
+     enumerate(np.eye(k + 1)[k] for k in range(MOST_DEGREE + 1))]
+).T  # fmt: skip
+_CHECKS = -np.cos(np.pi * (np.arange(2 * MOST_DEGREE) + 0.5) / (2 * MOST_DEGREE))
+
+
+class Line(NamedTuple):
+    """A line of the torque, as ``problem.LINE``, with the polynomial of a curved one."""
+
+    start: float
+    offset: float
+    slope: float
+    bends: bool = True
+    factors: tuple[float, ...] = ()
+
+
+def lag_order(given: Actuation) -> int:
+    """Order of the lag; 0 also where the command never changes."""
+    if given.slope == 0.0 and not as_signal(given.initial_force).varies:
+        return 0
+    return 2 if given.frequency is not None else int(given.lag > 0.0)
+
+
+def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
+    """Straight lines of the torque forwards and backwards where friction depends on the speed."""
+    friction, given = contact.friction, contact.actuation
+    if friction.constant or not isinstance(friction, SetValuedFriction):
+        return [], []
+    simple = (
+        not as_signal(given.initial_force).varies
+        and given.sample_time is None
+        and given.limits is None
+    )
+    if not simple or lag_order(given) > 0:
+        raise InputError(
+            f"{contact.name}.friction = {type(friction).__name__}: varies with the sliding speed,"
+            " so that the method 'exact' needs an actuation force that depends on this speed"
+            " alone, without lag, limits, sampling or a signal that varies. Use"
+            " method='smooth', or CoulombFriction."
+        )
+    nodes = np.array(friction.nodes())
+    speeds, law = nodes[:, 0] / contact.brake.radius, given.law
+    found = []
+    for side in (1.0, -1.0):
+        lines = np.zeros(len(nodes) + 1, piecewise_linear.LINE)
+        count = piecewise_linear.half(
+            contact.brake.law, contact.brake.shape(), contact.brake.radius, speeds, nodes[:, 1],
+            law, given.release_speed, side, lines,
+        )  # fmt: skip
+        found.append([Line(one["start"], one["offset"], one["slope"]) for one in lines[:count]])
+    return found[0], found[1]
+
+
+class _Curve:
+    """The torque over the force, against the sliding speed in m/s."""
+
+    def __init__(self, contact: Contact, friction: SetValuedFriction, side: float) -> None:
+        self.name = f"{contact.name}.friction"
+        self.brake, self.friction, self.side = contact.brake, friction, side
+        at_rest = abs(self(0.0))
+        self.size = at_rest if math.isfinite(at_rest) else 0.0
+
+    def coefficient(self, speed: float) -> float:
+        """The kinetic coefficient, checked."""
+        mu = float(self.friction.kinetic_at(speed))
+        if not 0.0 <= mu < math.inf:
+            raise InputError(
+                f"{self.name}.kinetic_at({speed:g}) = {mu!r}: must be finite and not negative. The"
+                " sign of the friction follows the direction of motion; give magnitudes.",
+                name=self.name, value=mu, allowed="a number that is not negative",
+            )  # fmt: skip
+        return mu
+
+    def __call__(self, speed: float) -> float:
+        """R g(+-mu); infinite where the brake locks itself."""
+        factor = self.brake.amplification(self.side * self.coefficient(speed))
+        return self.brake.radius * factor if abs(factor) < _LOCKED else self.side * math.inf
+
+    def values(self, speeds: FloatArray) -> FloatArray:
+        """The curve at some speeds."""
+        return np.array([self(float(one)) for one in speeds])
+
+    def room(self, speed: float, values: FloatArray) -> float:
+        """Largest error allowed of a piece.
+
+        It is relative to the curve, there or at rest. Near self-locking g grows like 1/(m_0 - m),
+        and with it the share of rounding in it.
+        """
+        largest, mu = float(np.max(np.abs(values))), self.coefficient(speed)
+        steep = largest / (self.brake.radius * mu) if mu > 0.0 else 0.0
+        return max(largest, self.size) * _ERROR + largest * _ROUNDING * steep
+
+
+def curved_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
+    """Pieces of the curve forwards and backwards where friction depends on the speed."""
+    return _pieces(contact, 1.0), _pieces(contact, -1.0)
+
+
+def _pieces(contact: Contact, side: float) -> list[Line]:
+    """Pieces of the curve of one direction of sliding, +1 forwards or -1 backwards."""
+    friction: Any = contact.friction
+    curve = _Curve(contact, friction, side)
+    first = curve.coefficient(0.0)
+    if friction.breakaway < first * (1.0 - _ERROR):
+        raise InputError(
+            f"{curve.name}.breakaway = {friction.breakaway!r}: must be at least the kinetic"
+            f" coefficient at rest, {first!r}. Raise it.",
+            name=f"{curve.name}.breakaway", value=friction.breakaway, allowed=f">= {first!r}",
+        )  # fmt: skip
+    bends = sorted(float(one) for one in friction.bends if 0.0 < one < _FASTEST)
+    found: list[Line] = []
+    for low, high in pairwise([0.0, *bends, _FASTEST]):
+        _append_pieces(curve, low, high, found)
+    return found
+
+
+def _append_pieces(curve: _Curve, low: float, high: float, found: list[Line]) -> None:
+    """Append the pieces of a curve between two speeds, about as long as possible."""
+    at, width, bends = low, high - low, low > 0.0
+    while at < high:
+        if high == _FASTEST and _is_constant(curve, at):
+            found.append(_piece(curve, at, high, np.array([curve(at)]), bends))
+            return
+        width = min(width, high - at)
+        line, error = _fit(curve, at, at + width, bends)
+        while error > 1.0:
+            width *= min(max(0.9 * error ** (-1.0 / (MOST_DEGREE + 1)), 0.1), 0.9)
+            if width < _SHORTEST * max(at, 1.0):
+                line, width = _locked(curve, at, high, bends)
+                break
+            line, error = _fit(curve, at, at + width, bends)
+        found.append(line)
+        if len(found) > _MOST_PIECES:
+            raise _not_smooth(curve, at)
+        at, width, bends = at + width, 2.0 * width, False
+
+
+def _is_constant(curve: _Curve, low: float) -> bool:
+    """Return True if a curve does not change from a speed on."""
+    step = max(low, _SHORTEST)
+    count = math.ceil(math.log(_FASTEST / step) / math.log(_RATIO))
+    value = curve(low)
+    if math.isinf(value):
+        return False
+    room = _ERROR * max(abs(value), curve.size)
+    return all(
+        abs(curve(low + step * (_RATIO**k - 1.0)) - value) <= room for k in range(count, 0, -1)
+    )
+
+
+def _piece(curve: _Curve, low: float, high: float, factors: FloatArray, bends: bool) -> Line:
+    """A piece between two speeds [m/s]; over the sliding speed in rad/s."""
+    slope, radius = 2.0 / (high - low), curve.brake.radius
+    return Line(
+        low / radius, -(low + high) / (high - low), slope * radius, bends, tuple(factors.tolist())
+    )
+
+
+def _fit(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, float]:
+    """The polynomial between two speeds, and its error over what is allowed."""
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    values = curve.values(middle + half * _POINTS)
+    checks = curve.values(np.append(middle + half * _CHECKS, _nearer(low, high)))
+    if not np.all(np.isfinite(values)) or not np.all(np.isfinite(checks)):
+        return Line(low, 0.0, 0.0), math.inf
+    room = max(curve.room(low, np.append(values, checks)), math.ulp(0.0))
+    terms = _TO_CHEBYSHEV @ values
+    used = np.flatnonzero(np.cumsum(np.abs(terms[::-1]))[::-1] > 0.05 * room)
+    degree = int(used[-1]) if used.size else 0
+    terms = terms[: degree + 1]
+    places = np.append(_CHECKS, (_nearer(low, high) - middle) / half)
+    error = float(np.max(np.abs(chebyshev.chebval(places, terms) - checks)))
+    factors = _TO_POWERS[: degree + 1, : degree + 1] @ terms
+    return _piece(curve, low, high, factors, bends), error / room
+
+
+def _nearer(low: float, high: float) -> FloatArray:
+    """Speeds of a long piece that approach its lower end, where curves change the most."""
+    nearest = max(0.25 * low, 1e-3 * _SHORTEST * high, 1e3 * _SHORTEST)
+    count = max(math.ceil(math.log((high - low) / nearest) / math.log(_RATIO)), 1)
+    return low + (high - low) * _RATIO ** -np.arange(1.0, count)
+
+
+def _locked(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, float]:
+    """The piece from a speed on in which the brake locks itself, and its width.
+
+    Raises ``InputError`` where the curve jumps instead.
+    """
+    inside, width = low, _SHORTEST * max(low, 1.0)
+    while math.isfinite(curve(inside + width)):
+        if width > 1e-6 * max(low, 1.0):
+            raise _not_smooth(curve, low)
+        width *= 2.0
+    while low + width < high and math.isinf(curve(low + width)):
+        inside, width = low + width, width * _RATIO
+    outside = min(low + width, high)
+    for _ in range(60):
+        if math.isinf(curve(outside)):
+            break
+        middle = 0.5 * (inside + outside)
+        inside, outside = (
+            (middle, outside) if math.isinf(curve(middle)) else (inside, middle)
+        )  # fmt: skip
+    return _piece(curve, low, outside, np.array([curve.side * math.inf]), bends), outside - low
+
+
+def _not_smooth(curve: _Curve, speed: float) -> InputError:
+    """The error of a law that is no smooth curve."""
+    return InputError(
+        f"{curve.name}.kinetic_at: is not smooth near the sliding speed {speed:g} m/s. State the"
+        " speeds of its kinks in bends; a jump must become a short slope.",
+        name=curve.name, value=type(curve.friction).__name__, allowed="a smooth curve",
+    )  # fmt: skip
