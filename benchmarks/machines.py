@@ -27,6 +27,8 @@ STUDIES = {
     "four_inertias": "4 inertias, 2 contacts, 250 periods",
     "record": "record of 100 000 samples",
     "controller": "25 s under a controller of 1 kHz",
+    "stop": "stop in 5 s, 4 inertias",
+    "stiff_stop": "stop in 5 s, 4 inertias, stiff shafts",
 }
 MOST = 10**9
 PERIODS = 250
@@ -72,6 +74,22 @@ def line(name: str, run: Callable[[], MachineAnswer]) -> float:
     return seconds
 
 
+def measures(name: str) -> None:
+    """Measure and print what is derived from the response of a stop."""
+    study = wb.load_study(HERE / "machines" / f"{name}.toml")
+    response = wb.simulate(study.system, study.run.duration)
+    disc = wb.SemiInfiniteDisc(conductivity=50.0, density=7200.0, specific_heat=500.0, area=0.04)
+    print("\nmeasures of the stop, with all that they simulate again", end="")
+    for word, measure in {
+        "stopping": lambda: wb.stopping(response),
+        "order_map": lambda: wb.order_map(response, "velocity", "disc"),
+        "temperature": lambda: wb.temperature(response, disc),
+    }.items():
+        measure()
+        print(f"; {word} {1e3 * best(measure, SECONDS):.0f} ms", end="")
+    print()
+
+
 def row(count: int) -> wb.Machine:
     """Inertias in a row with shafts, and a brake on the first one."""
     parts = [wb.Inertia(f"i{n}", 1.0) for n in range(count)]
@@ -97,6 +115,7 @@ def main() -> None:
     for name, words in STUDIES.items():
         study = wb.load_study(HERE / "machines" / f"{name}.toml")
         seconds[name] = line(words, solver(study.system, study.run.duration))
+    measures("stop")
     system = wb.paper.system(eta=-60.0, F0=0.036)
     fast = best(ours.kernel(system, None, PERIODS), SECONDS)
     print(f"\npaper's brake by the closed forms {1e3 * fast:.2f} ms", end="")
