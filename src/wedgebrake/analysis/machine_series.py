@@ -47,6 +47,8 @@ _DERIVATIVE = legendre.legder(np.eye(_COUNT))
 # Coefficients below this share of the largest speeds and loads are rounding; and the rounding of a
 # large angle in the torque of a shaft, which contacts at rest hold.
 _ROUNDING, _EPSILON = 1e-13, 4e-15
+# Coefficients of a load below this share of the largest one are not differentiated.
+_CHOPPED = 2e-15
 # Intervals: at the beginning, between two events at least; most of them; and the shortest one, as
 # a share of the whole time.
 _FIRST, _MOST, _SHORTEST = 8, 200_000, 1e-11
@@ -95,14 +97,14 @@ class MachineSeries:
 
         Only the loads are differentiated: angles have large rounding errors after many turns.
         """
-        rates = np.zeros_like(self.load)
-        rates[:, :-1] = np.einsum("dk,pkn->pdn", _DERIVATIVE, series(self.load))
+        loads, rates = series(self.load), np.zeros_like(self.load)
+        # Differentiation would multiply rounding by the square of the degree.
+        loads[np.abs(loads) < _CHOPPED * np.max(np.abs(self.load), initial=0.0)] = 0.0
+        rates[:, :-1] = np.einsum("dk,pkn->pdn", _DERIVATIVE, loads)
         rates = at_nodes(rates) * (2.0 / self.length)[:, None, None]
         stiffness, damping = shaft_matrices(self.machine)
         inertia = np.array([one.inertia for one in self.machine.inertias])
-        return np.asarray(
-            (rates - self.speed @ stiffness - self.acceleration @ damping) / inertia
-        )
+        return np.asarray((rates - self.speed @ stiffness - self.acceleration @ damping) / inertia)
 
     def select(self, first: float, last: float) -> MachineSeries:
         """The intervals between two times that are ends of intervals."""
@@ -112,7 +114,11 @@ class MachineSeries:
 
 def series(values: FloatArray) -> FloatArray:
     """Legendre coefficients (p, degrees, ...) of values at the nodes of each interval."""
-    return np.asarray(np.einsum("dk,pk...->pd...", _TO_SERIES, values))
+    # The rounding of the weights is relative to what is left of the values.
+    base = values[:, _COUNT // 2]
+    found = np.einsum("dk,pk...->pd...", _TO_SERIES, values - base[:, None])
+    found[:, 0] += base
+    return np.asarray(found)
 
 
 def at_nodes(coefficients: FloatArray) -> FloatArray:
@@ -131,21 +137,21 @@ def largest(coefficients: FloatArray) -> FloatArray:
         rows = coefficients[(slice(None), slice(None), *place)]
         ends = np.abs(rows @ matrix[[0, -1]].T)
         # Only intervals whose bound is above what others reach.
-        chosen = rows[np.abs(rows).sum(axis=1) >= ends.max()]
+        chosen = rows[np.abs(rows).sum(axis=1) >= (1.0 - _ROUNDING) * ends.max()]
         values = np.abs(chosen @ matrix.T)
         x = np.asarray(_EXTREME_GRID[np.argmax(values, axis=1)])
         found[place] = max(ends.max(), values.max(), _refined(chosen, x).max())
     return found
 
 
-def _refined(rows: FloatArray, x: FloatArray) -> FloatArray:
+def _refined(rows: FloatArray, x: Any) -> FloatArray:
     """Magnitudes of series at the extremes next to given places, by Newton's method."""
     first = legendre.legder(rows, axis=1)
     second = legendre.legder(first, axis=1)
     for _ in range(6):
         slope, bend = _values(first, x), _values(second, x)
         step = np.divide(slope, bend, out=np.zeros_like(x), where=bend != 0.0)
-        x = np.clip(x - np.clip(step, -0.1, 0.1), -1.0, 1.0)
+        x = np.asarray(np.clip(x - np.clip(step, -0.1, 0.1), -1.0, 1.0), float)
     return np.abs(_values(rows, x))
 
 

@@ -65,9 +65,7 @@ class _Stop(NamedTuple):
     time: float
 
 
-def stopping(
-    response: xr.Dataset, ringdown: float | None = None, windows: int = 20
-) -> xr.Dataset:
+def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int = 20) -> xr.Dataset:
     """Time, angle, heat, torque, jerk and judder of a stop.
 
     The stop is the instant at which the last of the contacts that rest at the end of the response
@@ -158,7 +156,7 @@ def _stop_of(machine: Machine, task: MachineTask, answer: MachineAnswer) -> _Sto
     grounded = False
     for number, one in enumerate(machine.contacts):
         if one.b == GROUND and np.isfinite(times[number]):
-            times[number] = max(times[number], _base_stop(one, task))
+            times[number] = np.maximum(times[number], _base_stop(one, task))  # nan if it moves
             grounded = grounded or bool(np.isfinite(times[number]))
     if not grounded or np.nanmax(times) <= task.start:
         names = ", ".join(one.name for one in machine.contacts)
@@ -272,9 +270,7 @@ def _judder(part: MachineSeries, edges: FloatArray) -> _Judder:
     amplitude = np.sqrt(2.0 * mean(values**2))
     n, m = part.speed.shape[2], part.torque.shape[2]
     last = slice(n + m, n + 2 * m)
-    return _Judder(
-        amplitude[:, :n], amplitude[:, n : n + m], means[:, :n], means[:, last], middle
-    )
+    return _Judder(amplitude[:, :n], amplitude[:, n : n + m], means[:, :n], means[:, last], middle)
 
 
 def _dataset(machine: Machine, values: dict[str, Any], judder: _Judder) -> xr.Dataset:

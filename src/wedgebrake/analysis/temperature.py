@@ -153,9 +153,7 @@ def _place(contact: str | None, names: list[str]) -> int:
     return names.index(contact)
 
 
-def _rise(
-    disc: LumpedDisc | SemiInfiniteDisc, flow: _Flow
-) -> Callable[[FloatArray], FloatArray]:
+def _rise(disc: LumpedDisc | SemiInfiniteDisc, flow: _Flow) -> Callable[[FloatArray], FloatArray]:
     """The temperature rise at an array of times."""
     if isinstance(disc, LumpedDisc):
         capacity = disc.mass * disc.specific_heat

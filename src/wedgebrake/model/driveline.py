@@ -30,9 +30,15 @@ class Driveline(Member):
     """
 
     table: ClassVar[str] = "driveline"
-    alternatives: ClassVar[dict[str, tuple[str, str]]] = {
-        "damping_ratio": ("damping", "damping ratio, c = 2 damping_ratio sqrt(J k)")
-    }
+    alternatives: ClassVar[dict[str, tuple[str, Any]]] = {
+        "damping_ratio": (
+            "damping",
+            parameter(
+                "damping ratio, c = 2 damping_ratio sqrt(J k)", symbol="zeta", example=0.02,
+                ge=0, le=_MOST_DAMPED,
+            ),
+        )
+    }  # fmt: skip
 
     inertia: float = parameter(
         "moment of inertia J", symbol="J", unit="kg m^2", example=1.0, gt=0, le=1e12

@@ -176,7 +176,7 @@ class TabulatedFriction(SetValuedFriction):
         default_factory=lambda data: next(iter(data.get("coefficients", ())), 0.0),
     )  # fmt: skip
     scale: float = parameter(
-        "factor of all coefficients, the static one included", symbol="s_mu", example=1.1,
+        "factor of all coefficients, the static one included", example=1.1,
         default=1.0, ge=0, le=100,
     )  # fmt: skip
 

@@ -62,8 +62,8 @@ class Part(BaseModel):
     """Fields that plain tables of the part omit at their default."""
     plain_unit: ClassVar[str] = "1"
     """Key in ``UNITS`` of the units of fields that state none."""
-    alternatives: ClassVar[dict[str, tuple[str, str]]] = {}
-    """Names that can be given instead of a field: the field, and the meaning of the name."""
+    alternatives: ClassVar[dict[str, tuple[str, Any]]] = {}
+    """Names that can be given instead of a field: the field, and the ``parameter`` of the name."""
 
     def __init__(self, /, **data: Any) -> None:  # a study may say self = 1
         try:

@@ -162,9 +162,7 @@ def with_records(table: Any, folder: Path | None, path: str = "") -> Any:
         raise moved(error, path) from None
 
 
-def _columns(
-    path: Path, columns: tuple[str, str], table: str
-) -> tuple[list[float], list[float]]:
+def _columns(path: Path, columns: tuple[str, str], table: str) -> tuple[list[float], list[float]]:
     """Two columns of a CSV file; errors name the ``table`` that cites it."""
     lines = _text(path, table).splitlines()
     if not lines:

@@ -12,7 +12,7 @@ from wedgebrake.model.part import Chosen, Part, text_unit
 from wedgebrake.model.signal_base import signal_from
 from wedgebrake.model.system import BASES, BrakedDriveline
 from wedgebrake.model.units import pattern
-from wedgebrake.model.validation import check_choice, moved
+from wedgebrake.model.validation import check_choice, labels, moved
 
 CHOSEN: dict[str, dict[str, type[Part]]] = {
     name: base.kinds
@@ -73,9 +73,10 @@ def table_schema(model: type[Part]) -> dict[str, Any]:
         if words is not None:
             table["properties"][name] = or_text(one, {"type": "string", "pattern": words})
     settable = {setter.target for setter in SETTERS.values()}
-    for name, (target, meaning) in model.alternatives.items():
+    for name, (target, one) in model.alternatives.items():
         settable.add(target)
-        table["properties"][name] = {"type": "number", "minimum": 0, "description": meaning}
+        number = {"type": "number", "minimum": 0, "description": one.description}
+        table["properties"][name] = number | labels(one)
     required = [name for name in table.get("required", []) if name not in settable]
     table.pop("required", None)
     if required:

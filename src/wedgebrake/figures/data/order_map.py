@@ -51,15 +51,16 @@ class OrderMap:
         variable, part = (str(dataset.attrs[name]) for name in ("variable", "part"))
         unit = dataset["amplitude"].attrs["units"]
         words = variable.replace("_", " ")
+        sentence = (
+            f"Order map of the {words} of {part}. Reference: {dataset.attrs['reference']}."
+            f" Windows of {turns} turns."
+        )
         return cls(
             _edges(speed),
             _edges(order[shown]),
             dataset["amplitude"].to_numpy()[:, shown].T,
             f"amplitude of the {words} of {part}  [{unit}]",
-            (
-                f"Order map of the {words} of {part}. Reference: {dataset.attrs['reference']}."
-                f" Windows of {turns} turns.",
-            ),
+            (sentence,),
         )
 
 

@@ -64,9 +64,7 @@ class Stop:
         contacts = tuple(map(str, stopping["contact"].to_numpy()))
         # From the start of the braking, as in "stop_time".
         time = stopping["window_time"].to_numpy() - float(stopping.attrs["start"])
-        speed, sliding = (
-            stopping[name].to_numpy() for name in ("mean_speed", "mean_sliding")
-        )
+        speed, sliding = (stopping[name].to_numpy() for name in ("mean_speed", "mean_sliding"))
         times = np.broadcast_to(time[:, None], speed.shape)
         panels = [
             LinePanel("time from the start  [s]", "mean speed  [rad/s]",
@@ -78,9 +76,7 @@ class Stop:
         ]  # fmt: skip
         peak, rms = (stopping[name].to_numpy() for name in ("peak_jerk", "rms_jerk"))
         phases = stopping["phase"].to_numpy()
-        bars = (
-            Bars(str(phase), *pair) for phase, *pair in zip(phases, peak, rms, strict=True)
-        )
+        bars = (Bars(str(phase), *pair) for phase, *pair in zip(phases, peak, rms, strict=True))
         jerks = tuple(one for one in bars if np.any(np.isfinite(one.peak)))
         return cls(tuple(panels), inertias, jerks, tuple(_sentences(stopping, contacts)))
 
