@@ -34,10 +34,12 @@ class TestTable:
     def test_every_unit_is_read_and_in_the_schema(self, si):
         words = pattern(si)
         for unit, factor in UNITS[si].items():
-            for text in (f"2.5 {unit}", f" 2.5{unit} ", f"25e-1 {unit}"):
+            for text in (f"2.5 {unit}", f" 25e-1 {unit} ", f"2.5{unit}"):
+                if text[3] == "1":
+                    continue  # 2.51/s is no 2.5 1/s
                 assert is_quantity(text)
                 assert with_unit("x", text, si) == 2.5 * factor
-                assert re.search(words, text) or text.startswith(" ")
+                assert re.search(words, text)
                 assert re.search(ANY, text)
 
     @pytest.mark.parametrize(("si", "unit"), KNOWN)
@@ -52,7 +54,9 @@ class TestTable:
     def test_powers(self, text):
         assert with_unit("x", text, "kg m^2") == 3.0
 
-    @pytest.mark.parametrize("given", ["hold", "2", "rad", "", "two deg", 2.0, None, True, "-"])
+    @pytest.mark.parametrize(
+        "given", ["hold", "2", "4e-2", "-.5E+3", "12", "rad", "", "two deg", 2.0, None, True, "-"]
+    )
     def test_other_values_are_left_alone(self, given):
         assert with_unit("x", given, "rad") is given
 

@@ -144,10 +144,10 @@ def largest(coefficients: FloatArray) -> FloatArray:
     return found
 
 
-def _refined(rows: FloatArray, x: Any) -> FloatArray:
+def _refined(rows: FloatArray, x: FloatArray) -> FloatArray:
     """Magnitudes of series at the extremes next to given places, by Newton's method."""
-    first = legendre.legder(rows, axis=1)
-    second = legendre.legder(first, axis=1)
+    first = np.asarray(legendre.legder(rows, axis=1), float)
+    second = np.asarray(legendre.legder(first, axis=1), float)
     for _ in range(6):
         slope, bend = _values(first, x), _values(second, x)
         step = np.divide(slope, bend, out=np.zeros_like(x), where=bend != 0.0)

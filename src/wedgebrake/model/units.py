@@ -43,7 +43,8 @@ UNITS[SIGNAL] = {
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 ANY = rf"^\s*{_NUMBER}\s*[A-Za-z1%].*$"
 """Regular expression of a text with a number and any unit."""
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*([^\W\d].*|1/.*|%)\s*", re.ASCII)
+# An atomic number: "4e-2" is not 4 of a unit "e-2".
+_QUANTITY = re.compile(rf"\s*(?P<number>(?>{_NUMBER}))\s*(?P<unit>[^\W\d].*|1/.*|%)\s*", re.ASCII)
 
 
 def is_quantity(text: object) -> bool:
@@ -67,10 +68,10 @@ def with_unit(name: str, value: Any, unit: str) -> Any:
     if match is None:
         return value
     factors = {_key(one): factor for one, factor in UNITS.get(unit, {}).items()}
-    factor = factors.get(_key(match[2]))
+    factor = factors.get(_key(match["unit"]))
     if factor is None:
         raise wrong(name, value, allowed_units(unit))
-    return float(match[1]) * factor
+    return float(match["number"]) * factor
 
 
 def allowed_units(unit: str) -> str:
@@ -84,8 +85,11 @@ def pattern(unit: str) -> str | None:
     """Regular expression of the texts that a parameter with an SI unit accepts; None: no text."""
     if unit not in UNITS:
         return None
-    words = "|".join(re.escape(one).replace(r"\ ", " ?") for one in UNITS[unit])
-    return rf"^\s*{_NUMBER}\s*({words})\s*$"
+    words = "|".join(
+        (r"\s+" if one[0].isdigit() else r"\s*") + re.escape(one).replace(r"\ ", " ?")
+        for one in UNITS[unit]
+    )
+    return rf"^\s*{_NUMBER}({words})\s*$"
 
 
 def _key(unit: str) -> str:
