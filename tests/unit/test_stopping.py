@@ -126,6 +126,31 @@ class TestOtherMethods:
         heat = wb.energy(response).friction_heat
         np.testing.assert_allclose(found.heat, heat, rtol=1e-12)
 
+    @pytest.mark.parametrize(
+        "changes",
+        [
+            {"actuation": wb.Actuation(initial_force=100.0, slope=-1.0, sample_time=1e-2, delay=1,
+                                       resolution=0.5)},
+            {"actuation": wb.Actuation(initial_force=100.0, slope=-1.0, frequency=50.0,
+                                       damping_ratio=0.7, limits=(0.0, 90.0))},
+            {"friction": wb.StribeckFriction(kinetic=0.4, static=0.5, speed=5.0)},
+            {"initial_force": wb.Table(np.arange(0.0, 20.0, 0.01),
+                                       100.0 + 5.0 * np.cos(np.arange(2000) ** 2), after="hold")},
+        ],
+        ids=["sampled", "lag", "stribeck", "record"],
+    )  # fmt: skip
+    def test_heat_with_kinks_and_jumps(self, changes):
+        machine = with_hub(damping=3.0).replace({f"brake.{k}": one for k, one in changes.items()})
+        response = wb.simulate(machine, 18.0)
+        found = wb.stopping(response)
+        np.testing.assert_allclose(found.heat, wb.energy(response).friction_heat, rtol=1e-12)
+        dense = wb.simulate(machine, 18.0, times=np.linspace(0.0, 18.0, 30_001))
+        slides = dense.sticking.to_numpy() == 0
+        seen = np.abs(dense.brake_torque.to_numpy()[slides]).max()
+        peak = value(found, "peak_torque", contact="brake")
+        assert seen <= peak * (1.0 + 1e-9)
+        assert peak == pytest.approx(seen, rel=1e-3)
+
     def test_judder_from_dense_samples(self):
         force = 100.0 * (1.0 + 0.1 * wb.Orders(wb.Ramp(SPEED, 0.0, 10.0), [[1.0, 1.0, 0.0]]))
         machine = with_hub(stiffness=400.0, damping=1.0).replace({"brake.initial_force": force})

@@ -49,9 +49,9 @@ _DERIVATIVE = legendre.legder(np.eye(_COUNT))
 _ROUNDING, _EPSILON = 1e-13, 4e-15
 # Coefficients of a load below this share of the largest one are not differentiated.
 _CHOPPED = 2e-15
-# Intervals: at the beginning, between two events at least; most of them; and the shortest one, as
-# a share of the whole time.
-_FIRST, _MOST, _SHORTEST = 8, 200_000, 1e-11
+# Intervals between two events at the beginning, if these are few; most of all intervals; and the
+# shortest one, as a share of the whole time.
+_FIRST, _FEW, _MOST, _SHORTEST = 8, 1000, 200_000, 1e-11
 _EXTREME_GRID: FloatArray = np.cos(np.linspace(0.0, np.pi, 65))
 
 
@@ -211,9 +211,10 @@ def machine_series(
     """
     edges = _edges(machine, task, answer, np.asarray(further, float))
     lengths = np.diff(edges)
-    shares = np.tile(np.arange(_FIRST) / _FIRST, lengths.size)
-    start = np.repeat(edges[:-1], _FIRST) + shares * np.repeat(lengths, _FIRST)
-    length = np.repeat(lengths / _FIRST, _FIRST)
+    parts = min(_FIRST, 1 + _FEW // max(lengths.size, 1))
+    shares = np.tile(np.arange(parts) / parts, lengths.size)
+    start = np.repeat(edges[:-1], parts) + shares * np.repeat(lengths, parts)
+    length = np.repeat(lengths / parts, parts)
     least = _SHORTEST * (task.end - task.start)
     kept: list[MachineSeries] = []
     count, fastest, most = 0, 0.0, 0.0
