@@ -36,6 +36,8 @@ STUDIES = {
     "four_inertias": "4 inertias, 2 contacts, 250 periods",
     "record": "record of 100 000 samples",
     "controller": "25 s under a controller of 1 kHz",
+    "stop": "stop in 5 s, 4 inertias",
+    "stiff_stop": "stop in 5 s, 4 inertias, stiff shafts",
 }
 MOST = 10**9
 PERIODS = 250
@@ -85,7 +87,7 @@ def kernel_time(machine: wb.Machine, duration: float) -> float:
         trajectory.start(problem, run, False)
         outcome, begins = Outcome.LOG_FULL, True
         while outcome == Outcome.LOG_FULL:
-            span = trajectory.Span(duration, MOST, False, begins, stop)
+            span = trajectory.Span(duration, MOST, MOST, False, begins, stop)
             outcome = trajectory.move(problem, run, span, log, observer).outcome
             begins = False
         assert outcome == Outcome.COMPLETED
@@ -109,6 +111,22 @@ def line(name: str, machine: wb.Machine, duration: float) -> float:
 def head(title: str) -> None:
     """Print the title of a group of machines, and the names of the columns of times."""
     print(f"{title:<40}{'kernels':>9}   {'solver':>9}")
+
+
+def measures(name: str) -> None:
+    """Measure and print what is derived from the response of a stop."""
+    study = wb.load_study(HERE / "machines" / f"{name}.toml")
+    response = wb.simulate(study.system, study.run.duration)
+    disc = wb.SemiInfiniteDisc(conductivity=50.0, density=7200.0, specific_heat=500.0, area=0.04)
+    print("\nmeasures of the stop, with all that they simulate again", end="")
+    for word, measure in {
+        "stopping": lambda: wb.stopping(response),
+        "order_map": lambda: wb.order_map(response, "velocity", "disc"),
+        "temperature": lambda: wb.temperature(response, disc),
+    }.items():
+        measure()
+        print(f"; {word} {1e3 * best(measure, SECONDS):.0f} ms", end="")
+    print()
 
 
 def row(count: int) -> wb.Machine:
@@ -183,6 +201,7 @@ def main() -> None:
     for name, words in STUDIES.items():
         study = wb.load_study(HERE / "machines" / f"{name}.toml")
         seconds[name] = line(words, study.system, study.run.duration)
+    measures("stop")
     system = wb.paper.system(eta=-60.0, F0=0.036)
     fast = best(ours.kernel(system, None, PERIODS), SECONDS)
     print(f"\npaper's brake by the closed forms {1e3 * fast:.2f} ms", end="")

@@ -5,10 +5,13 @@ from ._version import __version__
 from .analysis.energy import energy
 from .analysis.linear_stability import hopf, stability, stability_map
 from .analysis.motion import Motion, motion
+from .analysis.order_map import order_map
 from .analysis.poincare import poincare
 from .analysis.spectral_peaks import spectral_lines
 from .analysis.spectrum import spectrum
 from .analysis.sticking import sticks
+from .analysis.stopping import stopping
+from .analysis.temperature import temperature
 from .analysis.torque import BrakeTorque, brake_torque
 from .errors import InputError, OutputError, WedgebrakeError
 from .explorer.notebook import explore
@@ -23,6 +26,7 @@ from .model.brakes import (
     WedgeBrake,
 )
 from .model.characteristic import Characteristic
+from .model.discs import LumpedDisc, SemiInfiniteDisc
 from .model.driveline import Driveline
 from .model.excitation import HarmonicTorque
 from .model.friction import (
@@ -78,12 +82,14 @@ __all__ = [
     "InputError",
     "LeadingShoeBrake",
     "LeverBrake",
+    "LumpedDisc",
     "Machine",
     "Motion",
     "Orbit",
     "Orders",
     "OutputError",
     "Ramp",
+    "SemiInfiniteDisc",
     "SetValuedFriction",
     "Shaft",
     "Signal",
@@ -112,6 +118,7 @@ __all__ = [
     "load_study",
     "motion",
     "orbit",
+    "order_map",
     "paper",
     "parameter",
     "plot",
@@ -125,5 +132,7 @@ __all__ = [
     "stability",
     "stability_map",
     "sticks",
+    "stopping",
     "sweep",
+    "temperature",
 ]

@@ -83,6 +83,7 @@ _MEANT = {
         ("kinetic", "coefficients"),
     ),
     **dict.fromkeys(("mu_s", "mu_0", "static_friction"), ("static",)),
+    **dict.fromkeys(("factor", "friction_factor"), ("scale",)),
     "v_r": ("speeds",),
     "xi": ("steepness",),
     "varsigma": ("decay",),

@@ -106,7 +106,7 @@ VALUES = {
     "excitation.frequency": ["0"],
     "friction.static": ["0.2"],
     "run.periods": ["0", "2.5", "250.0", "true", '"5"', HUGE],
-    "run.duration": ["-1", "nan", "inf", '"25 s"'],
+    "run.duration": ["-1", "nan", "inf", '"25 kg"'],
     "run.initial": ["[0.0]", "[0, 0, 0]", "0"],
     "run.initial[0]": ["[nan, 0]", "[1e13, 0]"],
     "run.initial[1]": ["[0, true]"],

@@ -40,6 +40,18 @@ def test_simulate_reports_the_numbers_of_the_library(answer):
         assert one["sticks"] == own.sticks.item()
 
 
+def test_simulate_reports_a_stop(answer):
+    """The clutch locks and the brake holds; without the brake nothing stops."""
+    told = answer("simulate", CLUTCH)["stopping"]
+    study = wb.load_study(CLUTCH)
+    stop = wb.stopping(wb.simulate(study.system, **study.run.arguments()), ringdown=0.0)
+    assert told["stop_time"] == pytest.approx(float(stop.stop_time), rel=1e-14)
+    for name in ("heat", "mean_torque", "peak_torque"):
+        expected = dict(zip(stop.contact.to_numpy(), stop[name].to_numpy(), strict=True))
+        assert told[name] == pytest.approx(expected, rel=1e-12)
+    assert answer("simulate", CLUTCH, "--set", "brake.initial_force=0")["stopping"] is None
+
+
 def test_the_summary_of_contacts_counts_and_adds_up():
     study = wb.load_study(CLUTCH)
     response = wb.simulate(study.system, duration=3.0)

@@ -13,6 +13,7 @@ from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind
+from wedgebrake.model.units import is_quantity, with_unit
 from wedgebrake.model.validation import as_typed, shown
 
 if TYPE_CHECKING:
@@ -123,7 +124,9 @@ def _value(text: str, value: str) -> Any:
     try:
         read = tomllib.loads(f"value = {value}")
     except (ValueError, RecursionError):
-        # Not TOML: a bare word (method=smooth), or a number such as .5.
+        # Not TOML: a bare word (method=smooth), a number with a unit, or a number such as .5.
+        if is_quantity(value):
+            return value
         if value.replace("-", "").replace("_", "").isalnum() and not value[0].isdigit():
             return value
         try:
@@ -151,8 +154,8 @@ def parse_axes(texts: Iterable[str], system: BrakedDriveline) -> tuple[tuple[str
         _check_varied("--over", text, name, system, sweepable(system), refused)
         if name in axes:
             raise InputError(f"--over {as_typed(name)}: given twice. Give it once.")
-        where = f"--over {as_typed(text)}: "
-        axes[name] = swept_values(_read(where, name, values), where)
+        where, unit = f"--over {as_typed(text)}: ", sweepable(system)[name][0]
+        axes[name] = swept_values(_read(where, name, values, unit), where, unit)
     return tuple(axes.items())
 
 
@@ -172,7 +175,8 @@ def parse_range(option: str, text: str, system: BrakedDriveline) -> Range:
     if len(ends) != 2:
         more = " The points between depend on the shape of the branch, see --step."
         raise InputError(f"{where}must be {_RANGE}.{more if len(ends) > 2 else ''}")
-    first, last = (_number(where, end, _RANGE) for end in ends)
+    unit = sweepable(system)[name][0]
+    first, last = (_number(where, end, unit, _RANGE) for end in ends)
     try:
         (found,) = make_ranges(system, {name: (first, last)}, 1)
     except InputError as error:
@@ -199,10 +203,10 @@ def _check_varied(
         raise InputError(f"{where}{refused} on this {what}. {nearest(name, allowed)}")
 
 
-def _read(where: str, name: str, values: str) -> dict[str, Any] | list[float]:
+def _read(where: str, name: str, values: str, unit: str) -> dict[str, Any] | list[float]:
     """The values in the form of a study file."""
     if ":" not in values:
-        listed = [_number(where, one) for one in values.split(",")]
+        listed = [_number(where, one, unit) for one in values.split(",")]
         if len(listed) == 1:
             raise InputError(
                 f"{where}is one value, must be {_FORMS}. For one value use --set {name}={values}."
@@ -220,17 +224,19 @@ def _read(where: str, name: str, values: str) -> dict[str, Any] | list[float]:
         raise InputError(
             f"{where}{shown(count)} is not a whole number. Give the number of values; {_EXAMPLE}."
         ) from None
-    ends = {"from": _number(where, first), "to": _number(where, last)}
+    ends = {"from": _number(where, first, unit), "to": _number(where, last, unit)}
     return {**ends, "points": points, "scale": scale[0] if scale else "linear"}
 
 
-def _number(where: str, text: str, forms: str = _FORMS) -> float:
+def _number(where: str, text: str, unit: str, forms: str = _FORMS) -> float:
     what = "a number"
     try:
-        value = float(text)
+        value = float(with_unit(f"{where}value", text.strip(), unit))
         if math.isfinite(value):
             return value
         what = "a finite number"
+    except InputError:  # of the unit
+        raise
     except ValueError:
         pass
     raise InputError(f"{where}{shown(text.strip())} is not {what}. Must be {forms}.")

@@ -12,6 +12,7 @@ from wedgebrake._version import __version__
 from wedgebrake.analysis.contacts import contact_sentences, contact_summary
 from wedgebrake.analysis.linear_stability import MachineStability
 from wedgebrake.analysis.machine_energy import machine_energy
+from wedgebrake.analysis.stopping import stopping
 from wedgebrake.cli.output import finish, versions
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
+_STOPPING = (
+    "stop_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk", "peak_jerk",
+)  # fmt: skip
 _ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
 
 
@@ -130,8 +134,24 @@ def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
             },
         },
         "energy": balance,
+        "stopping": _stopping(response),
         "summary": contact_sentences(response),
     }
+
+
+def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
+    """Measures of the stop; None if the machine does not come to rest or cannot be repeated."""
+    try:
+        found = stopping(response, ringdown=0.0, windows=1)
+    except InputError:
+        return None
+    report: dict[str, Any] = {"stop_time": float(found["stop_time"])}
+    for name in _STOPPING:
+        dim = str(found[name].dims[-1])
+        # Of jerks, those of the braking.
+        values = found[name].to_numpy().reshape(-1, found.sizes[dim])[0]
+        report[name] = dict(zip(map(str, found[dim].to_numpy()), values.tolist(), strict=True))
+    return report
 
 
 def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
@@ -168,12 +188,25 @@ def machine_text(machine: Machine, report: dict[str, Any]) -> str:
     lines.append(f"  events: {events or 'none'}")
     if report["energy"]:
         lines += _energy_text(report["energy"])
+    if report["stopping"]:
+        lines.append(_stopping_text(report["stopping"]))
     states = [
         f"{name} {final['angles'][name]:.9g} rad, {final['speeds'][name]:.9g} rad/s"
         for name in final["angles"]
     ]
     lines.append(f"  state at t = {final['time']:.6g} s: {'; '.join(states)}")
     return "\n".join(lines)
+
+
+def _stopping_text(found: dict[str, Any]) -> str:
+    """The stop as a line of text."""
+    words = {"stop_angle": "rad", "mean_torque": "N m on average", "peak_torque": "N m at most"}
+    parts = [f"  stop after {found['stop_time']:.6g} s"]
+    for name, unit in words.items():
+        values = {key: one for key, one in found[name].items() if np.isfinite(one)}
+        if values:
+            parts.append(", ".join(f"{key} {one:.5g} {unit}" for key, one in values.items()))
+    return "; ".join(parts)
 
 
 def _energy_text(energy: dict[str, Any]) -> list[str]:

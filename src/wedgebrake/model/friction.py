@@ -193,9 +193,9 @@ class CoulombFriction(_TwoCoefficients, SetValuedFriction):
 class TabulatedFriction(SetValuedFriction):
     """A kinetic coefficient that varies with speed, linear between the points of a table.
 
-    Constant beyond the last point. With actuation that depends on velocity, or a brake
-    whose g is not linear, the *torque* is made linear between the points (and the release
-    speed); add points to refine.
+    Constant beyond the last point; ``scale`` multiplies the whole table. With actuation that
+    depends on velocity, or a brake whose g is not linear, the *torque* is made linear between the
+    points (and the release speed); add points to refine.
     """
 
     kind: ClassVar[str] = "tabulated"
@@ -214,6 +214,10 @@ class TabulatedFriction(SetValuedFriction):
         "static friction coefficient (default: the first of the table)", symbol="mu_s",
         unit="1", example=0.4, ge=0, le=5,
         default_factory=lambda data: next(iter(data.get("coefficients", ())), 0.0),
+    )  # fmt: skip
+    scale: float = parameter(
+        "factor of all coefficients, the static one included", example=1.1,
+        default=1.0, ge=0, le=100,
     )  # fmt: skip
 
     @model_validator(mode="after")
@@ -249,13 +253,14 @@ class TabulatedFriction(SetValuedFriction):
         return len(set(self.coefficients)) == 1
 
     def nodes(self) -> tuple[tuple[float, float], ...]:
-        """The table."""
-        return tuple(zip(self.speeds, self.coefficients, strict=True))
+        """The table, multiplied by ``scale``."""
+        scaled = (self.scale * one for one in self.coefficients)
+        return tuple(zip(self.speeds, scaled, strict=True))
 
     @property
     def breakaway(self) -> float:
-        """The static coefficient mu_s [1]."""
-        return self.static
+        """The static coefficient mu_s, multiplied by ``scale`` [1]."""
+        return self.scale * self.static
 
 
 class SmoothedFriction(_TwoCoefficients, SmoothFriction):

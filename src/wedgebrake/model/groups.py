@@ -56,7 +56,7 @@ def compute(system: BrakedDriveline) -> Groups:
     """The groups of a system, from its SI values."""
     line, brake, force = system.driveline, system.brake, system.actuation
     mu = system.friction.reference
-    static = getattr(system.friction, "static", mu)
+    static = getattr(system.friction, "breakaway", getattr(system.friction, "static", mu))
     impedance = math.sqrt(line.stiffness * line.inertia)
     torque = system.excitation
     sine = isinstance(torque, HarmonicTorque)

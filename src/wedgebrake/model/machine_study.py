@@ -103,7 +103,7 @@ def _texts(table: str, part: Named, records: Records | None) -> Iterator[str]:
     yield toml.table(f"[{table}]", first | kept(lines), words)
     for name, one in inner.items():
         kind = {"kind": kind_of(f"{part.name}.{name}", one)} if isinstance(one, Chosen) else {}
-        yield toml.table(f"{table}.{name}", kind | kept(plain_given(one)), comments(one))
+        yield toml.table(f"{table}.{name}", kept(kind | plain_given(one)), comments(one))
 
 
 def kind_of(name: str, part: Chosen) -> str:

@@ -19,7 +19,8 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.validation import explain
+from wedgebrake.model.units import UNITS, with_unit
+from wedgebrake.model.validation import explain, labels
 
 SMALLEST = 1e-50
 """Smallest magnitude of a nonzero parameter of the system.
@@ -59,6 +60,10 @@ class Part(BaseModel):
     """Name of the part in a study file and in error messages."""
     later: ClassVar[frozenset[str]] = frozenset()
     """Fields that plain tables of the part omit at their default."""
+    plain_unit: ClassVar[str] = "1"
+    """Key in ``UNITS`` of the units of fields that state none."""
+    alternatives: ClassVar[dict[str, tuple[str, Any]]] = {}
+    """Names that can be given instead of a field: the field, and the ``parameter`` of the name."""
 
     def __init__(self, /, **data: Any) -> None:  # a study may say self = 1
         try:
@@ -74,13 +79,32 @@ class Part(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain_numbers(cls, data: Any) -> Any:
-        """Convert NumPy scalars and arrays."""
+        """Convert NumPy scalars and arrays, and texts with a unit where a number is wanted."""
         if not isinstance(data, dict):
             return data
-        return {
+        found = {
             key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
             for key, value in data.items()
         }
+        for key, value in found.items():
+            unit = text_unit(cls, key) if isinstance(value, str | list | tuple) else None
+            if unit is not None:
+                found[key] = with_unit(f"{cls._label(data)}.{key}".removeprefix("."), value, unit)
+        return cls._completed(found)
+
+    @classmethod
+    def _completed(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """The values with fields in place of ``alternatives``."""
+        return data
+
+
+def text_unit(part: type[Part], name: str) -> str | None:
+    """Key in ``UNITS`` of the units in which a field can be given as a text; None: it cannot."""
+    field = part.model_fields.get(name)
+    unit = None if field is None else labels(field).get("unit")
+    if unit == "1" or (unit == "-" and part.plain_unit != "1"):
+        unit = part.plain_unit
+    return str(unit) if unit in UNITS else None
 
 
 def given(part: Part) -> dict[str, Any]:

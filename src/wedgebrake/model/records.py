@@ -1,4 +1,4 @@
-"""Records: tables of a study file whose points are in a CSV file.
+"""Records: tables of signals or of friction in a study file whose points are in a CSV file.
 
 signal = { kind = "table", file = "torque.csv", columns = ["t", "M"], units = ["s", "kN m"] }
 """
@@ -15,34 +15,66 @@ from pydantic import field_validator
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.units import UNITS as _UNITS
 from wedgebrake.model.validation import moved, shown, unknown, wrong
 
 LARGEST = 500_000_000  # bytes of a record
 UNITS = {
-    "1": 1.0, "%": 0.01,
-    "s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0,
-    "N m": 1.0, "kN m": 1e3, "N": 1.0, "kN": 1e3,
-    "rad": 1.0, "rad/s": 1.0, "rpm": 2.0 * math.pi / 60.0,
-}  # fmt: skip
+    unit: factor
+    for one in ("1", "s", "m/s", "N", "N m", "rad", "rad/s")
+    for unit, factor in _UNITS[one].items()
+} | {"1": 1.0}
 """SI values of the units of columns."""
 _FEW = 100  # most points of a table that is written into a study
-_COLUMNS = ("time", "value")
+# Of each kind of table: its fields, and the names of their columns.
+_POINTS: dict[Any, tuple[str, ...]] = {
+    "table": ("times", "values"), "tabulated": ("speeds", "coefficients"),
+}  # fmt: skip
+_NAMES = {"table": ("time", "value"), "tabulated": ("speed", "coefficient")}
 _DELIMITERS = (",", ";", "\t")
 
 
-class Record(Part):
-    """A table of a study file whose points are columns of a CSV file with a line of names."""
-
-    table: ClassVar[str] = "signal"
+class _Columns(Part):
+    """Two columns of a CSV file with a line of names."""
 
     file: str = parameter(
         "CSV file, its path relative to the study", unit="-", example="torque.csv"
     )
-    columns: tuple[str, str] = parameter(
-        "names of the columns with the times and the values", unit="-", example=["t", "M"]
-    )
+    columns: tuple[str, str] = parameter("names of the columns", unit="-", example=["t", "M"])
     units: tuple[str, str] = parameter(
         "their units", unit="-", example=["s", "kN m"], default=("s", "1")
+    )
+
+    @field_validator("columns", "units", mode="before", check_fields=False)
+    @classmethod
+    def _pair(cls, value: Any) -> Any:
+        return tuple(value) if isinstance(value, list) else value
+
+    @field_validator("units", check_fields=False)
+    @classmethod
+    def _known(cls, value: tuple[str, str]) -> tuple[str, str]:
+        for i, one in enumerate(value):
+            if one not in UNITS:
+                raise unknown(f"{cls.table}.[{i}]", one, list(UNITS))
+        return value
+
+    def read(self, folder: Path) -> list[list[float]]:
+        """The two columns, in SI units."""
+        factors = [UNITS[one] for one in self.units]
+        columns = _columns(folder / self.file, self.columns, self.table)
+        return [
+            column if factor == 1.0 else [factor * one for one in column]
+            for column, factor in zip(columns, factors, strict=True)
+        ]
+
+
+class Record(_Columns):
+    """A table of a study file whose points are columns of a CSV file with a line of names."""
+
+    table: ClassVar[str] = "signal"
+
+    columns: tuple[str, str] = parameter(
+        "names of the columns with the times and the values", unit="-", example=["t", "M"]
     )
     scale: float = parameter("factor of the values", example=1.0, default=1.0)
     periodic: bool = parameter("whether the table repeats", unit="-", example=False, default=False)
@@ -50,30 +82,52 @@ class Record(Part):
         "value outside its times", unit="-", example="hold", default="error"
     )
 
-    @field_validator("columns", "units", mode="before")
-    @classmethod
-    def _pair(cls, value: Any) -> Any:
-        return tuple(value) if isinstance(value, list) else value
-
-    @field_validator("units")
-    @classmethod
-    def _known(cls, value: tuple[str, str]) -> tuple[str, str]:
-        for i, one in enumerate(value):
-            if one not in UNITS:
-                raise unknown(f"signal.[{i}]", one, list(UNITS))
-        return value
-
     def points(self, folder: Path) -> dict[str, Any]:
         """The fields of a ``Table`` with the times and values of the record."""
-        times, values = _columns(folder / self.file, self.columns)
-        first, second = UNITS[self.units[0]], UNITS[self.units[1]] * self.scale
+        times, values = self.read(folder)
         return {
             "kind": "table",
-            "times": times if first == 1.0 else [first * one for one in times],
-            "values": values if second == 1.0 else [second * one for one in values],
+            "times": times,
+            "values": values if self.scale == 1.0 else [self.scale * one for one in values],
             "periodic": self.periodic,
             "after": self.after,
         }
+
+
+class FrictionRecord(_Columns):
+    """A table of friction whose points are columns of a CSV file with a line of names."""
+
+    table: ClassVar[str] = "friction"
+
+    columns: tuple[str, str] = parameter(
+        "names of the columns with the sliding speeds and the coefficients", unit="-",
+        example=["v", "mu"],
+    )  # fmt: skip
+    units: tuple[str, str] = parameter(
+        "their units", unit="-", example=["m/s", "1"], default=("m/s", "1")
+    )
+    static: float | None = parameter(
+        "static friction coefficient (default: the first of the table)", example=0.4, default=None
+    )
+    scale: float | None = parameter(
+        "factor of all coefficients, the static one included", example=1.1, default=None
+    )
+
+    def points(self, folder: Path) -> dict[str, Any]:
+        """The fields of a ``TabulatedFriction`` with the points of the record."""
+        speeds, coefficients = self.read(folder)
+        others = {"static": self.static, "scale": self.scale}
+        return {
+            "kind": "tabulated",
+            "speeds": speeds,
+            "coefficients": coefficients,
+            **{name: value for name, value in others.items() if value is not None},
+        }
+
+
+_KINDS: dict[Any, type[Record] | type[FrictionRecord]] = {
+    "table": Record, "tabulated": FrictionRecord,
+}  # fmt: skip
 
 
 def with_records(table: Any, folder: Path | None, path: str = "") -> Any:
@@ -87,7 +141,8 @@ def with_records(table: Any, folder: Path | None, path: str = "") -> Any:
         return [with_records(one, folder, path) for one in table]
     if not isinstance(table, dict):
         return table
-    if table.get("kind") != "table" or "file" not in table:
+    kind = table.get("kind")
+    if not isinstance(kind, str) or kind not in _KINDS or "file" not in table:
         own = table.get("name", "")
         begin = own if isinstance(own, str) and own else path
         return {
@@ -95,38 +150,41 @@ def with_records(table: Any, folder: Path | None, path: str = "") -> Any:
             for key, value in table.items()
         }
     try:
-        record = Record(**{key: value for key, value in table.items() if key != "kind"})
+        model = _KINDS[kind]
+        record = model(**{key: value for key, value in table.items() if key != "kind"})
         if folder is None:
             raise wrong(
-                "signal.file", record.file, "left out in the text of a study",
-                "Only wb.load_study(path) knows the folder of a record; give times and values.",
+                f"{model.table}.file", record.file, "left out in the text of a study",
+                "Only wb.load_study(path) knows the folder of a record; give its points instead.",
             )  # fmt: skip
         return record.points(folder)
     except InputError as error:
         raise moved(error, path) from None
 
 
-def _columns(path: Path, columns: tuple[str, str]) -> tuple[list[float], list[float]]:
-    """Two columns of a CSV file."""
-    lines = _text(path).splitlines()
+def _columns(path: Path, columns: tuple[str, str], table: str) -> tuple[list[float], list[float]]:
+    """Two columns of a CSV file; errors name the ``table`` that cites it."""
+    lines = _text(path, table).splitlines()
     if not lines:
-        raise wrong("signal.file", str(path), "a CSV file with a line of names", "It is empty.")
+        allowed = "a CSV file with a line of names"
+        raise wrong(f"{table}.file", str(path), allowed, "It is empty.")
     delimiter = max(_DELIMITERS, key=lines[0].count)
     rows = csv.reader(lines, delimiter=delimiter)
     names = [name.strip() for name in next(rows)]
     for i, name in enumerate(columns):
         if name not in names:
-            raise unknown(f"signal.columns[{i}]", name, names, f"no such column of {path.name}")
+            what = f"no such column of {path.name}"
+            raise unknown(f"{table}.columns[{i}]", name, names, what)
     places = [names.index(name) for name in columns]
     found: tuple[list[float], list[float]] = ([], [])
     for number, row in enumerate(rows, start=2):
         if row:
             for column, place in zip(found, places, strict=True):
-                column.append(_cell(row, place, f"{path.name}, line {number}"))
+                column.append(_cell(row, place, f"{path.name}, line {number}", table))
     return found
 
 
-def _cell(row: list[str], place: int, where: str) -> float:
+def _cell(row: list[str], place: int, where: str, table: str) -> float:
     text = row[place].strip() if place < len(row) else ""
     try:
         value = float(text)
@@ -134,25 +192,25 @@ def _cell(row: list[str], place: int, where: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise wrong(
-            "signal.file", text, "a finite number in each line",
+            f"{table}.file", text, "a finite number in each line",
             f"See {where}; remove the line, or fill the gap.",
         )  # fmt: skip
     return value
 
 
-def _text(path: Path) -> str:
+def _text(path: Path, table: str) -> str:
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
         if len(content) > LARGEST:
-            raise wrong("signal.file", str(path), f"a CSV file of at most {LARGEST} bytes")
+            raise wrong(f"{table}.file", str(path), f"a CSV file of at most {LARGEST} bytes")
         return content.decode("utf-8-sig")
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         why = getattr(error, "strerror", None) or "no text"
         raise wrong(
-            "signal.file", str(path), "a CSV file that can be read",
+            f"{table}.file", str(path), "a CSV file that can be read",
             f"It cannot ({shown(why)}). Its path is relative to the study.",
         ) from None  # fmt: skip
 
@@ -174,19 +232,21 @@ class Records:
             return [self.kept(one, name) for one in value]
         if not isinstance(value, dict):
             return value
-        if value.get("kind") != "table" or len(value["times"]) <= _FEW:
+        columns = _POINTS.get(value.get("kind"), ())
+        if not columns or len(value[columns[0]]) <= _FEW:
             return {key: self.kept(one, name) for key, one in value.items()}
         number = sum(file.startswith(f"{self.stem}-{name}") for file in self.files)
         file = f"{self.stem}-{name}{f'-{number + 1}' if number else ''}.csv"
-        self.files[file] = _csv_text(value["times"], value["values"])
-        others = {key: one for key, one in value.items() if key not in ("times", "values")}
-        return {**others, "file": file, "columns": list(_COLUMNS)}
+        names = _NAMES[value["kind"]]
+        self.files[file] = _csv_text(names, *(value[one] for one in columns))
+        others = {key: one for key, one in value.items() if key not in columns}
+        return {**others, "file": file, "columns": list(names)}
 
 
-def _csv_text(times: list[float], values: list[float]) -> str:
+def _csv_text(names: tuple[str, str], first: list[float], second: list[float]) -> str:
     """A record as text, from which the numbers are read back exactly."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_COLUMNS)
-    writer.writerows((repr(time), repr(value)) for time, value in zip(times, values, strict=True))
+    writer.writerow(names)
+    writer.writerows((repr(one), repr(other)) for one, other in zip(first, second, strict=True))
     return text.getvalue()

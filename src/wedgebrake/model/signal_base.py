@@ -22,6 +22,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import Chosen, Positional
 from wedgebrake.model.signal_calculus import FloatArray
+from wedgebrake.model.units import SIGNAL
 from wedgebrake.model.validation import check_choice, is_number, plain, wrong
 
 LARGEST = 1e15
@@ -43,6 +44,7 @@ class Signal(Positional, Chosen):
     """
 
     table: ClassVar[str] = "signal"
+    plain_unit: ClassVar[str] = SIGNAL
     kinds: ClassVar[dict[str, type[Any]]] = {}
     # Makes NumPy leave the product of a NumPy scalar and a signal to the signal.
     __array_ufunc__: ClassVar[None] = None

@@ -8,12 +8,13 @@ from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import KINDS
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.part import Part
-from wedgebrake.model.records import Record
+from wedgebrake.model.records import FrictionRecord, Record
 from wedgebrake.model.signals import A_SIGNAL, Signal
 from wedgebrake.model.study_run import MachineRun, Run
 from wedgebrake.model.sweep_settings import sweep_schema
 from wedgebrake.model.system import PARTS
 from wedgebrake.model.tables import CHOSEN, FIXED, table_schema
+from wedgebrake.model.units import SIGNAL, pattern
 
 _SIGNAL = {"$ref": "#/$defs/signal"}
 
@@ -22,6 +23,7 @@ def schema() -> dict[str, Any]:
     """JSON schema of study files."""
     properties: dict[str, Any] = {name: table_schema(model) for name, model in FIXED.items()}
     properties |= {name: {"oneOf": _of_kinds(kinds)} for name, kinds in CHOSEN.items()}
+    properties["friction"]["oneOf"].append(_of_kind("tabulated", FrictionRecord))
     properties["excitation"] = {
         "oneOf": [properties["excitation"], *_of_kinds(Signal.kinds), _of_kind("table", Record)]
     }
@@ -43,9 +45,9 @@ def schema() -> dict[str, Any]:
     properties["sweep"], definitions = sweep_schema()
     # Parameters of a machine, such as "brake.slope".
     properties["sweep"]["patternProperties"] = {r"\.": {"$ref": "#/$defs/swept_values"}}
-    definitions["signal"] = {
-        "oneOf": [{"type": "number"}, *_of_kinds(Signal.kinds), _of_kind("table", Record)]
-    }
+    text = {"type": "string", "pattern": pattern(SIGNAL)}
+    tables = [*_of_kinds(Signal.kinds), _of_kind("table", Record)]
+    definitions["signal"] = {"oneOf": [{"type": "number"}, text, *tables]}
     found = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "wedgebrake study",

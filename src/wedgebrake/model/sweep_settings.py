@@ -15,7 +15,14 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_names import numbers
 from wedgebrake.model.part import Part, is_numeric, parameter
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.tables import CHOSEN, FIXED, refuse_of_another_kind, table_schema
+from wedgebrake.model.tables import (
+    CHOSEN,
+    FIXED,
+    or_text,
+    refuse_of_another_kind,
+    table_schema,
+)
+from wedgebrake.model.units import ANY, with_unit
 from wedgebrake.model.validation import check_number, labels, named, shown
 
 MOST_VALUES = 10_000_000  # of one swept parameter
@@ -88,15 +95,21 @@ _SPAN: dict[str, Any] = {
 Span: type[Part] = create_model("Span", __base__=Part, __doc__="Evenly spaced values.", **_SPAN)
 
 
-def swept_values(given: Any, where: str) -> Part | tuple[float, ...]:
+def swept_values(given: Any, where: str, unit: str = "-") -> Part | tuple[float, ...]:
     """Validate the values of a swept parameter: a list, or a table (from, to, points).
 
     where : prefix of the name of an invalid value in a message, as "sweep.eta."
+    unit  : SI unit of the parameter, in whose other units values may be given as texts
 
     Raises ``InputError``.
     """
     if isinstance(given, dict):
-        return _span(given, where)
+        ends = {
+            key: with_unit(f"{where}{key}", given[key], unit)
+            for key in ("from", "to")
+            if key in given
+        }
+        return _span({**given, **ends}, where)
     name = where.rstrip(". :")
     if not isinstance(given, list | tuple):
         raise InputError(
@@ -106,6 +119,7 @@ def swept_values(given: Any, where: str) -> Part | tuple[float, ...]:
     if not given:
         raise InputError(f"{name} = []: must be a list of values, at least one.")
     allowed = "a finite number"
+    given = with_unit(name, given, unit)
     return tuple(check_number(f"{name}[{i}]", one, allowed=allowed) for i, one in enumerate(given))
 
 
@@ -207,7 +221,7 @@ def parse_sweep(table: dict[str, Any], system: BrakedDriveline | Machine) -> Swe
             try:
                 _check_name(name, allowed, system)
                 refuse_doubled(name, table, "sweep.")
-                axes[name] = swept_values(given, f"sweep.{name}.")
+                axes[name] = swept_values(given, f"sweep.{name}.", allowed[name][0])
             except InputError as error:
                 wrong.append(str(error))
     try:
@@ -248,5 +262,9 @@ def sweep_schema() -> tuple[dict[str, Any], dict[str, Any]]:
             "description": f"swept: {one.meaning}",
             "$ref": "#/$defs/swept_values",
         }
-    listed = {"type": "array", "items": {"type": "number"}, "minItems": 1}
-    return table, {"swept_values": {"oneOf": [Span.model_json_schema(), listed]}}
+    value = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": ANY}]}
+    listed = {"type": "array", "items": value, "minItems": 1}
+    span = Span.model_json_schema()
+    for end in ("from", "to"):
+        span["properties"][end] = or_text(span["properties"][end], value["anyOf"][1])
+    return table, {"swept_values": {"oneOf": [span, listed]}}

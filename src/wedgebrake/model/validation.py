@@ -270,7 +270,7 @@ def _slip(kind: str, location: tuple[int | str, ...], value: object) -> str:
     name = str(location[-1]) if location else ""
     if isinstance(value, str):
         if kind in ("float_type", "int_type"):
-            return " Write the number without quotation marks or units."
+            return " Write the number without quotation marks, or with its unit: '0.2 m'."
         return " Write it without quotation marks." if kind == "bool_type" else ""
     if not isinstance(value, int | float):
         return ""

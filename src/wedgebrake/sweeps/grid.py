@@ -15,6 +15,7 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import INITIAL, MOST_VALUES, refuse_doubled, sweepable
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.units import with_unit
 from wedgebrake.model.validation import shown
 from wedgebrake.sweeps.results import VARIABLES
 
@@ -146,7 +147,7 @@ def _axis(system: BrakedDriveline | Machine, name: str, given: ArrayLike) -> Axi
     allowed = sweepable(system)
     if name not in allowed:
         raise InputError(f"{name}: cannot be swept. {nearest(name, allowed)}")
-    values = _numbers(name, given)
+    values = _numbers(name, with_unit(name, given, allowed[name][0]))
     if name in INITIAL and np.max(np.abs(values)) > 1e12:
         raise InputError(f"{name}: must lie in [-1e12, 1e12].")
     dim = name

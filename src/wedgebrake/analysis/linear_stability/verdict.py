@@ -25,6 +25,7 @@ from wedgebrake.analysis.linear_stability.damping import (
 )
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Result
+from wedgebrake.model.friction import TabulatedFriction
 from wedgebrake.model.system import BrakedDriveline
 
 
@@ -258,8 +259,11 @@ def _locking_coefficients(system: BrakedDriveline) -> tuple[float, float]:
     """Friction coefficients that decide on self-locking during sliding and at rest."""
     kinetic = system.friction.reference
     # With tabulated friction the brake may slide at the speeds of least friction.
-    least = min(getattr(system.friction, "coefficients", (kinetic,)))
-    return least, max(kinetic, float(getattr(system.friction, "static", kinetic)))
+    least, law = kinetic, system.friction
+    if isinstance(law, TabulatedFriction):
+        least = min(one for _, one in law.nodes())
+    static = getattr(system.friction, "static", kinetic)
+    return least, max(kinetic, float(getattr(system.friction, "breakaway", static)))
 
 
 def _verdict(system: BrakedDriveline, found: Stability) -> str:

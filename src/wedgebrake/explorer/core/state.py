@@ -271,7 +271,8 @@ def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
         return known  # a table and a constant cannot be converted
     kinetic, static = before.reference, float(getattr(before, "static", before.reference))
     if isinstance(before, TabulatedFriction):
-        kinetic = min(before.coefficients[-1], static)
+        static = before.breakaway
+        kinetic = min(before.nodes()[-1][1], static)
     if issubclass(model, TabulatedFriction):
         speeds, shares = zip(*_FALLING, strict=True)
         coefficients = tuple(min(share * kinetic, _LARGEST_COEFFICIENT) for share in shares)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
     "wb.simulate(...), wb.stability(machine), wb.poincare(...), wb.spectrum(...),"
+    " wb.stopping(...), wb.order_map(...),"
     " wb.bifurcation(...), wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
     " wb.stability_map(...), or wb.sweep(...) over one or two parameters"
 )
@@ -37,6 +38,8 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
                                             sticks, torques and forces
     ``poincare``                            Poincare section
     ``spectrum``                            amplitude spectrum
+    ``stopping``                            speed, judder and jerk of a stop
+    ``order_map``                           amplitudes over speed and order
     ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram
     ``regime_map``, ``sweep`` (two axes)    map of a class or another result
     ``basins``                              basins of attraction
@@ -88,12 +91,17 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         modes,
         motion,
         orbit_branches,
+        order_map,
+        stopping,
     )
 
     if isinstance(dataset, MachineStability):
         return modes.modes, (dataset,)
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind")
+    of_kind = {"stopping": stopping.stop, "order_map": order_map.order_map}
+    if isinstance(kind, str) and kind in of_kind:
+        return of_kind[kind], (dataset,)
     swept = swept_parameters(dataset)
     if len(swept) > 2:
         raise InputError(

@@ -1,0 +1,57 @@
+"""Pictures of stops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.figures.data.stopping import Stop
+
+
+@pytest.fixture(scope="module")
+def stop():
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 4.0, speed=50.0), wb.Inertia("hub", 1.0, speed=50.0)],
+        shafts=[wb.Shaft("disc", "hub", stiffness=400.0, damping=1.0)],
+        contacts=[
+            wb.Contact(
+                "disc", name="brake", brake=wb.ConventionalBrake(radius=4.0),
+                friction=wb.CoulombFriction(kinetic=0.5),
+                actuation=wb.Actuation(initial_force=20.0),
+            )
+        ],
+    )  # fmt: skip
+    return wb.stopping(wb.simulate(machine, 60.0, until="rest"), ringdown=1.0)
+
+
+def test_contents_are_those_of_the_dataset(stop):
+    data = Stop.of(stop)
+    speeds, judder, torques = data.panels
+    assert [line.name for line in speeds.lines] == ["disc", "hub"]
+    for i, line in enumerate(judder.lines):
+        assert np.array_equal(line.x, stop.mean_speed[:, i])
+        assert np.array_equal(line.y, stop.judder_speed[:, i])
+    assert np.array_equal(torques.lines[0].y, stop.judder_torque[:, 0])
+    assert [bars.phase for bars in data.jerks] == ["braking", "ring-down"]
+    assert np.array_equal(data.jerks[1].peak, stop.peak_jerk[1])
+
+
+def test_without_a_ring_down(stop):
+    short = stop.copy()
+    short["peak_jerk"] = short.peak_jerk.where(short.phase == "braking")
+    assert [bars.phase for bars in Stop.of(short).jerks] == ["braking"]
+
+
+@pytest.mark.parametrize("width", [3.5, 7.2])
+def test_is_drawn(stop, width, tmp_path):
+    figure = wb.plot(stop, width=width)
+    assert figure.get_figwidth() == width
+    path = tmp_path / "stop.png"
+    figure.savefig(path)
+    assert path.stat().st_size > 0
+
+
+def test_unknown_option(stop):
+    with pytest.raises(wb.InputError):
+        wb.plot(stop, colour="red")
