@@ -11,7 +11,7 @@ from wedgebrake.model.display import Result
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, wrong
+from wedgebrake.model.validation import check_choice, check_instance, wrong
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.simulate import check_state, choose_method
@@ -203,10 +203,11 @@ def motion(
     if isinstance(system, Machine) or is_solved_as_machine(system, method):
         machine, state = as_machine(system, initial)
         wanted = protocol(returns_of(machine, periods, crossings), transient, limit, **limits)
+        chosen = machine_method(method)
         from wedgebrake.analysis.machine_motion.run import classify_machine
 
         return from_machine(
-            machine, interruptible(lambda: classify_machine(machine, wanted, state))
+            machine, interruptible(lambda: classify_machine(machine, wanted, state, chosen))
         )
     if crossings is not None:
         raise wrong(
@@ -227,10 +228,14 @@ def is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
     Raises ``InputError`` for anything but a driveline.
     """
     check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
-    set_valued = isinstance(system.friction, SetValuedFriction)
-    if not set_valued or method not in (None, "exact"):
+    if not isinstance(system.friction, SetValuedFriction) or method == "ode14x":
         return False
-    return not system.plain or system.excitation.amplitude == 0.0
+    return method == "smooth" or not system.plain or system.excitation.amplitude == 0.0
+
+
+def machine_method(method: str | None) -> str:
+    """The method for a machine, checked; by default "exact"."""
+    return "exact" if method is None else check_choice("method", method, ["exact", "smooth"])
 
 
 def as_machine(

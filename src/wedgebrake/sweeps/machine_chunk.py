@@ -66,7 +66,7 @@ class MachineChunk:
                 before = None
                 continue
             start = before if self._plan.grid.follow is not None else None
-            result = classify_machine(machine, self._plan.protocol, start)
+            result = classify_machine(machine, self._plan.protocol, start, self._plan.method)
             before = result.final if result.outcome == Outcome.COMPLETED else None
             self._store(int(number), result)
 

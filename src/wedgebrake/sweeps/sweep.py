@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wedgebrake.analysis.motion import is_solved_as_machine, returns_of
+from wedgebrake.analysis.motion import is_solved_as_machine, machine_method, returns_of
 from wedgebrake.analysis.run_settings import AUTO, LIMIT, TRANSIENT, protocol
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
@@ -227,7 +227,7 @@ def make_plan(
     from wedgebrake.sweeps.plan import Plan
 
     if isinstance(system, Machine) or is_solved_as_machine(system, method):
-        as_machine, chosen = True, "exact"
+        as_machine, chosen = True, machine_method(method)
         machine = system if isinstance(system, Machine) else system.machine
         periods = returns_of(machine, periods, crossings)
         transient = AUTO if transient is None else transient

@@ -28,6 +28,8 @@ _FIRST_LOOK, _PATIENCE = 8.0, 4.0
 _FIRST_WINDOW = 16
 # Relative size of a vibration that counts as none.
 _STILL = 1e-9
+# Relative size of a vibration that the linear machine describes, where friction is a curve.
+_SMALL = 1e-5
 # Distance of a return over the size of the last orbit that shows a vibration that decays.
 _DRIFT = 1e-5
 # Decay of a deviation in a window (logarithm) that leaves nothing of it.
@@ -35,19 +37,26 @@ _DECAYED = 8.0
 
 
 def classify_machine(
-    machine: Machine, protocol: Protocol, initial: FinalState | None = None
+    machine: Machine,
+    protocol: Protocol,
+    initial: FinalState | None = None,
+    method: str = "exact",
 ) -> MachineResult:
     """Run a machine and classify its motion.
 
+    method : "exact" or "smooth", see ``simulate``
+
     Raises ``InputError`` for signals that do not repeat, and as ``simulate``.
     """
-    return _Run(machine, protocol, initial).classified()
+    return _Run(machine, protocol, initial, method).classified()
 
 
 class _Run:
     """A run, continued window by window."""
 
-    def __init__(self, machine: Machine, protocol: Protocol, initial: FinalState | None) -> None:
+    def __init__(
+        self, machine: Machine, protocol: Protocol, initial: FinalState | None, method: str
+    ) -> None:
         self.space = coordinates(machine)
         self.protocol, self.every = protocol, sampling(machine)
         self.has_period = machine.period is not None
@@ -55,7 +64,7 @@ class _Run:
         self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
         self.states = self.space.to.shape[1]
         watched = np.vstack([self.space.to, np.eye(self.states)])
-        self.course = Course(machine, initial, watched=watched)
+        self.course = Course(machine, initial, method=method, watched=watched)
         self.section: Every | Crossing | None = self.every
         self.natural = 2.0 * math.pi / self.space.frequency if self.space.frequency else 1.0
         self.done = 0
@@ -131,6 +140,9 @@ class _Run:
         """Set the result of a motion that ends in steady sliding or at rest."""
         if not self.linear:
             return self._has_stopped(passage)
+        if self.course.state.curves.size and self._range(passage) > _SMALL * self._speed(passage):
+            # Only of a small vibration the decay is that of the linear machine.
+            return False
         found = steady_state(self.course.assembled.problem, self.course.state, self.space)
         sliding = found is not None and bool(found.sliding.any())
         if found is None or (sliding and found.ringing > _STILL * self._speed(passage)):

@@ -43,18 +43,40 @@ class Steady(NamedTuple):
     exponents: FloatArray
 
 
+def _linearized(problem: MachineProblem, run: Run, slot: int) -> tuple[FloatArray, FloatArray]:
+    """The present state with its inputs, (z,), and the derivative of its rates by the states.
+
+    The torques of contacts that slide on curves are inputs, whose values are of the last cell.
+    """
+    states, z = problem.states, run.z[0].copy()
+    slopes = run.systems.rates[slot, :, :states].copy()
+    for number in run.curves["contact"]:
+        mode, contact = run.modes[number], problem.contacts[number]
+        if mode["side"] == 0:
+            continue
+        line, place = problem.lines[contact["first_line"] + mode["line"]], states + contact["curve"]
+        sliding, force = problem.sliding[number], run.systems.force[slot, number]
+        gain = np.polynomial.Polynomial(line["factors"][: line["degree"] + 1])
+        s, rise = line["offset"] + line["slope"] * abs(sliding @ z), line["slope"] * mode["side"]
+        z[place] = -gain(s) * (force @ z)
+        torque = -gain.deriv()(s) * rise * (force @ z) * sliding - gain(s) * force
+        slopes += np.outer(run.systems.rates[slot, :, place], torque[:states])
+    return z, slopes
+
+
 def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Steady | None:
     """What a motion tends to without another event; None if that is not certain.
 
     problem : of a machine whose signals do not vary, without controllers
     """
     slot, states = select_system(problem, run), problem.states
-    systems, z = run.systems, run.z[0]
+    systems = run.systems
+    z, slopes = _linearized(problem, run, slot)
     # Deviations in which the contacts at rest do not move.
     held = problem.sliding[run.modes["side"] == 0, :states] @ space.back
     basis = null_space(held, rcond=_RANK) if held.size else np.eye(space.size)
     rates = basis.T @ space.to @ systems.rates[slot]
-    matrix, drive = rates[:, :states] @ space.back @ basis, rates @ z
+    matrix, drive = basis.T @ space.to @ slopes @ space.back @ basis, rates @ z
     size = float(np.abs(matrix).max(initial=0.0))
     values, shapes = np.linalg.eig(matrix)
     room = _ROUNDING * size

@@ -104,10 +104,11 @@ class Course:
     initial : where it begins; None: at the initial state of the machine
     start   : time of the beginning without ``initial`` [s]
     stop    : (1,) ends a passage at its next event when another thread sets it to True
+    method  : "exact" or "smooth", see ``simulate``
     works   : whether passages contain the work of every part
     watched : (r, states) factors of the states in the quantities whose extremes are wanted
 
-    Raises ``InputError`` for what the method "exact" cannot solve.
+    Raises ``InputError`` for what the method cannot solve.
     """
 
     def __init__(
@@ -118,11 +119,12 @@ class Course:
         start: float = 0.0,
         stop: NDArray[np.bool_] | None = None,
         works: bool = True,
+        method: str = "exact",
         watched: FloatArray | None = None,
     ) -> None:
         start = start if initial is None else initial.time
         self.machine = machine
-        self.assembled: Assembled = assemble(machine, start)
+        self.assembled: Assembled = assemble(machine, start, curved=method == "smooth")
         problem = self.assembled.problem
         self._run, self._begins = run_of(problem), True
         self._stop = np.zeros(1, np.bool_) if stop is None else stop

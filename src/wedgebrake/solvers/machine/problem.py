@@ -58,12 +58,14 @@ LINE = record(
 # stages   : (TERMS, MOST_DEGREE + 1) stages of Horner's rule; the first is P
 # force    : F
 # by_speed, by_force : dT/dv and dT/dF, if ``curves.differentiate`` is called
+# speed_change, force_change : of v and F, in a column of the derivative of the flow
 CURVE = record(
     whole="contact",
     fields=[
         ("about", np.float64, (MOST_DEGREE + 1,)), ("argument", np.float64, (TERMS,)),
         ("stages", np.float64, (TERMS, MOST_DEGREE + 1)), ("force", np.float64, (TERMS,)),
         ("by_speed", np.float64, (TERMS,)), ("by_force", np.float64, (TERMS,)),
+        ("speed_change", np.float64, (TERMS,)), ("force_change", np.float64, (TERMS,)),
     ],
 )  # fmt: skip
 

@@ -11,6 +11,7 @@ import math
 
 from wedgebrake.dynamics.jit import borrowing
 from wedgebrake.solvers.machine.cells import polynomial
+from wedgebrake.solvers.machine.curves import differentiate
 from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.watch import Anew, SectionKind
 
@@ -33,35 +34,85 @@ def vary(watch, problem, run, slot, terms, tau):
                 for column in range(watch.shift.size):
                     watch.variation[i, column] += change * watch.shift[column]
         state.pending = 0
+    if run.curves.size > 0:
+        differentiate(problem, run, terms)
     if tau > 0.0:
         watch.shift[:] = 0.0
         for column in range(watch.shift.size):
-            _expand_column(watch, problem, run.systems.rates[slot], column, terms)
+            _expand_column(watch, problem, run, slot, column, terms)
             for i in range(problem.states):
                 watch.variation[i, column] = polynomial(watch.series[:, i], terms, tau)
 
 
 @borrowing
-def _expand_column(watch, problem, rates, column, terms):
+def _expand_column(watch, problem, run, slot, column, terms):
     """Store the series of a column of the derivative.
 
-    A torque that is not linear in the state would be a further column of the series here, between
-    one power of time and the next.
+    The torque of a contact that slides on a curve is a further column of the series.
     """
     d, half, states = watch.series, problem.inverse.size, problem.states
+    rates = run.systems.rates[slot]
     for i in range(states):
         d[0, i] = watch.variation[i, column]
     for k in range(terms - 1):
         share = 1.0 / (k + 1.0)
+        for curve in run.curves:
+            if run.modes[curve.contact].side != 0:
+                _extend_torque(watch, problem, run, slot, curve, column, k)
         for i in range(half):
             d[k + 1, i] = d[k, half + i] * share
         for i in range(half, states):
             total = 0.0
             for j in range(states):
                 total += rates[i, j] * d[k, j]
+            for curve in run.curves:
+                if run.modes[curve.contact].side != 0:
+                    place = states + problem.contacts[curve.contact].curve
+                    total += rates[i, place] * d[k, place]
             if k == 0:
                 total += _by_held(watch, problem, rates[i], column)
             d[k + 1, i] = total * share
+
+
+@borrowing
+def _extend_torque(watch, problem, run, slot, curve, column, k):
+    """Store the coefficient of order k of the derivative of the torque of a contact on a curve.
+
+    From those of its sliding speed and force up to this order, which are stored too.
+    """
+    d, states = watch.series, problem.states
+    sliding, force = problem.sliding[curve.contact], run.systems.force[slot, curve.contact]
+    speed, push = 0.0, 0.0
+    for j in range(states):
+        speed += sliding[j] * d[k, j]
+        push += force[j] * d[k, j]
+    if k == 0:
+        push += _by_held(watch, problem, force, column)
+    curve.speed_change[k], curve.force_change[k] = speed, push
+    total = 0.0
+    for i in range(k + 1):
+        total += curve.by_speed[i] * curve.speed_change[k - i]
+        total += curve.by_force[i] * curve.force_change[k - i]
+    d[k, states + problem.contacts[curve.contact].curve] = total
+
+
+@borrowing
+def _by_curves(watch, problem, run, slot, row, column, terms, tau):
+    """Derivative of a row by way of the torques of contacts on curves, at tau in a cell."""
+    total = 0.0
+    for curve in run.curves:
+        place = problem.states + problem.contacts[curve.contact].curve
+        if run.modes[curve.contact].side == 0 or row[place] == 0.0:
+            continue
+        sliding, force = problem.sliding[curve.contact], run.systems.force[slot, curve.contact]
+        speed, push = 0.0, _by_held(watch, problem, force, column)
+        for j in range(problem.states):
+            speed += sliding[j] * watch.variation[j, column]
+            push += force[j] * watch.variation[j, column]
+        by_speed = polynomial(curve.by_speed, terms, tau)
+        by_force = polynomial(curve.by_force, terms, tau)
+        total += row[place] * (by_speed * speed + by_force * push)
+    return total
 
 
 @borrowing
@@ -98,6 +149,7 @@ def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
             scale += abs(part)
     for column in range(watch.shift.size):
         total = _by_held(watch, problem, row, column)
+        total += _by_curves(watch, problem, run, slot, row, column, terms, tau)
         for i in range(states):
             total += row[i] * watch.variation[i, column]
         watch.shift[column] = total / rate if abs(rate) > _TOUCHING * scale else 0.0
