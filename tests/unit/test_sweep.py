@@ -157,10 +157,10 @@ class WideningTable(SetValuedFriction):
 
     width: float = parameter("speed of the first bend", symbol="-", unit="m/s", example=0.2, gt=0)
     drop: float = parameter("drop at each bend", symbol="-", unit="1", example=0.05, ge=0)
-    bends: float = parameter("number of bends", symbol="-", unit="1", example=2.0, ge=0)
+    steps: float = parameter("number of bends", symbol="-", unit="1", example=2.0, ge=0)
 
     def nodes(self):
-        return tuple((self.width * i, 0.3 - self.drop * i) for i in range(int(self.bends) + 1))
+        return tuple((self.width * i, 0.3 - self.drop * i) for i in range(int(self.steps) + 1))
 
     @property
     def breakaway(self):
@@ -171,21 +171,21 @@ class WideningTable(SetValuedFriction):
         return 0.3
 
 
-@pytest.mark.parametrize("follow", [None, "width", "bends"])
+@pytest.mark.parametrize("follow", [None, "width", "steps"])
 def test_speeds_at_which_a_law_bends_may_depend_on_swept_parameters(follow) -> None:
-    law = WideningTable(width=0.2, drop=0.05, bends=2.0)
+    law = WideningTable(width=0.2, drop=0.05, steps=2.0)
     base = wb.paper.system(eta=-10.0, F0=0.05).replace(friction=law)
-    axes = {"width": [0.05, 0.4, 0.0, 1.5], "bends": [0.0, 1.0, 3.0]}
+    axes = {"width": [0.05, 0.4, 0.0, 1.5], "steps": [0.0, 1.0, 3.0]}
     found = wb.sweep(base, periods=12, transient=5, follow=follow, **axes)
     if follow is not None:
         found = found.sel(branch="up")
     for i, width in enumerate(axes["width"]):
-        for j, bends in enumerate(axes["bends"]):
+        for j, bends in enumerate(axes["steps"]):
             point = found.isel(width=i, bends=j)
             if width == 0.0:
                 assert point["status"] == PointStatus.INVALID
                 continue
-            before = {"width": (i - 1, j), "bends": (i, j - 1)}.get(follow, (-1, -1))
+            before = {"width": (i - 1, j), "steps": (i, j - 1)}.get(follow, (-1, -1))
             start = (0.0, 0.0)
             if min(before) >= 0 and axes["width"][before[0]] != 0.0:
                 start = tuple(
@@ -385,7 +385,7 @@ def test_after_an_interrupt_no_batch_begins(monkeypatch) -> None:
     class Blocked:
         """A chunk of four batches, each of which waits, except in the first chunk."""
 
-        def __init__(self, _plan, _parts, where) -> None:
+        def __init__(self, where) -> None:
             first = where["eta"].start == 0
             self.work = [partial(self.batch, first)] * 4
 
@@ -396,7 +396,7 @@ def test_after_an_interrupt_no_batch_begins(monkeypatch) -> None:
         def results(self) -> dict:
             return {}
 
-    monkeypatch.setattr(executor, "Chunk", Blocked)
+    monkeypatch.setattr(executor, "chunks_of", lambda _plan: Blocked)
     plan = make_plan("sweep", SYSTEM, {"eta": ETAS})
     chunks = Chunks({"eta": 4}, {"eta": 1})
     before = set(threading.enumerate())

@@ -296,18 +296,18 @@ class TestMap:
         np.testing.assert_array_equal(one.codes, turned.codes.T)
 
     def test_every_class_has_its_style(self):
-        dataset = sweep("regime_map", eta=np.arange(14.0), F0=[0.02, 0.03])
+        dataset = sweep("regime_map", eta=np.arange(16.0), F0=[0.02, 0.03])
         dataset["order"][...] = 0
         for place, (motion, order, status) in enumerate(
-            [(1, 0, 1), (2, 1, 1), (3, 2, 1), (3, 3, 1), (3, 4, 1), (3, 16, 1), (4, 0, 1),
-             (5, 0, 1), (7, 0, 3), (6, 0, 2), (0, 0, 1), (-1, 0, 5), (-1, 0, 6), (-1, 0, 0)]
+            [(1, 0, 1), (8, 0, 1), (9, 1, 1), (2, 1, 1), (3, 2, 1), (3, 3, 1), (3, 4, 1),
+             (3, 16, 1), (4, 0, 1), (5, 0, 1), (7, 0, 3), (6, 0, 2), (0, 0, 1), (-1, 0, 5), (-1, 0, 6), (-1, 0, 0)]
         ):  # fmt: skip
             for name, value in (("motion", motion), ("order", order), ("status", status)):
                 dataset[name][{"eta": place}] = value
         data = map_data(dataset)
-        assert list(data.codes[0]) == list(range(14))
+        assert list(data.codes[0]) == list(range(16))
         assert [entry.style for entry in data.legend] == list(MOTIONS)
-        assert all(entry.label.endswith(", 7.1 %") for entry in data.legend)
+        assert all(entry.label.endswith(", 6.2 %") for entry in data.legend)
         # A run that ended early counts as such, even without a class.
         dataset["motion"][...] = MotionClass.NONE
         left = class_styles.motion_codes(dataset).to_numpy()[:, 0]

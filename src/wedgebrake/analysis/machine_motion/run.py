@@ -26,6 +26,8 @@ FloatArray = NDArray[np.float64]
 _FIRST_LOOK, _PATIENCE = 8.0, 4.0
 # Returns in the first window.
 _FIRST_WINDOW = 16
+# Fewest returns that can be classified.
+_FEWEST = 4
 # Relative size of a vibration that counts as none.
 _STILL = 1e-9
 # Relative size of a vibration that the linear machine describes, where friction is a curve.
@@ -84,7 +86,8 @@ class _Run:
         else:
             self._advance(protocol.first)
             begin, window = self.done, self._advance(protocol.recorded, derivatives=True)
-            if result.outcome == Outcome.COMPLETED:
+            steady = self.every is None and self._is_steady(window)
+            if result.outcome == Outcome.COMPLETED and not steady:
                 self._judge(window)
                 result.transient, result.judged = begin, self.done - begin
                 self._record(window)
@@ -110,7 +113,7 @@ class _Run:
             if self.every is None and self._is_steady(window):
                 return
             if self.done < target:
-                # The motion does not return to this section.
+                # It does not return to this section: take one of its present motion.
                 self.section, self.done = crossing(window, self.space), target
                 continue
             result.judged, result.transient = self.done - begin, self.done
@@ -166,6 +169,8 @@ class _Run:
     def _judge(self, window: Passage) -> bool:
         """Set class, order and exponents from a window; return whether it ends the transient."""
         result = self.result
+        if len(window.times) < _FEWEST:
+            return False
         points = np.ascontiguousarray(window.states @ self.space.to.T)
         matrices = self.space.to @ window.matrices[1:] @ self.space.back
         growth = growths(matrices)

@@ -162,8 +162,8 @@ class BifurcationStyle:
 # protanopia, deuteranopia and tritanopia, by lightness where not by hue.
 MOTION_STYLES: dict[str, ClassStyle] = {
     "at_rest": ClassStyle("at rest", style.PALE_GREY),
-    "steady_sliding": ClassStyle("steady sliding", "#E8DCC0"),
-    "limit_cycle": ClassStyle("limit cycle", "#A8326E"),
+    "steady_sliding": ClassStyle("steady sliding", "#7FE0A8"),
+    "limit_cycle": ClassStyle("limit cycle", "#7A2A0A"),
     "period_1": ClassStyle("synchronous ($T$)", style.PALE_BLUE),
     "period_2": ClassStyle("$2T$", style.BLUE),
     "period_3": ClassStyle("$3T$", style.GREEN),

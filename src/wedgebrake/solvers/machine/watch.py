@@ -112,5 +112,6 @@ def watch_of(problem: Any, factors: Any) -> Watch:
         np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory)),
         np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((TERMS, width)),
         held, np.zeros(m, np.int64), quantities, np.zeros(len(factors)), np.zeros(len(factors)),
-        np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64), np.zeros(m, np.int64), np.zeros((2, TERMS)),
+        np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64), np.zeros(m, np.int64),
+        np.zeros((2, TERMS)),
     )  # fmt: skip
