@@ -180,8 +180,8 @@ def test_speeds_at_which_a_law_bends_may_depend_on_swept_parameters(follow) -> N
     if follow is not None:
         found = found.sel(branch="up")
     for i, width in enumerate(axes["width"]):
-        for j, bends in enumerate(axes["steps"]):
-            point = found.isel(width=i, bends=j)
+        for j, steps in enumerate(axes["steps"]):
+            point = found.isel(width=i, steps=j)
             if width == 0.0:
                 assert point["status"] == PointStatus.INVALID
                 continue
@@ -191,7 +191,7 @@ def test_speeds_at_which_a_law_bends_may_depend_on_swept_parameters(follow) -> N
                 start = tuple(
                     float(found[name][before]) for name in ("final_angle", "final_velocity")
                 )
-            system = base.replace(width=width, bends=bends)
+            system = base.replace(width=width, steps=steps)
             alone = wb.simulate(system, periods=12, initial=start, times=())
             assert point["final_angle"] == pytest.approx(alone.attrs["final_angle"], abs=1e-10)
 
@@ -271,7 +271,7 @@ def test_smooth_sweep_is_that_of_simulate() -> None:
         ({"eta": [1.0], "periods": 0}, "periods = 0"),
         ({"eta": [1.0], "threads": 0}, "threads = 0"),
         ({"eta": [1.0], "resume": True}, "resume = True: needs store"),
-        ({"eta": [1.0], "method": "smooth"}, "method = 'smooth'"),
+        ({"eta": [1.0], "method": "stiff"}, "method = 'stiff'"),
         ({"eta": [1.0], "progress": 3}, "progress = 3"),
         ({"eta": [1.0], "client": "no such thing"}, "client = 'no such thing'"),
         ({"eta": [1.0], "keep_points": 1}, "keep_points = 1"),

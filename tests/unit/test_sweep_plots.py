@@ -300,7 +300,8 @@ class TestMap:
         dataset["order"][...] = 0
         for place, (motion, order, status) in enumerate(
             [(1, 0, 1), (8, 0, 1), (9, 1, 1), (2, 1, 1), (3, 2, 1), (3, 3, 1), (3, 4, 1),
-             (3, 16, 1), (4, 0, 1), (5, 0, 1), (7, 0, 3), (6, 0, 2), (0, 0, 1), (-1, 0, 5), (-1, 0, 6), (-1, 0, 0)]
+             (3, 16, 1), (4, 0, 1), (5, 0, 1), (7, 0, 3), (6, 0, 2), (0, 0, 1), (-1, 0, 5),
+             (-1, 0, 6), (-1, 0, 0)]
         ):  # fmt: skip
             for name, value in (("motion", motion), ("order", order), ("status", status)):
                 dataset[name][{"eta": place}] = value
@@ -311,8 +312,8 @@ class TestMap:
         # A run that ended early counts as such, even without a class.
         dataset["motion"][...] = MotionClass.NONE
         left = class_styles.motion_codes(dataset).to_numpy()[:, 0]
-        assert left[8] == CODES["self_locked"]
-        assert left[9] == CODES["diverged"]
+        assert left[10] == CODES["self_locked"]
+        assert left[11] == CODES["diverged"]
 
     def test_undecided_is_hatched_and_not_computed_white(self):
         dataset = map_of()

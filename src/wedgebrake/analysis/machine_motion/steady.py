@@ -73,7 +73,10 @@ def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Stead
     systems = run.systems
     z, slopes = _linearized(problem, run, slot)
     # Deviations in which the contacts at rest do not move.
-    held = problem.sliding[run.modes["side"] == 0, :states] @ space.back
+    resting = problem.sliding[run.modes["side"] == 0]
+    held = resting[:, :states] @ space.back
+    # Their sliding speeds are zero, up to rounding.
+    z[:states] -= space.back @ np.linalg.pinv(held) @ (resting @ z)
     basis = null_space(held, rcond=_RANK) if held.size else np.eye(space.size)
     rates = basis.T @ space.to @ systems.rates[slot]
     matrix, drive = basis.T @ space.to @ slopes @ space.back @ basis, rates @ z
