@@ -26,13 +26,15 @@ import numpy as np, wedgebrake as wb, timing
 exact = wb.paper.system(eta=12.0, F0=0.036)
 smooth = wb.paper.system(eta=12.0, F0=0.036, friction="smoothed")
 etas = np.linspace(-60.0, 12.0, 400)
+def diagram(system, values):
+    return lambda: wb.bifurcation(system, eta=values, transient=200, threads=1)
 def branch(system):
     first = wb.orbit(system)
     over = {"step": 0.005, "eta": (12.0, -60.0)}
     return lambda: [point.multipliers for point in wb.continuation(first, **over)]
 cases = {
-    "diagram of 400 points, exact": lambda: wb.bifurcation(exact, eta=etas, threads=1),
-    "diagram of 40 points, smoothed": lambda: wb.bifurcation(smooth, eta=etas[::10], threads=1),
+    "diagram of 400 points, exact": diagram(exact, etas),
+    "diagram of 40 points, smoothed": diagram(smooth, etas[::10]),
     "response, exact": lambda: wb.simulate(exact.replace(eta=-24.0), periods=250),
     "energy": lambda r=wb.simulate(exact.replace(eta=-24.0), periods=250): wb.energy(r),
     "branch, exact": branch(exact),

@@ -27,7 +27,7 @@ TARGET_DIAGRAM, TARGET_MAP, TARGET_EFFICIENCY = 0.15, 360.0, 0.9
 
 def diagram(threads):
     """One diagram in memory."""
-    return wb.bifurcation(SYSTEM, eta=ETAS, threads=threads)
+    return wb.bifurcation(SYSTEM, eta=ETAS, transient=200, threads=threads)
 
 
 def loop_of_single_runs(count=40):
@@ -45,6 +45,7 @@ def map_of(count, threads, store=None):
         SYSTEM,
         eta=np.linspace(-60.0, 12.0, count),
         F0=np.geomspace(0.01, 0.2, count),
+        transient=200,
         threads=threads,
         store=store,
         progress=store is not None,

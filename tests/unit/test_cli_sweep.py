@@ -140,7 +140,7 @@ class TestAxes:
         study.write_text(text)
         protocol = answer(study, "--over", "eta=-3,3")["protocol"]
         assert protocol == {
-            "periods": 250, "transient": 200, "recorded": 50, "limit": protocol["limit"],
+            "periods": 50, "transient": "auto", "recorded": 50, "limit": protocol["limit"],
             "initial": [0.01, 0.5], "follow": None, "rtol": 1e-7, "step": 1e-3,
             "max_events": 5000, "max_steps": 6000,
         }  # fmt: skip
@@ -404,7 +404,6 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "with the table": ([*ETA, "--set", "sweep.limit=5"], "--set sweep.limit=5"),
     "limit of nothing": ([*ETA, "--set", "limit=0"], "sweep.limit = 0"),
     "unknown method": ([*ETA, "--method", "exakt"], "--method exakt"),
-    "method that does not fit": ([*ETA, "--method", "smooth"], "method = 'smooth'"),
 }
 
 

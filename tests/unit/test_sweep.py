@@ -23,7 +23,7 @@ ETAS = np.linspace(-60.0, 12.0, 25)
 
 @pytest.fixture(scope="module")
 def diagram():
-    return wb.sweep(SYSTEM, eta=ETAS)
+    return wb.sweep(SYSTEM, eta=ETAS, transient=200)
 
 
 def test_dimensions_and_labels(diagram) -> None:
@@ -81,7 +81,7 @@ def test_order_and_neighbours_change_nothing(diagram) -> None:
 
 def test_several_axes_in_the_order_given() -> None:
     grid = {"F0": [0.036, 0.067], "eta": [-24.0, -30.0, 0.0], "damping": [0.1, 0.2]}
-    whole = wb.sweep(SYSTEM, keep_points=False, **grid)
+    whole = wb.sweep(SYSTEM, transient=200, keep_points=False, **grid)
     assert whole["motion"].dims == ("F0", "eta", "damping")
     assert "angle" not in whole
     # Groups are set last, on the new SI values, as replace does.

@@ -178,7 +178,7 @@ def run_of_response(response: xr.Dataset) -> tuple[Machine, MachineTask]:
 
     options = json.loads(response.attrs["options"])
     angle, velocity = options["initial"]
-    machine = system.machine.replace({"driveline.angle": angle, "driveline.speed": velocity})
+    machine = system.machine_at(angle, velocity)
     start, end = float(options["start_time"]), float(response.attrs["final_time"])
     return machine, MachineTask(start, end, np.empty(0), None, False, 10**12)
 

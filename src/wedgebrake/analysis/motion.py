@@ -233,6 +233,12 @@ def is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
     return method == "smooth" or not system.plain or system.excitation.amplitude == 0.0
 
 
+def returns_name(system: BrakedDriveline, method: str | None) -> str:
+    """The argument that is the number of returns of a driveline: "periods" or "crossings"."""
+    crosses = is_solved_as_machine(system, method) and system.machine.autonomous
+    return "crossings" if crosses else "periods"
+
+
 def machine_method(method: str | None) -> str:
     """The method for a machine, checked; by default "exact"."""
     return "exact" if method is None else check_choice("method", method, ["exact", "smooth"])
@@ -248,7 +254,7 @@ def as_machine(
             check_instance("initial", initial, FinalState, allowed)
         return system, initial
     angle, velocity = check_state("initial", (0.0, 0.0) if initial is None else initial)
-    return system.machine.replace({"driveline.angle": angle, "driveline.speed": velocity}), None
+    return system.machine_at(angle, velocity), None
 
 
 def returns_of(machine: Machine, periods: int | None, crossings: int | None) -> int | None:

@@ -16,7 +16,7 @@ AUTO: Literal["auto"] = "auto"
 # Protocol of the paper: 25 s, of which the first 20 s are left out, about 250 and 200 periods.
 PERIODS, TRANSIENT = 250, 200
 RECORDED = PERIODS - TRANSIENT
-LIMIT = 20_000
+LIMIT, SWEEP_LIMIT = 20_000, 2048
 _MOST = 5_000_000
 
 

@@ -124,16 +124,16 @@ Transient = Annotated[
     str | None,
     _option(
         "N|auto",
-        "Number of torque periods discarded as transient (default 200), or auto: wait until each"
-        " point has settled (default for basins), at most limit periods (--set limit=20000).",
+        "Number of torque periods discarded as transient, or auto (default): wait until each point"
+        " has settled, at most limit periods (--set limit=20000).",
     ),
 ]
 Periods = Annotated[
     int | None,
     _option(
         "N",
-        "Last torque period of the evaluation (default 250); with --transient auto, number of"
-        " periods evaluated once a point has settled (default 50).",
+        "Number of periods evaluated once a point has settled (default 50); with a number for"
+        " --transient, last torque period of the evaluation (default 250).",
     ),
 ]
 Follow = Annotated[

@@ -160,8 +160,8 @@ class Sweep(Part):
 
     axes: tuple[tuple[str, Any], ...] = ()
     periods: int | None = parameter(
-        "number of the last recorded period (250); with transient = 'auto' how many are"
-        " recorded (50)", example=250, default=None, gt=0, le=_LONGEST,
+        "number of recorded periods (50); with a number for transient that of the last one (250)",
+        example=50, default=None, gt=0, le=_LONGEST,
     )  # fmt: skip
     transient: Annotated[
         int | Literal["auto"] | None,
@@ -171,11 +171,11 @@ class Sweep(Part):
                        {"const": "auto"}]}
         ),
     ] = parameter(
-        "number of the first recorded period (200), or 'auto': until each point has settled",
+        "number of the first recorded period, or 'auto': until each point has settled (default)",
         example=200, default=None,
     )  # fmt: skip
     limit: int | None = parameter(
-        "most periods to wait for a point to settle, with transient = 'auto' (20000)",
+        "most periods to wait for a point to settle, with transient = 'auto' (2048)",
         example=20_000, default=None, gt=0, le=_LONGEST,
     )  # fmt: skip
     follow: str | None = parameter(

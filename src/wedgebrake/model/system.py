@@ -21,7 +21,7 @@ from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
-from wedgebrake.model.part import Chosen, Part, given, plain_fields, plain_table
+from wedgebrake.model.part import SMALLEST, Chosen, Part, given, plain_fields, plain_table
 from wedgebrake.model.signals import Signal, SignalField, as_signal
 from wedgebrake.model.validation import check_instance, is_number, wrong
 
@@ -123,6 +123,13 @@ class BrakedDriveline(Part, Tabular):
             ],
             torques=[Torque("driveline", self.excitation, name="torque")],
         )  # fmt: skip
+
+    def machine_at(self, angle: float, velocity: float) -> Machine:
+        """The equivalent machine that starts from an angle [rad] and a velocity [rad/s]."""
+        start = {"driveline.angle": angle, "driveline.speed": velocity}
+        # Decayed vibrations end below what parameters may be.
+        small = (name for name, value in start.items() if abs(value) < SMALLEST)
+        return self.machine.replace({**start, **dict.fromkeys(small, 0.0)})
 
     @property
     def plain(self) -> bool:

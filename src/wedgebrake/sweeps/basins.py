@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.run_settings import LIMIT
 from wedgebrake.analysis.spectrum import frequencies
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
@@ -52,7 +53,7 @@ def basins(
     **options
         ``initial_angle`` [rad] and ``initial_velocity`` [rad/s] with their values; of a machine
         two of the initial angles and speeds of its inertias, such as "disc.angle". Arguments of
-        ``sweep``; ``transient`` is "auto" by default.
+        ``sweep``; ``limit`` is 20 000 by default.
 
     Returns
     -------
@@ -80,7 +81,7 @@ def basins(
         raise InputError(
             "keep_points = False: attractors are identified by their Poincare points. Leave it out."
         )
-    settings.setdefault("transient", "auto")
+    settings.setdefault("limit", LIMIT)
     return label(execute(make_plan("basins", system, parameters, **settings), **execution))
 
 

@@ -85,10 +85,7 @@ class MachineChunk:
             return changed
         angle, velocity = self._plan.initial
         state = {"initial_angle": angle, "initial_velocity": velocity, **values}
-        return changed.machine.replace(
-            {"driveline.angle": state["initial_angle"],
-             "driveline.speed": state["initial_velocity"]}
-        )  # fmt: skip
+        return changed.machine_at(state["initial_angle"], state["initial_velocity"])
 
     def _store(self, number: int, result: MachineResult) -> None:
         """Store what a run found."""

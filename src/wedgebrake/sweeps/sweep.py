@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from wedgebrake.analysis.motion import is_solved_as_machine, machine_method, returns_of
-from wedgebrake.analysis.run_settings import AUTO, LIMIT, TRANSIENT, protocol
+from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
@@ -44,8 +44,8 @@ def sweep(
     *,
     periods: int | None = None,
     crossings: int | None = None,
-    transient: int | Literal["auto"] | None = None,
-    limit: int = LIMIT,
+    transient: int | Literal["auto"] = AUTO,
+    limit: int = SWEEP_LIMIT,
     initial: tuple[float, float] = (0.0, 0.0),
     follow: str | None = None,
     method: str | None = None,
@@ -74,9 +74,9 @@ def sweep(
         (``eta``, ``f``, ``F0``, ``alpha``), ``initial_angle``, ``initial_velocity``. Several
         span a grid.
     periods, crossings, transient, limit
-        As for ``motion``: number of the last and of the first recorded return, default 250
-        and 200; ``transient="auto"`` waits until each point has settled. It is the default of
-        machines and of systems without varying signals, which record 50 returns.
+        As for ``motion``: by default each point is recorded for 50 returns after it has settled, or
+        after ``limit`` returns. With a number for ``transient``, numbers of the last and of the
+        first recorded return; 250 and 200 are approximately the paper's protocol.
     initial : (angle [rad], velocity [rad/s])
         State of a driveline at t = 0, where it is not swept.
     follow : str
@@ -215,8 +215,8 @@ def make_plan(
     *,
     periods: int | None = None,
     crossings: int | None = None,
-    transient: int | Literal["auto"] | None = None,
-    limit: int = LIMIT,
+    transient: int | Literal["auto"] = AUTO,
+    limit: int = SWEEP_LIMIT,
     initial: tuple[float, float] = (0.0, 0.0),
     follow: str | None = None,
     method: str | None = None,
@@ -230,10 +230,8 @@ def make_plan(
         as_machine, chosen = True, machine_method(method)
         machine = system if isinstance(system, Machine) else system.machine
         periods = returns_of(machine, periods, crossings)
-        transient = AUTO if transient is None else transient
     else:
         as_machine, chosen = False, choose_method(system, method)
-        transient = TRANSIENT if transient is None else transient
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
     if follow is not None and follow not in names:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from wedgebrake.analysis.motion import returns_name
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_STEPS
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.model.system import BrakedDriveline
@@ -34,7 +35,9 @@ def evaluation_settings(state: PageState) -> dict[str, Any]:
 
     These follow the transient, which may have any length. Raises ``InputError`` as ``method`` does.
     """
-    return {"periods": state.recorded, "transient": "auto", "limit": _LONGEST[method(state)]}
+    chosen = method(state)
+    returns = returns_name(state.system, chosen)
+    return {returns: state.recorded, "transient": "auto", "limit": _LONGEST[chosen]}
 
 
 def sweep_settings(state: PageState) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import Stability, stability
-from wedgebrake.analysis.motion import Motion, motion
+from wedgebrake.analysis.motion import Motion, motion, returns_name
 from wedgebrake.analysis.spectrum import spectrum
 from wedgebrake.analysis.torque import BrakeTorque, brake_torque
 from wedgebrake.errors import InputError
@@ -161,6 +161,7 @@ class _Run:
         The run is continued from where its record begins.
         """
         state, options = self.state, dict(self.options)
+        returns = returns_name(self.system, options.get("method"))
         points = np.column_stack([response["poincare_angle"], response["poincare_velocity"]])
         numbers = response["period"].to_numpy()
         complete = response.attrs["status"] == "completed"
@@ -173,14 +174,14 @@ class _Run:
         if complete:
             place = int(np.searchsorted(numbers, numbers[-1] - state.recorded))
             start = _state(points[place])
-            found = motion(self.system, state.recorded, transient=0, initial=start, **options)
+            options[returns] = state.recorded
+            found = motion(self.system, transient=0, initial=start, **options)
             return replace(found, transient=state.transient)
         if response.attrs["status"] in _LIMITS:
             options |= {"max_events": 1, "max_steps": 1}  # the limits would be met again
         start = _state(points[0]) if len(points) else self.initial
-        return motion(
-            self.system, state.periods, transient=state.transient, initial=start, **options
-        )
+        options[returns] = state.periods
+        return motion(self.system, transient=state.transient, initial=start, **options)
 
     def settled(self, response: xr.Dataset) -> FloatArray:
         """Velocity over the recorded periods [rad/s]."""

@@ -161,6 +161,13 @@ _CLASSES = {
         "warn", "The motion repeats after several periods of the torque.", "",
         "Repeats every {order} periods of the torque",
     ),
+    "limit cycle": (
+        "warn", "The vibration excites itself and repeats.", "",
+        "Vibrates by itself, without a torque",
+    ),
+    "steady sliding": (
+        "good", "The brake slides evenly.", "slides evenly", "Slides evenly",
+    ),
     "quasi-periodic": (
         "warn", "The motion consists of two frequencies without a common period.",
         "never quite repeats", "Moves quasi-periodically, never quite repeating",

@@ -25,8 +25,7 @@ def solve(
 
     Raises ``InputError`` for a run beyond a recorded signal, and for what the method cannot solve.
     """
-    state = {"driveline.angle": task.angle, "driveline.speed": task.velocity}
-    machine = system.machine.replace(state)
+    machine = system.machine_at(task.angle, task.velocity)
     start, end = float(task.clock.join(*task.start)), float(task.clock.join(*task.end))
     machine.check_times(start, end)
     first = MachineTask(start, end, np.empty(0), None, False, max_events, method, task.stop)
