@@ -31,7 +31,7 @@ from wedgebrake.orbits.palc import (
     first_vanishing,
     smooth_bifurcations,
 )
-from wedgebrake.orbits.problem import FloatArray, OrbitProblem, make_ranges, value_of
+from wedgebrake.orbits.problem import FloatArray, make_ranges, value_of, with_values
 from wedgebrake.orbits.segment_orbit import violated
 
 STEP, LONGEST_STEP = 0.02, 0.5
@@ -90,12 +90,10 @@ def continuation(
             f" is. Find the orbit at {over.name}={over.first:g} first, or widen the range."
         )
     equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
-    if not has_odd_symmetry(orbit.system.replace(**{over.name: over.last})):
+    if not has_odd_symmetry(with_values(orbit.system, {over.name: over.last})):
         # An orbit that is its own mirror image does not stay so.
         equations, unknowns = equations.whole(unknowns)
-    problem = OrbitProblem(
-        orbit.system, (over.name,), (over.scale,), method=orbit.method, rtol=orbit.rtol
-    )
+    problem = orbit._solution.problem.over((over.name,), (over.scale,))
     start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
     longest = float(step) * over.scale / over.exact_scale
     return Branch(start, over.bounds, over.last > over.first, longest, int(points))

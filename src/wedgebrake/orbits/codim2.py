@@ -248,7 +248,7 @@ class _Boundary:
                 "bifurcation": self.bifurcation.kind.value,
                 "effect": self.bifurcation.effect,
                 "order": equations.order,
-                "sequence": equations.sequence,
+                "sequence": points[0].sequence,
                 "parameters": [one.dim for one in ranges],
                 "ranges": json.dumps([one.bounds for one in ranges]),
                 "begin": begin,
@@ -359,7 +359,7 @@ class _Boundary:
         fewer = orbit.prime_order(MEETS)
         if fewer < orbit.order:
             return doubling_of(fewer)
-        trace, _ = orbit.invariants
-        if self.bifurcation.kind is Kind.NEIMARK_SACKER and not abs(trace) < 2.0:
+        floquet = orbit.floquet
+        if self.bifurcation.kind is Kind.NEIMARK_SACKER and not floquet.oscillates:
             return "both multipliers are real: a resonance 1:1 or 1:2"
-        return "" if math.isfinite(trace) else "the multipliers are infinite"
+        return "" if math.isfinite(floquet.growth) else "the multipliers are infinite"

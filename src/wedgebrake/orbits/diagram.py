@@ -351,10 +351,7 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
     for row, point in zip(section, points, strict=True):
         row[: point.order] = point.points
     with np.errstate(divide="ignore"):
-        exponents = [
-            np.log(abs(point.multipliers[0])) / point.section.duration(point.order)
-            for point in points
-        ]
+        exponents = [np.log(abs(point.multipliers[0])) / point.period for point in points]
     orders = np.array([point.order for point in points], dtype=np.int16)
     sequences = np.array([point.sequence for point in points], dtype=object)
     returns, where = ("point", "return"), "at t = 0, T, 2 T, ..."

@@ -1,0 +1,159 @@
+"""Guesses of the orbits of a machine: the motion that settles, and its near returns."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
+from wedgebrake.analysis.machine_motion.run import classify_machine
+from wedgebrake.analysis.machine_motion.section import crossing
+from wedgebrake.analysis.run_settings import protocol
+from wedgebrake.dynamics.enums import MotionClass, Outcome
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.validation import wrong
+from wedgebrake.orbits.orbit import OrbitStatus
+from wedgebrake.orbits.problem import FloatArray, OrbitProblem
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every
+
+# Natural periods in which a motion of unknown period is looked at, and returns that are recorded.
+_LOOK, _RECORDED = 8.0, 400
+# Time until a return, as a multiple of the period of the motion, after which there is none.
+_PATIENCE = 100.0
+# Beyond one period, so that rounding does not hide its last crossing; entries that are rounding.
+_ONE_PERIOD, _ROUNDING = 1.0 - 1e-6, 1e-9
+
+
+class Guesses(NamedTuple):
+    """Where Newton's method begins.
+
+    status  : FOUND, or why there is no orbit
+    problem : the machine with its section
+    order   : returns in the orbit
+    record  : (k, size) points of the section, the last one on the orbit if ``settled``
+    stuck   : whether a contact never slides
+    """
+
+    status: OrbitStatus
+    problem: OrbitProblem
+    order: int = 0
+    record: FloatArray = np.empty((0, 0))
+    settled: bool = True
+    stuck: bool = False
+
+
+def guesses(
+    machine: Machine, order: int | None, initial: FinalState | None, limit: int, rtol: float,
+    *, section: Crossing | None = None,
+) -> Guesses:  # fmt: skip
+    """Points of the section of a machine near an orbit.
+
+    section : of a self-excited machine; None: one that suits the motion
+
+    Raises ``InputError`` for signals without a common period.
+    """
+    if machine.period is None:
+        raise wrong(
+            "machine.period", None, "a common period of all signals",
+            "The signals have none, so that no orbit closes. Use wb.motion.",
+        )  # fmt: skip
+    space = coordinates(machine)
+    if order is not None and initial is not None:
+        problem = _problem(machine, space, initial, math.nan, rtol, section)
+        return Guesses(OrbitStatus.FOUND, problem, order, _record(problem, initial, 1), True)
+    found = classify_machine(machine, protocol(None, "auto", limit), initial)
+    nothing = OrbitProblem(machine, method="exact", rtol=rtol)
+    if found.outcome != Outcome.COMPLETED or found.final is None:
+        return Guesses(OrbitStatus.NO_RUN, nothing, order or 0)
+    if found.motion in _STEADY:
+        return Guesses(_STEADY[found.motion], nothing, order or 0)
+    if order is None and not found.order:
+        unsettled = found.motion == MotionClass.UNDECIDED
+        why = OrbitStatus.NOT_SETTLED if unsettled else OrbitStatus.NOT_PERIODIC
+        return Guesses(why, nothing, 0)
+    problem = _problem(machine, space, found.final, found.period, rtol, section)
+    stuck = bool(np.any(found.contacts.stick_share >= 1.0 - _ROUNDING))
+    settled = found.order
+    if settled and machine.autonomous:
+        settled = _crossings(problem, found.final, found.period)
+    if order in (None, settled):
+        record = _record(problem, found.final, settled)
+        return Guesses(OrbitStatus.FOUND, problem, settled, record, True, stuck)
+    record = _record(problem, found.final, _RECORDED)
+    return Guesses(OrbitStatus.FOUND, problem, order or 0, record, False, stuck)
+
+
+_STEADY = {
+    MotionClass.AT_REST: OrbitStatus.AT_REST,
+    MotionClass.STEADY_SLIDING: OrbitStatus.STEADY_SLIDING,
+}
+
+
+def _problem(
+    machine: Machine, space: Coordinates, state: FinalState, period: float, rtol: float,
+    section: Crossing | None,
+) -> OrbitProblem:  # fmt: skip
+    """The machine with the section that suits its motion from a state on."""
+    if not machine.autonomous:
+        return OrbitProblem(machine, method="exact", rtol=rtol)
+    if not math.isfinite(period):
+        period = _LOOK * 2.0 * math.pi / (space.frequency or 1.0)
+    return OrbitProblem(
+        machine, method="exact", rtol=rtol, longest=_PATIENCE * period,
+        crossing=section or _choose(machine, space, state, period),
+    )  # fmt: skip
+
+
+def _choose(machine: Machine, space: Coordinates, state: FinalState, period: float) -> Crossing:
+    """The section of a self-excited motion.
+
+    The rate of an angle that shafts restrain has the mean zero in every orbit, so that each orbit
+    crosses this level, also on a branch. Of these, the one with the fewest crossings is taken,
+    where no contact sticks, and then the one with the largest range.
+    """
+    n, states = len(machine.inertias), space.to.shape[1]
+    rates = np.zeros((space.speeds.start + n, states))
+    rates[: space.speeds.start, n : 2 * n] = space.to[: space.speeds.start, :n]
+    rates[space.speeds.start :, n : 2 * n] = np.eye(n)
+    turns = rates[:, n : 2 * n] @ (np.eye(states) - space.back @ space.to)[:n, :n]
+    rates = rates[np.abs(turns).max(axis=1) <= _ROUNDING * np.abs(rates).max(axis=1)]
+    rates /= np.linalg.norm(rates @ space.back, axis=1)[:, None]
+    chosen: list[tuple[int, int, float, Crossing]] = []
+    for row in rates:
+        section = Crossing(tuple(map(float, row)), 0.0)
+        course = Course(machine, state, works=False, watched=row[None, :])
+        if len(course.advance(section, 1, duration=period).times):
+            sticks = int(np.sum(course.state.modes["side"] == 0))
+            passage = course.advance(section, duration=_ONE_PERIOD * period)
+            reach = float(passage.high[0] - passage.low[0])
+            chosen.append((len(passage.times), sticks, -reach, section))
+    if chosen:
+        return min(chosen, key=lambda one: one[:3])[3]
+    course = Course(machine, state, works=False, watched=space.to)
+    return crossing(course.advance(None, duration=period), space)
+
+
+def _crossings(problem: OrbitProblem, state: FinalState, period: float) -> int:
+    """Number of crossings in one period of a motion."""
+    course = Course(problem.base, state, works=False)
+    course.advance(problem.crossing, 1, duration=2.0 * period)
+    return 1 + len(course.advance(problem.crossing, duration=_ONE_PERIOD * period).times)
+
+
+def _record(problem: OrbitProblem, state: FinalState, returns: int) -> FloatArray:
+    """Points of the section from a state on, which is the first one if it is on the section."""
+    flow = problem.kernel_problem(())
+    course = Course(problem.base, state, works=False)
+    section, states = flow.section, np.empty((0, flow.space.to.shape[1]))
+    if isinstance(section, Every):
+        past = math.remainder(state.time, section.period)
+        if abs(past) <= _ROUNDING * section.period:
+            states = course.state.z[0, : states.shape[1]].copy()[None, :]
+            returns -= 1
+    if returns > 0:
+        passage = course.advance(section, returns, duration=flow.longest * returns)
+        states = np.vstack([states, passage.states])
+    return np.asarray(flow.points(states))
