@@ -81,6 +81,15 @@ class OrbitSolution:
         return tuple(map(float, self.points[0]))
 
     @cached_property
+    def sides(self) -> list[tuple[int, ...]]:
+        """Of each contact, the directions of its slips in order, where the equations are a flow."""
+        from wedgebrake.orbits.return_map import ReturnMap
+
+        if not isinstance(self.equations, ReturnMap):
+            return []
+        return self.equations.sides(self.unknowns, self.kernel_problem)
+
+    @cached_property
     def sequence(self) -> str:
         """The segments of the orbit, as in "+ 0 -": forwards, rest, backwards."""
         return self.equations.sequence_at(self.unknowns, self.kernel_problem)
@@ -195,8 +204,26 @@ class OrbitCurve:
         problem = self.problem.kernel_problem(values)
         residual, matrix = self.equations.linearize(unknowns, problem)
         columns = [matrix * self.scales[:size]]
-        columns += [difference(self.residual, y, i)[:, None] for i in range(size, y.size)]
+        columns += [self._by_parameter(y, i)[:, None] for i in range(size, y.size)]
         return residual, np.hstack(columns)
+
+    def _by_parameter(self, y: FloatArray, column: int) -> FloatArray:
+        """Derivative of F by a parameter, on the side of y where events change near it."""
+        here = self._sides(y)
+
+        def on_one_side(there: FloatArray) -> FloatArray:
+            if self._sides(there) != here:
+                raise NoOrbitError
+            return self.residual(there)
+
+        try:
+            return difference(on_one_side, y, column)
+        except NoOrbitError:
+            return difference(self.residual, y, column)
+
+    def _sides(self, y: FloatArray) -> list[tuple[int, ...]]:
+        unknowns, values = self._unscaled(y)
+        return OrbitSolution(self.problem, values, self.equations, unknowns).sides
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.orbits.event_changes import least
 from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.machine_flow import MachineFlow
 from wedgebrake.orbits.problem import FloatArray, Measures, Records
@@ -82,14 +83,15 @@ class ReturnMap:
 
         The order begins so that the tuple is the least.
         """
-        found = self._passages(unknowns, problem)
+        points = self._points(unknowns)
+        found = [problem.next_return(one, derivative=False) for one in points]
         log = np.concatenate([one.log for one in found])
         log = log[log["kind"] != EventKind.BREAKPOINT]
         end = found[-1].final.modes
         sides = []
         for number in range(len(end)):
             own = tuple(log[log["contact"] == number]["after"].tolist()) or (end[number][0],)
-            sides.append(min(own[k:] + own[:k] for k in range(len(own))))
+            sides.append(least(own))
         return sides
 
     def sequence_at(self, unknowns: FloatArray, problem: MachineFlow) -> str:

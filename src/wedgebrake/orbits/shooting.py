@@ -25,6 +25,7 @@ from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.orbits.segment_bvp import from_log, run
 from wedgebrake.orbits.stroboscopic_map import StroboscopicMap, iterate
 from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Crossing
 from wedgebrake.solvers.simulate import check_limits, check_state, choose_method
 
 _MOST_ORDER = 512
@@ -107,6 +108,7 @@ def orbit_to_follow(
     initial: tuple[float, float] | FinalState | None = None,
     method: str | None = None,
     rtol: float = 1e-10,
+    like: Orbit | None = None,
 ) -> Orbit:
     """First orbit of a branch: that of ``orbit``, or a stable one near an irregular motion.
 
@@ -114,6 +116,10 @@ def orbit_to_follow(
     still irregular after the longest transient, the result is the stable orbit of the fewest
     periods to which Newton's method converges from near returns of the motion, if there is one.
     """
+    if isinstance(system, Machine) and like is not None and like._solution is not None:
+        # The same section, so that orbits can be compared.
+        section = like._solution.problem.crossing
+        return _of_machine(system, order, initial, LIMIT, float(rtol), section)
     found = orbit(system, order, initial=initial, method=method, rtol=rtol)
     if found.status not in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_SETTLED):
         return found
@@ -157,10 +163,13 @@ def _check_machine(method: str | None) -> str:
     return "exact"
 
 
-def _of_machine(system: Machine, order: int | None, initial: Any, limit: int, rtol: float) -> Orbit:
+def _of_machine(
+    system: Machine, order: int | None, initial: Any, limit: int, rtol: float,
+    section: Crossing | None = None,
+) -> Orbit:  # fmt: skip
     """``orbit`` for a machine."""
     machine, start = as_machine(system, initial)
-    given = guesses(machine, order, start, limit, rtol)
+    given = guesses(machine, order, start, limit, rtol, section=section)
     if given.status is not OrbitStatus.FOUND:
         return Orbit(machine, "exact", rtol, given.status, given.order)
     first = [given.record[-1]] if given.settled else _guesses(given.record, given.order)
