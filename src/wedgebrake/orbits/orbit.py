@@ -73,7 +73,9 @@ _SENTENCES = {
     ),
     OrbitStatus.NOT_ISOLATED: (
         "Without a torque or a spring an orbit is not isolated: shifted in time or in angle it is"
-        " another one. Give the driveline a spring, and the excitation an amplitude."
+        " another one. Give the driveline a spring, and the excitation an amplitude. If a contact"
+        " of a machine never slides, the angles that it holds are arbitrary: leave it out, and join"
+        " its inertias."
     ),
     OrbitStatus.TOO_LONG: (
         f"The orbit has more than {MOST_SEGMENTS} segments, too many for its equations. Look for"
