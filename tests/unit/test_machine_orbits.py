@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any
 
@@ -14,7 +15,7 @@ from machine_plain import plain
 from machine_reference import simulate
 from wedgebrake.errors import InputError
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
-from wedgebrake.orbits.event_changes import bifurcation_of
+from wedgebrake.orbits.event_changes import Segments, bifurcation_of
 from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.orbit import OrbitStatus
 
@@ -161,7 +162,9 @@ def differences(machine: Any, initial: Any, duration: float) -> np.ndarray:
             values[f"{name}.angle"] = initial.angles[name] + change[k]
             values[f"{name}.speed"] = initial.speeds[name] + change[n + k]
         run = simulate(plain(machine.replace(values), duration), duration)
-        return run.cells[-1].state(2.0 * (duration - run.cells[-1].start) / run.cells[-1].step - 1.0)
+        return run.cells[-1].state(
+            2.0 * (duration - run.cells[-1].start) / run.cells[-1].step - 1.0
+        )
 
     def central(step: float) -> np.ndarray:
         each = step * np.eye(2 * n)
@@ -194,9 +197,9 @@ def test_multipliers_of_four_inertias_agree_with_the_reference_integrator() -> N
 
 
 def train(base_speed: float, static: float = 1.5) -> Any:
-    """Two inertias, of which a moving base drags the first."""
+    """Two inertias, of which a moving base drags the first; they begin with its speed."""
     return wb.Machine(
-        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 0.5)],
+        inertias=[wb.Inertia(*one, speed=base_speed) for one in (("a", 1.0), ("b", 0.5))],
         shafts=[
             wb.Shaft("a", "ground", stiffness=1.0, damping=0.0625),
             wb.Shaft("b", "a", stiffness=3.0, damping=0.03125),
@@ -206,31 +209,30 @@ def train(base_speed: float, static: float = 1.5) -> Any:
 
 
 def test_multipliers_of_a_self_excited_machine_and_the_one_of_time() -> None:
-    machine = train(0.5)
+    machine = train(0.25)
     found = wb.orbit(machine)
     assert len(found.multipliers) == 3
     assert found.period == pytest.approx(wb.motion(machine).period, rel=1e-10)
     assert found.initial.modes[0][0] != 0
     expected = sorted_by_size(np.linalg.eigvals(differences(machine, found.initial, found.period)))
-    np.testing.assert_allclose(
-        sorted_by_size([1.0, *found.multipliers]), expected, atol=1e-8
-    )
+    np.testing.assert_allclose(sorted_by_size([1.0, *found.multipliers]), expected, atol=1e-8)
 
 
 def test_orbits_that_are_not_found_say_why() -> None:
     assert wb.orbit(train(5.0)).status is OrbitStatus.STEADY_SLIDING
+    torques = [
+        wb.Torque("a", wb.Harmonic(1.0, one), name=name)
+        for one, name in ((1.0, "slow"), (math.sqrt(2.0), "fast"))
+    ]
+    without_period = train(0.25).replace(torques=torques)
     with pytest.raises(InputError, match=r"machine\.period"):
-        torques = [
-            wb.Torque("a", wb.Harmonic(1.0, one), name=name)
-            for one, name in ((1.0, "slow"), (math.sqrt(2.0), "fast"))
-        ]
-        wb.orbit(train(0.5).replace(torques=torques))
+        wb.orbit(without_period)
     with pytest.raises(InputError):
-        wb.orbit(train(0.5), method="ode14x")
+        wb.orbit(train(0.25), method="ode14x")
     with pytest.raises(InputError):
-        wb.continuation(wb.orbit(train(0.5)), {"belt.nothing": (0.1, 1.0)})
+        wb.continuation(wb.orbit(train(0.25)), {"belt.nothing": (0.1, 1.0)})
     with pytest.raises(InputError):
-        wb.continuation(wb.orbit(train(0.5)), {"a.angle": (0.1, 1.0)})
+        wb.continuation(wb.orbit(train(0.25)), {"a.angle": (0.1, 1.0)})
 
 
 # Branches.
@@ -311,44 +313,60 @@ def test_the_unstable_cycle_separates_sliding_from_the_stable_one(belt_branch) -
 
 
 def test_the_unstable_cycle_ends_at_the_hopf_point_of_sliding(belt_branch) -> None:
-    """That of the smooth law is at ln(10)/2; its lines have slopes that differ by sqrt(tolerance).
+    """That of the smooth law is at ln(10)/2; on a line of its table nothing changes.
 
-    In the literature: the amplitude of the unstable cycle follows from averaging.
+    A chord that deviates by the tolerance has the length sqrt(8 tolerance/curvature).
     """
     assert belt_branch.bifurcations[-1].bifurcation.kind is Kind.HOPF
     limit = wb.hopf(block(1.0, stribeck()), "belt.base_speed", between=(0.8, 1.5))
-    assert belt_branch.points[-1].value == pytest.approx(limit.value, abs=1e-3)
-    assert belt_branch.points[-1].value == pytest.approx(0.5 * math.log(10.0), abs=0.05)
+    assert limit.value == pytest.approx(0.5 * math.log(10.0), rel=1e-6)
+    length = math.sqrt(8e-4 / (0.5 / 0.5**2 * 0.1))
+    assert belt_branch.points[-1].value == pytest.approx(limit.value, abs=length)
 
 
 def test_branches_as_a_dataset() -> None:
-    found = wb.branches(train(0.5), {"belt.base_speed": (0.5, 0.8)}, switch=0)
+    found = wb.branches(train(0.25), {"belt.base_speed": (0.25, 0.3)}, switch=0, opposite=False)
     assert found.attrs["parameter"] == "belt.base_speed"
     assert found["velocity"].dims == ("point", "return", "inertia")
     assert found["multiplier_real"].sizes["multiplier"] == 3
-    at = int(np.argmin(np.abs(found["belt.base_speed"].values - 0.6)))
-    speed = float(found["belt.base_speed"].values[at])
-    period = wb.motion(train(speed)).period
-    assert float(found["period"].values[at]) == pytest.approx(period, rel=1e-9)
+    assert np.all(np.diff(found["belt.base_speed"].values) >= 0.0)
+    assert found["bifurcation_kind"].values.tolist() == ["Neimark-Sacker"]
+    # There the modulus of the pair passes 1, whose square is the product.
+    at = int(found["bifurcation_point"][0])
+    real, imag = (found[f"multiplier_{part}"].values[at] for part in ("real", "imag"))
+    np.testing.assert_allclose(np.hypot(real, imag)[:2], 1.0, rtol=1e-9)
+    speed = float(found["bifurcation_value"][0])
+    stable = found["stable"].values
+    np.testing.assert_array_equal(stable[:at], True)
+    assert not stable[-1]
+    # Just before it, the orbit attracts.
+    branch = wb.continuation(wb.orbit(train(0.25)), {"belt.base_speed": (0.25, 0.3)})
+    near = next(point for point in branch if point.value > speed - 0.02)
+    assert near.period == pytest.approx(found["period"].values[branch.points.index(near)])
+    speeds = {name: one + 1e-5 for name, one in near.initial.speeds.items()}
+    beside = dataclasses.replace(near.initial, speeds=speeds)
+    assert wb.motion(near.system, initial=beside).period == pytest.approx(near.period, rel=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "kind"),
+    ("before", "after", "short", "kind"),
     [
-        ((1,), (0, 1), Kind.GRAZING_SLIDING),
-        ((0,), (0, 1), Kind.ADDING_SLIDING),
-        ((-1, 1), (-1, 0, 1), Kind.CROSSING_SLIDING),
-        ((-1, 1), (-1, 0, 1, 0), Kind.CROSSING_SLIDING),
-        ((-1, 0, 1), (-1, 0, 1, -1, 1), None),
-        ((0, 1), (-1, 0, 1), Kind.SWITCHING_SLIDING),
-        ((-1, 0, 1), (-1, 0, -1, 0, 1), Kind.ADDING_SLIDING),
+        ((1,), (0, 1), (0,), Kind.GRAZING_SLIDING),
+        ((0,), (0, 1), (1,), Kind.ADDING_SLIDING),
+        ((-1, 1), (-1, 0, 1), (1,), Kind.CROSSING_SLIDING),
+        ((-1, 1), (-1, 0, 1, 0), (1, 3), Kind.CROSSING_SLIDING),
+        ((1,), (-1, 1), (0,), None),
+        ((0, 1), (-1, 0, 1), (0,), Kind.SWITCHING_SLIDING),
+        ((-1, 0, 1), (-1, 0, -1, 0, 1), (2,), Kind.ADDING_SLIDING),
+        ((-1, 0, 1), (-1, 0, -1, 0, 1), (1,), Kind.GRAZING_SLIDING),
     ],
 )
-def test_bifurcations_by_the_events_that_begin_or_end(before, after, kind) -> None:
-    from wedgebrake.orbits.event_changes import least
-
-    for one, other in ((before, after), (after, before)):
-        found = bifurcation_of([least(one)], [least(other)], ["brake"], Scenario.PERSISTENCE)
+def test_bifurcations_by_the_events_that_begin_or_end(before, after, short, kind) -> None:
+    """Where the sequence alone leaves a choice, the shortest segments have just begun."""
+    few = Segments.of(before, np.ones(len(before)))
+    many = Segments.of(after, np.array([1e-4 if k in short else 1.0 for k in range(len(after))]))
+    for one, other in ((few, many), (many, few)):
+        found = bifurcation_of([one], [other], ["brake"], Scenario.PERSISTENCE)
         assert (None if found is None else found.kind) is kind
 
 

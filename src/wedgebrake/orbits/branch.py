@@ -426,7 +426,7 @@ class Branch(Result, Iterator[BranchPoint]):
         """The bifurcation between two points with different events."""
         before, after = self._at(at), self._at(beyond)
         names = [one.name for one in before.system.contacts]
-        found = bifurcation_of(before.sides, after.sides, names, scenario)
+        found = bifurcation_of(before.segments, after.segments, names, scenario)
         change = _change(before.tests, after.tests)
         return None if found is None else replace(found, change=change)
 
@@ -437,11 +437,11 @@ class Branch(Result, Iterator[BranchPoint]):
         found = turned(self._curve, self._now)
         if found is None:
             return False
-        point, sides = found
+        point, segments = found
         if point is None:
             here = self._at(self._now)
             names = [one.name for one in here.system.contacts]
-            known = bifurcation_of(here.sides, sides, names, Scenario.JUMP)
+            known = bifurcation_of(here.segments, segments, names, Scenario.JUMP)
             if known is None:
                 return False
             self._queue.append(self._point(self._now, known))

@@ -23,6 +23,7 @@ from wedgebrake.orbits.problem import (
 from wedgebrake.orbits.segment_orbit import violated
 
 if TYPE_CHECKING:
+    from wedgebrake.orbits.event_changes import Segments
     from wedgebrake.orbits.floquet import Floquet
     from wedgebrake.orbits.return_map import ReturnMap
     from wedgebrake.orbits.segment_bvp import SegmentBVP
@@ -81,13 +82,18 @@ class OrbitSolution:
         return tuple(map(float, self.points[0]))
 
     @cached_property
-    def sides(self) -> list[tuple[int, ...]]:
-        """Of each contact, the directions of its slips in order, where the equations are a flow."""
+    def segments(self) -> list[Segments]:
+        """The slips and sticks of each contact of a machine."""
         from wedgebrake.orbits.return_map import ReturnMap
 
         if not isinstance(self.equations, ReturnMap):
             return []
-        return self.equations.sides(self.unknowns, self.kernel_problem)
+        return self.equations.segments(self.unknowns, self.kernel_problem)
+
+    @property
+    def sides(self) -> list[tuple[int, ...]]:
+        """Directions of slips, 0 for sticks, of each contact of a machine, in cyclic order."""
+        return [one.sides for one in self.segments]
 
     @cached_property
     def sequence(self) -> str:

@@ -7,23 +7,39 @@ jumps. So the branch goes on, or turns back (a non-smooth fold), with another di
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Scenario
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.palc import FAILED, CurvePoint, NotConvergedError, Step, corrected
-
-# Directions of the slips of a contact, and 0 for sticks, in cyclic order, the least first.
-Sides = tuple[int, ...]
+from wedgebrake.orbits.problem import FloatArray
 
 # Shares of a step within which a change is located, and within which its sides are neighbours.
 _LOCATED, _NEIGHBOURS = 1e-12, 1e-3
 # Distances beyond a point where events change, and of the first point there, in scaled unknowns:
 # more than the steps of differences.
 _BEYOND, _STEPS = (3e-6, 3e-5, 3e-4), (1e-5, 1e-4, 1e-3)
-# Largest number of segments that begin or end at once.
-_MOST = 4
+# Largest number of segments that begin or end at once, and of the ways in which they are tried.
+_MOST, _TRIED = 4, 64
+
+
+class Segments(NamedTuple):
+    """Slips and sticks of a contact in an orbit.
+
+    sides     : direction of each slip, 0 for a stick, in cyclic order, the least tuple
+    durations : [s]
+    """
+
+    sides: tuple[int, ...]
+    durations: FloatArray
+
+    @classmethod
+    def of(cls, sides: tuple[int, ...], durations: FloatArray) -> Segments:
+        """Segments from any of them on."""
+        first = min(range(len(sides)), key=lambda k: sides[k:] + sides[:k])
+        return cls(sides[first:] + sides[:first], np.roll(durations, -first))
 
 
 def first_change(step: Step[OrbitCurve]) -> tuple[float, float]:
@@ -49,39 +65,51 @@ def first_change(step: Step[OrbitCurve]) -> tuple[float, float]:
 
 
 def bifurcation_of(
-    before: Sequence[Sides], after: Sequence[Sides], names: Sequence[str], scenario: Scenario
+    before: Sequence[Segments], after: Sequence[Segments], names: Sequence[str], scenario: Scenario
 ) -> Bifurcation | None:
     """The bifurcation by the events on both sides; None if it has no name."""
     for name, old, new in zip(names, before, after, strict=True):
-        if old == new:
+        if old.sides == new.sides:
             continue
-        kind = _kind(*sorted((old, new), key=len))
+        short, long = sorted((old, new), key=lambda one: len(one.sides))
+        kind = _kind(short, long)
         if kind is not None:
-            lost = len(new) < len(old)
-            what = "a slip" if kind in (Kind.ADDING_SLIDING, Kind.SWITCHING_SLIDING) else "a stick"
-            effect = f"{what} {'ends' if lost else 'begins'}"
+            slip = kind in (Kind.ADDING_SLIDING, Kind.SWITCHING_SLIDING)
+            change = "ends" if new is short else "begins"
             where = f" in {name}" if len(names) > 1 else ""
-            return Bifurcation(kind, effect + where, scenario)
+            return Bifurcation(kind, f"a {'slip' if slip else 'stick'} {change}{where}", scenario)
     return None
 
 
-def _kind(short: Sides, long: Sides) -> Kind | None:
-    """The bifurcation at which segments of length zero are inserted."""
-    level = [(long, None)]
+class _Removal(NamedTuple):
+    """What is left without some segments.
+
+    longest : duration of the longest segment that has been removed [s]
+    kind    : bifurcation at which such segments have the length zero
+    """
+
+    left: Segments
+    longest: float
+    kind: Kind | None
+
+
+def _kind(short: Segments, long: Segments) -> Kind | None:
+    """The bifurcation at which the longer sequence has segments of length zero."""
+    level = [_Removal(long, 0.0, None)]
     for _ in range(_MOST):
         level = [
-            (rest, kind) for one, first in level for rest, kind in _removals(one)
-            if first in (None, kind)
+            more for one in level for more in _removals(one) if one.kind in (None, more.kind)
         ]  # fmt: skip
-        for rest, kind in level:
-            if rest == short:
-                return kind
-        level = level[:64]
+        level = sorted(level, key=lambda one: one.longest)[:_TRIED]
+        found = [one for one in level if one.left.sides == short.sides]
+        if found:
+            return found[0].kind
     return None
 
 
-def _removals(sides: Sides) -> Iterator[tuple[Sides, Kind]]:
-    """What is left without one segment of length zero, and the bifurcation there."""
+def _removals(given: _Removal) -> Iterator[_Removal]:
+    """What is left without one more segment."""
+    sides, durations = given.left
     count = len(sides)
     for i, side in enumerate(sides):
         before, after = sides[i - 1], sides[(i + 1) % count]
@@ -95,17 +123,18 @@ def _removals(sides: Sides) -> Iterator[tuple[Sides, Kind]]:
             kind = Kind.SWITCHING_SLIDING
         else:
             continue
-        gone = {i, (i + 1) % count} if before == after and count > 2 else {i}
-        rest = tuple(one for k, one in enumerate(sides) if k not in gone)
-        yield least(rest), kind
+        left = durations.copy()
+        left[i - 1] += left[i]
+        gone = [i]
+        if before == after and count > 2:
+            gone.append((i + 1) % count)
+            left[i - 1] += left[gone[1]]
+        kept = [k for k in range(count) if k not in gone]
+        rest = Segments.of(tuple(sides[k] for k in kept), left[kept])
+        yield _Removal(rest, max(given.longest, float(durations[i])), kind)
 
 
-def least(sides: Sides) -> Sides:
-    """The least of all cyclic shifts."""
-    return min(sides[k:] + sides[:k] for k in range(len(sides)))
-
-
-def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[Sides]] | None:
+def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[Segments]] | None:
     """The branch beyond a corner where its events change and it turns back.
 
     Returns its first point and the events there; no point if the motion jumps. None if the events
@@ -115,8 +144,8 @@ def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[S
     for reach in _BEYOND:
         guess = at.y + reach * at.direction
         try:
-            beyond = curve.solution(guess).sides
-            if beyond == before:
+            beyond = curve.solution(guess)
+            if beyond.sides == before:
                 continue
             matrix = curve.linearize(guess)[1]
         except FAILED:
@@ -129,14 +158,14 @@ def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[S
                 try:
                     point = corrected(curve, at.y + length * way, way)
                     if curve.solution(point.y).sides != before:
-                        return point, curve.solution(point.y).sides
+                        return point, curve.solution(point.y).segments
                 except FAILED:
                     continue
-        return None, beyond
+        return None, beyond.segments
     return None
 
 
-def corner(at: CurvePoint, beyond: CurvePoint) -> np.ndarray:
+def corner(at: CurvePoint, beyond: CurvePoint) -> FloatArray:
     """Where the tangents of a branch on both sides of a corner are nearest to each other."""
     lines = np.column_stack((at.direction, -beyond.direction))
     shares = np.linalg.lstsq(lines, beyond.y - at.y, rcond=None)[0]

@@ -78,7 +78,7 @@ def guesses(
     stuck = bool(np.any(found.contacts.stick_share >= 1.0 - _ROUNDING))
     settled = found.order
     if settled and machine.autonomous:
-        settled = _crossings(problem, found.final, found.period)
+        settled = _crossings(machine, problem.crossing, found.final, found.period)
     if order in (None, settled):
         record = _record(problem, found.final, settled)
         return Guesses(OrbitStatus.FOUND, problem, settled, record, True, stuck)
@@ -122,8 +122,9 @@ def _choose(machine: Machine, space: Coordinates, state: FinalState, period: flo
     rates = rates[np.abs(turns).max(axis=1) <= _ROUNDING * np.abs(rates).max(axis=1)]
     rates /= np.linalg.norm(rates @ space.back, axis=1)[:, None]
     chosen: list[tuple[int, int, float, Crossing]] = []
-    for row in rates:
-        section = Crossing(tuple(map(float, row)), 0.0)
+    sections = [Crossing(tuple(map(float, row)), 0.0) for row in rates]
+    for section in sections:
+        row = np.array(section.row)
         course = Course(machine, state, works=False, watched=row[None, :])
         if len(course.advance(section, 1, duration=period).times):
             sticks = int(np.sum(course.state.modes["side"] == 0))
@@ -136,23 +137,26 @@ def _choose(machine: Machine, space: Coordinates, state: FinalState, period: flo
     return crossing(course.advance(None, duration=period), space)
 
 
-def _crossings(problem: OrbitProblem, state: FinalState, period: float) -> int:
+def _crossings(machine: Machine, section: Crossing | None, state: FinalState, period: float) -> int:
     """Number of crossings in one period of a motion."""
-    course = Course(problem.base, state, works=False)
-    course.advance(problem.crossing, 1, duration=2.0 * period)
-    return 1 + len(course.advance(problem.crossing, duration=_ONE_PERIOD * period).times)
+    course = Course(machine, state, works=False)
+    course.advance(section, 1, duration=2.0 * period)
+    return 1 + len(course.advance(section, duration=_ONE_PERIOD * period).times)
 
 
 def _record(problem: OrbitProblem, state: FinalState, returns: int) -> FloatArray:
     """Points of the section from a state on, which is the first one if it is on the section."""
     flow = problem.kernel_problem(())
-    course = Course(problem.base, state, works=False)
-    section, states = flow.section, np.empty((0, flow.space.to.shape[1]))
+    course = Course(flow.machine, state, works=False)
+    section, begin = flow.section, course.state.z[0, : flow.space.to.shape[1]].copy()
     if isinstance(section, Every):
-        past = math.remainder(state.time, section.period)
-        if abs(past) <= _ROUNDING * section.period:
-            states = course.state.z[0, : states.shape[1]].copy()[None, :]
-            returns -= 1
+        distance, size = math.remainder(state.time, section.period), section.period
+    else:
+        row = np.array(section.row)
+        distance, size = float(row @ begin) - section.level, float(np.abs(row) @ np.abs(begin))
+    states = np.empty((0, begin.size))
+    if abs(distance) <= _ROUNDING * size:
+        states, returns = begin[None, :], returns - 1
     if returns > 0:
         passage = course.advance(section, returns, duration=flow.longest * returns)
         states = np.vstack([states, passage.states])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.orbits.event_changes import least
+from wedgebrake.orbits.event_changes import Segments
 from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.machine_flow import MachineFlow
 from wedgebrake.orbits.problem import FloatArray, Measures, Records
@@ -78,26 +78,28 @@ class ReturnMap:
         """Return True: the equations are the flow itself."""
         return True
 
-    def sides(self, unknowns: FloatArray, problem: MachineFlow) -> list[tuple[int, ...]]:
-        """Of each contact, the directions of its slips, and 0 for sticks, in cyclic order.
-
-        The order begins so that the tuple is the least.
-        """
+    def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
+        """The slips and sticks of each contact."""
         points = self._points(unknowns)
         found = [problem.next_return(one, derivative=False) for one in points]
-        log = np.concatenate([one.log for one in found])
-        log = log[log["kind"] != EventKind.BREAKPOINT]
-        end = found[-1].final.modes
-        sides = []
+        begins = np.cumsum([0.0] + [one.duration for one in found])
+        times = np.concatenate(
+            [one.log["time"] + begin for one, begin in zip(found, begins, strict=False)]
+        )
+        log, end = np.concatenate([one.log for one in found]), found[-1].final.modes
+        segments = []
         for number in range(len(end)):
-            own = tuple(log[log["contact"] == number]["after"].tolist()) or (end[number][0],)
-            sides.append(least(own))
-        return sides
+            own = (log["kind"] != EventKind.BREAKPOINT) & (log["contact"] == number)
+            sides = log["after"][own].tolist() or [end[number][0]]
+            at = times[own] if own.any() else begins[:1]
+            durations = np.diff(np.append(at, at[0] + begins[-1]))
+            segments.append(Segments.of(tuple(sides), durations))
+        return segments
 
     def sequence_at(self, unknowns: FloatArray, problem: MachineFlow) -> str:
         """The segments of each contact: "brake: + 0 -"; of a single one without its name."""
-        sides = self.sides(unknowns, problem)
-        words = [" ".join(_SIGNS[side] for side in own) for own in sides]
+        found = self.segments(unknowns, problem)
+        words = [" ".join(_SIGNS[side] for side in one.sides) for one in found]
         if len(words) == 1:
             return words[0]
         contacts = problem.machine.contacts

@@ -127,7 +127,8 @@ def orbit_to_follow(
         return found
     problem = OrbitProblem(system, method=found.method, rtol=found.rtol)
     run_for = protocol(_RECORDED, _SKIPPED, rtol=found.rtol)
-    result, record = classify_run(system, initial or (0.0, 0.0), found.method, run_for)
+    start = check_state("initial", initial or (0.0, 0.0))
+    result, record = classify_run(system, start, found.method, run_for)
     if result.outcome != Outcome.COMPLETED:
         return found
     for fewest in range(1, _HIGHEST_ORDER + 1):
