@@ -255,6 +255,21 @@ def test_branch_of_a_machine_is_that_of_its_driveline() -> None:
         np.testing.assert_allclose(other.multipliers, one.multipliers, atol=1e-5)
 
 
+def test_period_doubling_and_the_branch_that_leaves_it_are_those_of_the_driveline() -> None:
+    system = wb.paper.system(eta=-12.0, F0=0.067)
+    found = [
+        wb.branches(one, {name: (-32.0, -36.0)}, opposite=False)
+        for one, name in ((system, "slope"), (system.machine, "brake.slope"))
+    ]
+    kinds = ("period doubling", "grazing-sliding")
+    values = [
+        [float(one["bifurcation_value"][one["bifurcation_kind"] == kind][0]) for kind in kinds]
+        for one in found
+    ]
+    np.testing.assert_allclose(values[1], values[0], rtol=1e-9)
+    assert [one["branch_order"].values.tolist() for one in found] == [[1, 2], [1, 2]]
+
+
 @pytest.fixture(scope="module")
 def belt_branch() -> Any:
     """The stable cycle of the block on a belt, and the unstable one beyond its grazing."""
