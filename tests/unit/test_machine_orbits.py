@@ -270,6 +270,23 @@ def test_period_doubling_and_the_branch_that_leaves_it_are_those_of_the_drivelin
     assert [one["branch_order"].values.tolist() for one in found] == [[1, 2], [1, 2]]
 
 
+def test_period_doubling_in_two_parameters() -> None:
+    """Every point of the curve is a period doubling of the driveline."""
+    system = wb.paper.system(eta=-12.0, F0=0.067).replace(slope=-34.0)
+    machine = system.machine
+    branch = wb.continuation(wb.orbit(machine, 1), {"brake.slope": (-34.0, -34.5)})
+    doubling = next(point for point in branch if point.bifurcation)
+    ends = {"brake.slope": (-35.0, -33.5), "torque.amplitude": (260.0, 280.0)}
+    curve = wb.boundary(doubling, step=0.5, **ends)
+    assert curve.sizes["point"] > 2
+    for k in range(curve.sizes["point"]):
+        there = system.replace(
+            slope=float(curve["brake.slope"][k]), amplitude=float(curve["torque.amplitude"][k])
+        )
+        found = wb.orbit(there, 1)
+        assert min(abs(one + 1.0) for one in found.multipliers) <= 1e-7
+
+
 @pytest.fixture(scope="module")
 def belt_branch() -> Any:
     """The stable cycle of the block on a belt, and the unstable one beyond its grazing."""
