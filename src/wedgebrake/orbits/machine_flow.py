@@ -30,11 +30,13 @@ class MachineFlow:
     space   : scaled coordinates of the state; they need not be those of this machine
     section : a crossing; None: once in each period of the signals
     longest : longest time until a return [s]
+    method  : "exact" or "smooth", see ``simulate``
     """
 
     def __init__(
-        self, machine: Machine, space: Coordinates, section: Crossing | None, longest: float
-    ) -> None:
+        self, machine: Machine, space: Coordinates, section: Crossing | None, longest: float,
+        method: str,
+    ) -> None:  # fmt: skip
         if any(one.actuation.sample_time is not None for one in machine.contacts):
             raise InputError(
                 "contacts: orbits of machines with sampled controllers are not sought."
@@ -45,7 +47,7 @@ class MachineFlow:
         self.section: Crossing | Every = section or Every(period or math.nan)
         self.machine, self.space, self.longest = machine, space, longest
         watched = np.vstack([space.to, np.eye(space.to.shape[1])])
-        self.course = Course(machine, works=False, logs=True, watched=watched)
+        self.course = Course(machine, works=False, logs=True, watched=watched, method=method)
         self.origin, self.basis = np.zeros(space.size), np.eye(space.size)
         if section is not None:
             row = np.array(section.row) @ space.back

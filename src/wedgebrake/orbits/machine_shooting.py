@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
 from wedgebrake.analysis.machine_motion.run import classify_machine
 from wedgebrake.analysis.machine_motion.section import crossing
 from wedgebrake.analysis.run_settings import protocol
@@ -46,8 +45,8 @@ class Guesses(NamedTuple):
 
 
 def guesses(
-    machine: Machine, order: int | None, initial: FinalState | None, limit: int, rtol: float,
-    *, section: Crossing | None = None,
+    machine: Machine, order: int | None, initial: FinalState | None, limit: int,
+    *, method: str, rtol: float, section: Crossing | None = None,
 ) -> Guesses:  # fmt: skip
     """Points of the section of a machine near an orbit.
 
@@ -60,12 +59,11 @@ def guesses(
             "machine.period", None, "a common period of all signals",
             "The signals have none, so that no orbit closes. Use wb.motion.",
         )  # fmt: skip
-    space = coordinates(machine)
+    nothing = OrbitProblem(machine, method=method, rtol=rtol)
     if order is not None and initial is not None:
-        problem = _problem(machine, space, initial, math.nan, rtol, section)
+        problem = _problem(nothing, initial, math.nan, section)
         return Guesses(OrbitStatus.FOUND, problem, order, _record(problem, initial, 1), True)
-    found = classify_machine(machine, protocol(None, "auto", limit), initial)
-    nothing = OrbitProblem(machine, method="exact", rtol=rtol)
+    found = classify_machine(machine, protocol(None, "auto", limit), initial, method)
     if found.outcome != Outcome.COMPLETED or found.final is None:
         return Guesses(OrbitStatus.NO_RUN, nothing, order or 0)
     if found.motion in _STEADY:
@@ -74,11 +72,11 @@ def guesses(
         unsettled = found.motion == MotionClass.UNDECIDED
         why = OrbitStatus.NOT_SETTLED if unsettled else OrbitStatus.NOT_PERIODIC
         return Guesses(why, nothing, 0)
-    problem = _problem(machine, space, found.final, found.period, rtol, section)
+    problem = _problem(nothing, found.final, found.period, section)
     stuck = bool(np.any(found.contacts.stick_share >= 1.0 - _ROUNDING))
     settled = found.order
     if settled and machine.autonomous:
-        settled = _crossings(machine, problem.crossing, found.final, found.period)
+        settled = _crossings(problem, found.final, found.period)
     if order in (None, settled):
         record = _record(problem, found.final, settled)
         return Guesses(OrbitStatus.FOUND, problem, settled, record, True, stuck)
@@ -93,27 +91,34 @@ _STEADY = {
 
 
 def _problem(
-    machine: Machine, space: Coordinates, state: FinalState, period: float, rtol: float,
-    section: Crossing | None,
-) -> OrbitProblem:  # fmt: skip
-    """The machine with the section that suits its motion from a state on."""
-    if not machine.autonomous:
-        return OrbitProblem(machine, method="exact", rtol=rtol)
+    plain: OrbitProblem, state: FinalState, period: float, section: Crossing | None
+) -> OrbitProblem:
+    """The same with the section that suits a motion from a state on."""
+    machine = plain.base
+    if not isinstance(machine, Machine) or not machine.autonomous:
+        return plain
     if not math.isfinite(period):
-        period = _LOOK * 2.0 * math.pi / (space.frequency or 1.0)
+        period = _LOOK * 2.0 * math.pi / (plain.space.frequency or 1.0)
     return OrbitProblem(
-        machine, method="exact", rtol=rtol, longest=_PATIENCE * period,
-        crossing=section or _choose(machine, space, state, period),
+        machine, method=plain.method, rtol=plain.rtol, longest=_PATIENCE * period,
+        crossing=section or _choose(machine, plain, state, period),
     )  # fmt: skip
 
 
-def _choose(machine: Machine, space: Coordinates, state: FinalState, period: float) -> Crossing:
+def _course(problem: OrbitProblem, state: FinalState, watched: FloatArray | None = None) -> Course:
+    """The motion from a state on."""
+    machine = problem.system(())
+    return Course(machine, state, works=False, method=problem.method, watched=watched)
+
+
+def _choose(machine: Machine, plain: OrbitProblem, state: FinalState, period: float) -> Crossing:
     """The section of a self-excited motion.
 
     The rate of an angle that shafts restrain has the mean zero in every orbit, so that each orbit
     crosses this level, also on a branch. Of these, the one with the fewest crossings is taken,
     where no contact sticks, and then the one with the largest range.
     """
+    space = plain.space
     n, states = len(machine.inertias), space.to.shape[1]
     rates = np.zeros((space.speeds.start + n, states))
     rates[: space.speeds.start, n : 2 * n] = space.to[: space.speeds.start, :n]
@@ -125,7 +130,7 @@ def _choose(machine: Machine, space: Coordinates, state: FinalState, period: flo
     sections = [Crossing(tuple(map(float, row)), 0.0) for row in rates]
     for section in sections:
         row = np.array(section.row)
-        course = Course(machine, state, works=False, watched=row[None, :])
+        course = _course(plain, state, row[None, :])
         if len(course.advance(section, 1, duration=period).times):
             sticks = int(np.sum(course.state.modes["side"] == 0))
             passage = course.advance(section, duration=_ONE_PERIOD * period)
@@ -133,13 +138,13 @@ def _choose(machine: Machine, space: Coordinates, state: FinalState, period: flo
             chosen.append((len(passage.times), sticks, -reach, section))
     if chosen:
         return min(chosen, key=lambda one: one[:3])[3]
-    course = Course(machine, state, works=False, watched=space.to)
+    course = _course(plain, state, space.to)
     return crossing(course.advance(None, duration=period), space)
 
 
-def _crossings(machine: Machine, section: Crossing | None, state: FinalState, period: float) -> int:
+def _crossings(problem: OrbitProblem, state: FinalState, period: float) -> int:
     """Number of crossings in one period of a motion."""
-    course = Course(machine, state, works=False)
+    course, section = _course(problem, state), problem.crossing
     course.advance(section, 1, duration=2.0 * period)
     return 1 + len(course.advance(section, duration=_ONE_PERIOD * period).times)
 
@@ -147,7 +152,7 @@ def _crossings(machine: Machine, section: Crossing | None, state: FinalState, pe
 def _record(problem: OrbitProblem, state: FinalState, returns: int) -> FloatArray:
     """Points of the section from a state on, which is the first one if it is on the section."""
     flow = problem.kernel_problem(())
-    course = Course(flow.machine, state, works=False)
+    course = _course(problem, state)
     section, begin = flow.section, course.state.z[0, : flow.space.to.shape[1]].copy()
     if isinstance(section, Every):
         distance, size = math.remainder(state.time, section.period), section.period

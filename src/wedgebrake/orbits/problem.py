@@ -191,7 +191,7 @@ class OrbitProblem:
         if isinstance(system, Machine):
             from wedgebrake.orbits.machine_flow import MachineFlow
 
-            return MachineFlow(system, self.space, self.crossing, self.longest)
+            return MachineFlow(system, self.space, self.crossing, self.longest, self.method)
         if self.method == "exact":
             from wedgebrake.solvers.event_driven.solve import problem
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.classify_run import classify_run
-from wedgebrake.analysis.motion import as_machine
+from wedgebrake.analysis.motion import as_machine, machine_method
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline, check_driveline
-from wedgebrake.model.validation import check_whole, wrong
+from wedgebrake.model.validation import check_whole
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.machine_shooting import guesses
 from wedgebrake.orbits.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
@@ -78,7 +78,7 @@ def orbit(
     """
     chosen = check(system, order, method, rtol)
     if isinstance(system, Machine):
-        return _of_machine(system, order, initial, limit, float(rtol))
+        return _of_machine(system, order, initial, limit, (chosen, float(rtol)))
     start = None if initial is None else check_state("initial", initial)
     settling = protocol(None, "auto", limit)
     problem = OrbitProblem(system, method=chosen, rtol=float(rtol))
@@ -119,7 +119,7 @@ def orbit_to_follow(
     if isinstance(system, Machine) and like is not None and like._solution is not None:
         # The same section, so that orbits can be compared.
         section = like._solution.problem.crossing
-        return _of_machine(system, order, initial, LIMIT, float(rtol), section)
+        return _of_machine(system, order, initial, LIMIT, (like.method, float(rtol)), section)
     found = orbit(system, order, initial=initial, method=method, rtol=rtol)
     if found.status not in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_SETTLED):
         return found
@@ -146,7 +146,7 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
     if order is not None:
         check_whole("order", order, 1, _MOST_ORDER, "a whole number of returns")
     if isinstance(system, Machine):
-        return _check_machine(method)
+        return machine_method(method)
     check_driveline(system)
     chosen = choose_method(system, method)
     if chosen == "ode14x":
@@ -158,21 +158,18 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
     return chosen
 
 
-def _check_machine(method: str | None) -> str:
-    if method not in (None, "exact"):
-        raise wrong("method", method, "'exact' for a Machine")
-    return "exact"
-
-
 def _of_machine(
-    system: Machine, order: int | None, initial: Any, limit: int, rtol: float,
+    system: Machine, order: int | None, initial: Any, limit: int, solver: tuple[str, float],
     section: Crossing | None = None,
 ) -> Orbit:  # fmt: skip
-    """``orbit`` for a machine."""
-    machine, start = as_machine(system, initial)
-    given = guesses(machine, order, start, limit, rtol, section=section)
+    """``orbit`` for a machine.
+
+    solver : its method and rtol
+    """
+    (method, rtol), (machine, start) = solver, as_machine(system, initial)
+    given = guesses(machine, order, start, limit, method=method, rtol=rtol, section=section)
     if given.status is not OrbitStatus.FOUND:
-        return Orbit(machine, "exact", rtol, given.status, given.order)
+        return Orbit(machine, method, rtol, given.status, given.order)
     first = [given.record[-1]] if given.settled else _guesses(given.record, given.order)
     found = _near(given.problem, given.order, first)
     if given.stuck and found.status is OrbitStatus.NOT_CONVERGED:
