@@ -270,6 +270,21 @@ def test_period_doubling_and_the_branch_that_leaves_it_are_those_of_the_drivelin
     assert [one["branch_order"].values.tolist() for one in found] == [[1, 2], [1, 2]]
 
 
+def test_by_the_curve_itself_the_unstable_cycle_ends_at_the_hopf_point() -> None:
+    """At ln(10)/2, where the slope of the friction is -2 xi."""
+    machine = block(1.25, stribeck())
+    machine = machine.replace({"block.angle": 0.8, "block.speed": 1.25})
+    branch = wb.continuation(
+        wb.orbit(machine, method="smooth"), {"belt.base_speed": (0.5, 3.0)}, step=0.05
+    )
+    list(branch)
+    assert grazing_of(branch).bifurcation.scenario is Scenario.FOLD
+    last = branch.points[-1]
+    assert last.bifurcation.kind is Kind.HOPF
+    assert last.value == pytest.approx(0.5 * math.log(10.0), abs=1e-5)
+    assert last.period == pytest.approx(2.0 * math.pi, rel=1e-5)
+
+
 def test_period_doubling_in_two_parameters() -> None:
     """Every point of the curve is a period doubling of the driveline."""
     system = wb.paper.system(eta=-12.0, F0=0.067).replace(slope=-34.0)

@@ -269,11 +269,14 @@ class Branch(Result, Iterator[BranchPoint]):
         if self._parent_of(after, COLLAPSED):
             # Onto the branch that it meets: the branch turns there, in a shorter step.
             return False
+        if self._has_shrunk(after) and self._length.exceeds(_ANY_TURN):
+            # Equilibria solve the equations too: a long step ends on them.
+            return False
         passed = self._smooth_bifurcations(step, step.length)
         self._arclength += float(np.linalg.norm(after.y - before.y))
         self._now = after
         if self._has_shrunk(after):
-            self._queue.append(self._point(after, Bifurcation(Kind.HOPF)))
+            self._queue.append(self._point(before, Bifurcation(Kind.HOPF)))
             self._next_end = "the orbit shrinks to steady sliding"
             return True
         self._queue.extend([*passed, self._point(after)])
