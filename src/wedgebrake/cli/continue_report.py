@@ -25,6 +25,7 @@ _LOSSES = {
     Kind.NEIMARK_SACKER: "a second frequency sets in (Neimark-Sacker)",
     Kind.SYMMETRY_BREAKING: "its two halves become different (symmetry breaking)",
     Kind.BRANCH_POINT: "another branch crosses it",
+    Kind.HOPF: "it shrinks to steady sliding (Hopf)",
 }
 _SCENARIOS = {
     Scenario.PERSISTENCE: "the motion continues, slightly changed",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -23,7 +23,7 @@ from wedgebrake.model.tables import (
     table_schema,
 )
 from wedgebrake.model.units import ANY, with_unit
-from wedgebrake.model.validation import check_number, labels, named, shown
+from wedgebrake.model.validation import check_number, labels, named, shown, wrong
 
 MOST_VALUES = 10_000_000  # of one swept parameter
 _MOST_WRONG = 8  # names of [sweep] in one error message
@@ -79,6 +79,24 @@ def refuse_doubled(name: str, names: Collection[str], where: str = "") -> None:
             f"{where}{name} and {where}{target}: both swept, but {name} sets {target}. Sweep one"
             " of them."
         )
+
+
+def joined(over: Any, parameters: dict[str, Any]) -> dict[str, Any]:
+    """Combine parameters given as a mapping and as keywords.
+
+    Raises ``InputError`` for anything but a mapping, or a parameter given twice.
+    """
+    if over is None:
+        return parameters
+    if not isinstance(over, Mapping):
+        raise wrong(
+            "over", over, "a mapping of parameters to their values",
+            'For example {"slope": np.linspace(-60, 0, 50)}.',
+        )  # fmt: skip
+    for name in over:
+        if name in parameters:
+            raise InputError(f"{name}: given twice, in the mapping and as a keyword. Give it once.")
+    return {**over, **parameters}
 
 
 # `from` cannot be the name of an attribute in a class statement.

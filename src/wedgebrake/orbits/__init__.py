@@ -7,16 +7,21 @@ segment_bvp        set-valued friction: a boundary-value problem of segments, wi
                    ``segment_kernel`` (equations) and ``segment_orbit`` (log, extremes, monodromy
                    matrix, and distances from the beginning or end of a segment)
 stroboscopic_map   smooth friction: multiple shooting from period to period
+return_map         machines: multiple shooting from return to return of the exact flow, which
+                   ``machine_flow`` states in coordinates of the section
+floquet            multipliers, and functions that vanish where they leave the unit circle
 curves             an orbit at given parameters; orbits and bifurcations as curves
 orbit              results: one orbit, and a point of a branch
 
 Search, continuation and bifurcations:
 
 shooting               ``orbit``: near a guess, by Newton's method
+machine_shooting       guesses and sections of machines
 palc                   pseudo-arclength continuation, and bifurcations between two points
 branch                 ``continuation``: one branch, point by point
 bifurcation_types      the bifurcations by name, and the stable intervals between them
 discontinuity_induced  the segments beyond a bifurcation of friction, and the branch with them
+event_changes          the same for machines, by the slips and sticks on both sides
 branch_switching       branches that leave a bifurcation, and those already computed
 diagram                ``branches``: all branches from the ends of a range, as a dataset
 codim2                 ``boundary`` and ``boundaries``: bifurcations over two parameters

@@ -24,6 +24,7 @@ class Kind(Enum):
     NEIMARK_SACKER = "Neimark-Sacker"
     SYMMETRY_BREAKING = "symmetry breaking"
     BRANCH_POINT = "branch point"
+    HOPF = "Hopf"
     GRAZING_SLIDING = "grazing-sliding"
     CROSSING_SLIDING = "crossing-sliding"
     SWITCHING_SLIDING = "switching-sliding"
@@ -43,7 +44,7 @@ class Kind(Enum):
         """
         if self is Kind.SYMMETRY_BREAKING:
             return method == "exact"
-        return self is not Kind.BRANCH_POINT
+        return self not in (Kind.BRANCH_POINT, Kind.HOPF)
 
     @property
     def meaning(self) -> str:
@@ -58,6 +59,7 @@ _MEANINGS = {
     " multipliers of modulus 1)",
     Kind.SYMMETRY_BREAKING: "two orbits that are each other's mirror image branch off",
     Kind.BRANCH_POINT: "two branches cross (multiplier 1)",
+    Kind.HOPF: "the orbit shrinks to steady sliding, whose stability changes",
     Kind.GRAZING_SLIDING: "a slip just touches zero sliding velocity: a stick begins or ends there",
     Kind.CROSSING_SLIDING: "a reversal meets the limit of the holding torque: a short stick begins"
     " or ends there",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
+from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.validation import check_instance, check_number, check_whole, shown
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
 from wedgebrake.orbits.branch_switching import CLOSED, Mark, reached, way
@@ -21,6 +22,7 @@ from wedgebrake.orbits.discontinuity_induced import (
     onset_of_permanent_sticking,
     restart,
 )
+from wedgebrake.orbits.event_changes import bifurcation_of, corner, first_change, turned
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.palc import (
     CurvePoint,
@@ -31,7 +33,7 @@ from wedgebrake.orbits.palc import (
     first_vanishing,
     smooth_bifurcations,
 )
-from wedgebrake.orbits.problem import FloatArray, OrbitProblem, make_ranges, value_of
+from wedgebrake.orbits.problem import FloatArray, make_ranges, value_of, with_values
 from wedgebrake.orbits.segment_orbit import violated
 
 STEP, LONGEST_STEP = 0.02, 0.5
@@ -45,6 +47,8 @@ _TURN, _ANY_TURN = 0.95, 1e-3
 _SHORT_OF = 1.0 - 1e-6
 # Scales that have changed by this factor are renewed.
 _OUTGROWN = 1.5
+# Share of its largest size below which an orbit is a point.
+_POINT = 1e-4
 # Where branches meet, distances of orbits as shares of their size, below which they may be
 # equal; are equal; are equal if no orbit is found further on.
 MEETS, COLLAPSED, _NEARLY = 1e-4, 1e-8, 1e-3
@@ -52,7 +56,12 @@ NOTHING_FURTHER = "no orbit was found further on"
 
 
 def continuation(
-    orbit: Orbit, *, step: float = STEP, points: int = POINTS, **parameter: tuple[float, float]
+    orbit: Orbit,
+    over: Mapping[str, tuple[float, float]] | None = None,
+    *,
+    step: float = STEP,
+    points: int = POINTS,
+    **parameter: tuple[float, float],
 ) -> Branch:
     """The branch of an orbit over a parameter, as an iterator (docs/theory.md, section 13).
 
@@ -60,6 +69,9 @@ def continuation(
     ----------
     orbit : Orbit
         Start of the branch, as found by ``wb.orbit``.
+    over : mapping
+        The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
+        same as a keyword, for names with a dot.
     step : float
         Longest step along the branch, as a share of the range.
     points : int
@@ -81,24 +93,23 @@ def continuation(
     if orbit._solution is None:
         raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
     check_step(step, points)
-    (over,) = make_ranges(orbit.system, parameter, 1)
-    value = value_of(orbit.system, over.name)
-    low, high = over.bounds
+    parameter = joined(over, parameter)
+    (along,) = make_ranges(orbit.system, parameter, 1)
+    value = value_of(orbit.system, along.name)
+    low, high = along.bounds
     if not low <= value <= high:
         raise InputError(
-            f"{over.name} = {shown(parameter[over.name])}: must contain {value:g}, where the orbit"
-            f" is. Find the orbit at {over.name}={over.first:g} first, or widen the range."
+            f"{along.name} = {shown(parameter[along.name])}: must contain {value:g}, where the"
+            f" orbit is. Find the orbit at {along.name}={along.first:g} first, or widen the range."
         )
     equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
-    if not has_odd_symmetry(orbit.system.replace(**{over.name: over.last})):
+    if not has_odd_symmetry(with_values(orbit.system, {along.name: along.last})):
         # An orbit that is its own mirror image does not stay so.
         equations, unknowns = equations.whole(unknowns)
-    problem = OrbitProblem(
-        orbit.system, (over.name,), (over.scale,), method=orbit.method, rtol=orbit.rtol
-    )
+    problem = orbit._solution.problem.over((along.name,), (along.scale,))
     start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
-    longest = float(step) * over.scale / over.exact_scale
-    return Branch(start, over.bounds, over.last > over.first, longest, int(points))
+    longest = float(step) * along.scale / along.exact_scale
+    return Branch(start, along.bounds, along.last > along.first, longest, int(points))
 
 
 def check_step(step: Any, points: Any) -> None:
@@ -230,6 +241,8 @@ class Branch(Result, Iterator[BranchPoint]):
         self._obstacle = ""
         if self._length.attempt(self._try, _SHORTEST) or self._comes_to_rest():
             return
+        if self._turns_at_change():
+            return
         parent = self._parent_of(self._now, _NEARLY)
         self.met = bool(parent)
         self._next_end = parent or self._obstacle or NOTHING_FURTHER
@@ -249,14 +262,23 @@ class Branch(Result, Iterator[BranchPoint]):
             return self._restart_beyond(step, lacking)
         if not self._at(after).follows_flow:
             return False
+        if self._at(after).sides != self._at(before).sides:
+            return self._pass_change(step)
         if self._meets_parent(step, step.length):
             return True
         if self._parent_of(after, COLLAPSED):
             # Onto the branch that it meets: the branch turns there, in a shorter step.
             return False
+        if self._has_shrunk(after) and self._length.exceeds(_ANY_TURN):
+            # Equilibria solve the equations too: a long step ends on them.
+            return False
         passed = self._smooth_bifurcations(step, step.length)
         self._arclength += float(np.linalg.norm(after.y - before.y))
         self._now = after
+        if self._has_shrunk(after):
+            self._queue.append(self._point(before, Bifurcation(Kind.HOPF)))
+            self._next_end = "the orbit shrinks to steady sliding"
+            return True
         self._queue.extend([*passed, self._point(after)])
         if leaves:
             name, value = self.start.problem.names[0], self._at(after).values[0]
@@ -288,12 +310,23 @@ class Branch(Result, Iterator[BranchPoint]):
         here = self._at(self._now)
         curve = OrbitCurve(here)
         ratio = curve.scales / self._curve.scales
+        if here.problem.crossing is not None and np.all(ratio <= 1.0):
+            # An orbit that shrinks to a point is reached at once.
+            return
         if np.all(ratio < _OUTGROWN) and np.all(ratio * _OUTGROWN > 1.0):
             return
         direction = self._now.direction / ratio
         direction /= np.linalg.norm(direction)
         self._now = CurvePoint(curve.scaled(here), self._now.matrix * ratio, direction)
         self._curve = curve
+
+    def _has_shrunk(self, at: CurvePoint) -> bool:
+        """Return True for an orbit of a self-excited system that is almost a point."""
+        here = self._at(at)
+        if here.problem.crossing is None:
+            return False
+        size = here.equations.scales(here.unknowns, here.kernel_problem)[0]
+        return bool(size * np.sqrt(here.equations.size) < _POINT * self._curve.scales[0])
 
     def _meets_parent(self, step: Step[OrbitCurve], until: float) -> bool:
         """Return True if it has met the branch that it branches off, and then retraces itself.
@@ -373,6 +406,63 @@ class Branch(Result, Iterator[BranchPoint]):
             points.append(self._point(at, Bifurcation(kind), length))
         return points
 
+    def _pass_change(self, step: Step[OrbitCurve]) -> bool:
+        """Queue the bifurcation at which events change within a step, and continue behind it."""
+        low, high = first_change(step)
+        if self._meets_parent(step, low):
+            return True
+        at, beyond = step.at(low), step.at(high)
+        passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
+        self._arclength += float(np.linalg.norm(beyond.y - step.start.y))
+        self._queue.extend(passed)
+        found = self._change_between(at, beyond, Scenario.PERSISTENCE)
+        if found is not None:
+            self._queue.append(self._point(at, found))
+        self._now = beyond
+        self._queue.append(self._point(beyond))
+        self._rescale()
+        return True
+
+    def _change_between(
+        self, at: CurvePoint, beyond: CurvePoint, scenario: Scenario
+    ) -> Bifurcation | None:
+        """The bifurcation between two points with different events."""
+        before, after = self._at(at), self._at(beyond)
+        names = [one.name for one in before.system.contacts]
+        found = bifurcation_of(before.segments, after.segments, names, scenario)
+        change = _change(before.tests, after.tests)
+        return None if found is None else replace(found, change=change)
+
+    def _turns_at_change(self) -> bool:
+        """Queue a non-smooth fold or a jump where events change, if it is here."""
+        if not self._at(self._now).sides:
+            return False
+        found = turned(self._curve, self._now)
+        if found is None:
+            return False
+        point, segments = found
+        if point is None:
+            here = self._at(self._now)
+            names = [one.name for one in here.system.contacts]
+            known = bifurcation_of(here.segments, segments, names, Scenario.JUMP)
+            if known is None:
+                return False
+            self._queue.append(self._point(self._now, known))
+            self._next_end = f"{known.kind.value}, beyond which the motion jumps"
+            return True
+        came, goes = self._now.direction[-1], point.direction[-1]
+        scenario = Scenario.PERSISTENCE if came * goes > 0.0 else Scenario.FOLD
+        known = self._change_between(self._now, point, scenario)
+        if known is not None:
+            y = corner(self._now, point)
+            there = replace(self._point(self._now, known), values=self._curve.solution(y).values)
+            self._queue.append(there)
+        self._arclength += float(np.linalg.norm(point.y - self._now.y))
+        self._now = point
+        self._queue.append(self._point(point))
+        self._length = StepLength(self.largest)
+        return True
+
     def _restart_beyond(self, step: Step[OrbitCurve], lacking: list[Margin]) -> bool:
         """Queue a discontinuity-induced bifurcation and continue with the segments beyond."""
         found = first_vanishing(step, lacking)
@@ -413,7 +503,9 @@ def _change(before: dict[str, float], after: dict[str, float]) -> str:
         "one": "a multiplier jumps across 1",
         "torus": "a pair of multipliers jumps across modulus 1",
     }
-    return "; ".join(word for name, word in words.items() if before[name] * after[name] < 0.0)
+    return "; ".join(
+        word for name, word in words.items() if before.get(name, 0.0) * after.get(name, 0.0) < 0.0
+    )
 
 
 def doubling_of(fewer: int) -> str:

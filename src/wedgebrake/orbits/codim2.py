@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
 from wedgebrake.orbits.bifurcation_types import Kind
@@ -40,7 +41,7 @@ from wedgebrake.orbits.palc import (
     StepLength,
     corrected,
 )
-from wedgebrake.orbits.problem import FloatArray, OrbitProblem, Range, make_ranges, value_of
+from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, value_of, with_values
 from wedgebrake.orbits.segment_orbit import violated
 from wedgebrake.orbits.shooting import check
 
@@ -192,17 +193,16 @@ class _Boundary:
         ends = {first.name: first.last, second.name: second.last}
         half = point.equations is not point.equations.whole(point.unknowns)[0]
         base = point.problem.base
-        if half and not has_odd_symmetry(base.replace(**ends)):
+        if half and not has_odd_symmetry(with_values(base, ends)):
             raise InputError(
                 f"{second.name}: takes the symmetry from the system, which the bifurcation has."
                 " Follow it over another parameter."
             )
         self.bifurcation = point.bifurcation
         self.ranges, self.step, self.most = (first, second), step, points
-        problem = OrbitProblem(
-            base, (first.name, second.name), (first.exact_scale, second.exact_scale),
-            method=point.problem.method, rtol=point.problem.rtol,
-        )  # fmt: skip
+        problem = point.problem.over(
+            (first.name, second.name), (first.exact_scale, second.exact_scale)
+        )
         values = (point.value, value_of(point.system, second.name))
         for one, value in zip(self.ranges, values, strict=True):
             if not one.bounds[0] <= value <= one.bounds[1]:
@@ -234,12 +234,14 @@ class _Boundary:
         values = np.array([point.values for point in points])
         columns = {one.name: column for one, column in zip(self.ranges, values.T, strict=True)}
         equations, problem = self.orbits.equations, self.orbits.problem
+        # Of a machine, those of its first inertia.
+        n = len(problem.base.inertias) if isinstance(problem.base, Machine) else 1
         return xr.Dataset(
             {
                 **multiplier_columns(points),
                 "angle": ("point", section[:, 0], {"units": "rad", "long_name": "angle at t = 0"}),
                 "velocity": (
-                    "point", section[:, 1], {"units": "rad/s", "long_name": "velocity at t = 0"},
+                    "point", section[:, n], {"units": "rad/s", "long_name": "velocity at t = 0"},
                 ),
             },
             coords={one.dim: ("point", columns[one.name], one.attributes()) for one in ranges},
@@ -248,7 +250,7 @@ class _Boundary:
                 "bifurcation": self.bifurcation.kind.value,
                 "effect": self.bifurcation.effect,
                 "order": equations.order,
-                "sequence": equations.sequence,
+                "sequence": points[0].sequence,
                 "parameters": [one.dim for one in ranges],
                 "ranges": json.dumps([one.bounds for one in ranges]),
                 "begin": begin,
@@ -359,7 +361,7 @@ class _Boundary:
         fewer = orbit.prime_order(MEETS)
         if fewer < orbit.order:
             return doubling_of(fewer)
-        trace, _ = orbit.invariants
-        if self.bifurcation.kind is Kind.NEIMARK_SACKER and not abs(trace) < 2.0:
+        floquet = orbit.floquet
+        if self.bifurcation.kind is Kind.NEIMARK_SACKER and not floquet.oscillates:
             return "both multipliers are real: a resonance 1:1 or 1:2"
-        return "" if math.isfinite(trace) else "the multipliers are infinite"
+        return "" if math.isfinite(floquet.growth) else "the multipliers are infinite"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.problem import (
     SAME,
@@ -22,6 +23,9 @@ from wedgebrake.orbits.problem import (
 from wedgebrake.orbits.segment_orbit import violated
 
 if TYPE_CHECKING:
+    from wedgebrake.orbits.event_changes import Segments
+    from wedgebrake.orbits.floquet import Floquet
+    from wedgebrake.orbits.return_map import ReturnMap
     from wedgebrake.orbits.segment_bvp import SegmentBVP
     from wedgebrake.orbits.stroboscopic_map import StroboscopicMap
 
@@ -42,7 +46,7 @@ class OrbitSolution:
 
     problem: OrbitProblem
     values: tuple[float, ...]
-    equations: SegmentBVP | StroboscopicMap
+    equations: SegmentBVP | StroboscopicMap | ReturnMap
     unknowns: FloatArray
 
     @cached_property
@@ -51,7 +55,7 @@ class OrbitSolution:
         return self.problem.kernel_problem(self.values)
 
     @cached_property
-    def system(self) -> BrakedDriveline:
+    def system(self) -> Any:
         """System of which it is an orbit."""
         return self.problem.system(self.values)
 
@@ -62,12 +66,43 @@ class OrbitSolution:
 
     @property
     def order(self) -> int:
-        """Periods of the torque in the orbit."""
+        """Returns to the section in the orbit: periods of the torque."""
         return self.equations.order
 
     @cached_property
+    def period(self) -> float:
+        """Period of the orbit [s]."""
+        return self.equations.duration(self.unknowns, self.kernel_problem)
+
+    @property
+    def initial(self) -> Any:
+        """Where a run along the orbit begins: ``initial`` of ``wb.simulate``."""
+        if isinstance(self.system, Machine):
+            return self.kernel_problem.initial(self.unknowns[: self.kernel_problem.size])
+        return tuple(map(float, self.points[0]))
+
+    @cached_property
+    def segments(self) -> list[Segments]:
+        """The slips and sticks of each contact of a machine."""
+        from wedgebrake.orbits.return_map import ReturnMap
+
+        if not isinstance(self.equations, ReturnMap):
+            return []
+        return self.equations.segments(self.unknowns, self.kernel_problem)
+
+    @property
+    def sides(self) -> list[tuple[int, ...]]:
+        """Directions of slips, 0 for sticks, of each contact of a machine, in cyclic order."""
+        return [one.sides for one in self.segments]
+
+    @cached_property
+    def sequence(self) -> str:
+        """The segments of the orbit, as in "+ 0 -": forwards, rest, backwards."""
+        return self.equations.sequence_at(self.unknowns, self.kernel_problem)
+
+    @cached_property
     def points(self) -> FloatArray:
-        """(order, 2) Poincare points at t = 0, T, ...: angle [rad] and velocity [rad/s]."""
+        """(order, n) states at the returns: of a driveline angle [rad] and velocity [rad/s]."""
         return self.equations.points(self.unknowns, self.kernel_problem)
 
     @cached_property
@@ -76,19 +111,14 @@ class OrbitSolution:
         return self.equations.measures(self.unknowns, self.kernel_problem, self.system)
 
     @cached_property
-    def invariants(self) -> tuple[float, float]:
-        """Trace and determinant of the monodromy matrix."""
-        return self.equations.invariants(self.unknowns, self.kernel_problem)
+    def floquet(self) -> Floquet:
+        """Floquet multipliers, and the functions that vanish where they leave the unit circle."""
+        return self.equations.floquet(self.unknowns, self.kernel_problem)
 
     @property
     def tests(self) -> dict[str, float]:
         """Test functions, which vanish where a multiplier is 1, -1, or a pair has modulus 1."""
-        trace, determinant = self.invariants
-        return {
-            "one": 1.0 - trace + determinant,
-            "minus one": 1.0 + trace + determinant,
-            "torus": determinant - 1.0,
-        }
+        return self.floquet.tests
 
     @cached_property
     def margins(self) -> Records:
@@ -98,7 +128,7 @@ class OrbitSolution:
     @property
     def follows_flow(self) -> bool:
         """True if the flow passes through the solution and returns."""
-        growth = abs(self.invariants[0])
+        growth = self.floquet.growth
         return self.equations.follows_flow(self.unknowns, self.kernel_problem, growth)
 
     @property
@@ -122,8 +152,13 @@ class OrbitSolution:
         return self.equations.mirror_difference(self.unknowns, self.system, tolerance)
 
 
-def has_odd_symmetry(system: BrakedDriveline) -> bool:
-    """Return True if both directions are alike: an odd brake on a shaft that does not turn."""
+def has_odd_symmetry(system: BrakedDriveline | Machine) -> bool:
+    """Return True if both directions are alike: an odd brake on a shaft that does not turn.
+
+    That of machines is not used.
+    """
+    if isinstance(system, Machine):
+        return False
     gain = system.brake.amplification
     alike = all(gain(m) == -gain(-m) for m in (0.05, 0.2, 0.4))
     return alike and system.driveline.drive_speed == 0.0
@@ -175,8 +210,26 @@ class OrbitCurve:
         problem = self.problem.kernel_problem(values)
         residual, matrix = self.equations.linearize(unknowns, problem)
         columns = [matrix * self.scales[:size]]
-        columns += [difference(self.residual, y, i)[:, None] for i in range(size, y.size)]
+        columns += [self._by_parameter(y, i)[:, None] for i in range(size, y.size)]
         return residual, np.hstack(columns)
+
+    def _by_parameter(self, y: FloatArray, column: int) -> FloatArray:
+        """Derivative of F by a parameter, on the side of y where events change near it."""
+        here = self._sides(y)
+
+        def on_one_side(there: FloatArray) -> FloatArray:
+            if self._sides(there) != here:
+                raise NoOrbitError
+            return self.residual(there)
+
+        try:
+            return difference(on_one_side, y, column)
+        except NoOrbitError:
+            return difference(self.residual, y, column)
+
+    def _sides(self, y: FloatArray) -> list[tuple[int, ...]]:
+        unknowns, values = self._unscaled(y)
+        return OrbitSolution(self.problem, values, self.equations, unknowns).sides
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,16 +12,20 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole
 from wedgebrake.orbits.branch import LONGEST_STEP, POINTS, STEP, Branch, continuation
 from wedgebrake.orbits.branch_switching import CLOSED, leaving, lies_on, marks
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
-from wedgebrake.orbits.problem import FloatArray, Range, make_ranges
+from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, with_values
 from wedgebrake.orbits.shooting import check, orbit, orbit_to_follow
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.solvers.machine.final_state import FinalState
 
 SWITCH = 2
 _MOST_LEVELS = 20
@@ -62,10 +66,11 @@ class Followed:
 
 
 def branches(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
+    over: Mapping[str, tuple[float, float]] | None = None,
     *,
     order: int | None = None,
-    initial: tuple[float, float] | None = None,
+    initial: tuple[float, float] | FinalState | None = None,
     method: str | None = None,
     rtol: float = 1e-10,
     switch: int = SWITCH,
@@ -79,8 +84,11 @@ def branches(
 
     Parameters
     ----------
-    system : BrakedDriveline
+    system : BrakedDriveline or Machine
         System whose parameter varies.
+    over : mapping
+        The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
+        same as a keyword, for names with a dot.
     **parameter : (float, float)
         One SI parameter or group with its ends, for example ``eta=(12, -60)``. The first
         branch begins at the first end.
@@ -110,20 +118,20 @@ def branches(
     Raises ``InputError`` for invalid arguments, and if there is no orbit at the first end.
     """
     check(system, order, method, rtol)
-    (over,) = make_ranges(system, parameter, 1)
-    first = first_orbit(system, over, order=order, initial=initial, method=method, rtol=rtol)
+    (along,) = make_ranges(system, joined(over, parameter), 1)
+    first = first_orbit(system, along, order=order, initial=initial, method=method, rtol=rtol)
     followed = follow(
-        first, over, switch=switch, opposite=opposite, step=step, points=points, progress=progress
+        first, along, switch=switch, opposite=opposite, step=step, points=points, progress=progress
     )
-    return assemble(system, over, followed)
+    return assemble(system, along, followed)
 
 
-def first_orbit(system: BrakedDriveline, over: Range, **settings: Any) -> Orbit:
+def first_orbit(system: BrakedDriveline | Machine, over: Range, **settings: Any) -> Orbit:
     """The orbit at the first end of a range; ``InputError`` where there is none.
 
     settings : of ``orbit_to_follow``
     """
-    first = orbit_to_follow(system.replace(**{over.name: over.first}), **settings)
+    first = orbit_to_follow(with_values(system, {over.name: over.first}), **settings)
     if not first.found:
         raise InputError(
             f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}"
@@ -152,8 +160,9 @@ def follow(
     diagram.add_descendants(switch)
     if opposite:
         other = orbit_to_follow(
-            first.system.replace(**{over.name: over.last}), method=first.method, rtol=first.rtol
-        )
+            with_values(first.system, {over.name: over.last}),
+            method=first.method, rtol=first.rtol, like=first,
+        )  # fmt: skip
         if other.found and not diagram.contains(other.points, over.last):
             diagram.add_from(other, (over.last, over.first), -1, "end of the range")
             diagram.add_descendants(switch)
@@ -183,8 +192,8 @@ class _Diagram:
         self, found: Orbit, ends: tuple[float, float], origin: int, begin: str, **settings: Any
     ) -> Branch:
         """Follow the branch of an orbit."""
-        arguments = self._settings | settings | {self._over.name: ends}
-        return self._add(continuation(found, **arguments), origin, begin)
+        branch = continuation(found, {self._over.name: ends}, **(self._settings | settings))
+        return self._add(branch, origin, begin)
 
     def _add(self, branch: Branch, origin: int, begin: str) -> Branch:
         """Follow a branch to its end; it does not retrace the others."""
@@ -267,18 +276,21 @@ class _Diagram:
         """The orbit from the state of another one at a value of the parameter, unless known."""
         problem = near.problem
         found = orbit(
-            problem.base.replace(**{self._over.name: value}), order,
-            initial=(near.points[0, 0], near.points[0, 1]),
+            with_values(problem.base, {self._over.name: value}), order,
+            initial=near.initial,
             method=problem.method, rtol=problem.rtol,
         )  # fmt: skip
         if found.found and not self.contains(found.points, value):
             yield found
 
 
-def assemble(system: BrakedDriveline, over: Range, followed: list[Followed]) -> xr.Dataset:
+def assemble(
+    system: BrakedDriveline | Machine, over: Range, followed: list[Followed]
+) -> xr.Dataset:
     """One dataset of all branches, see ``branches``."""
     import xarray as xr
 
+    inertias = [one.name for one in system.inertias] if isinstance(system, Machine) else []
     points = [point for one in followed for point in one.branch.points]
     numbers = np.repeat(np.arange(len(followed)), [len(one.branch.points) for one in followed])
     numbers = numbers.astype(np.int32)
@@ -315,6 +327,7 @@ def assemble(system: BrakedDriveline, over: Range, followed: list[Followed]) -> 
         coords={
             over.dim: ("point", values, over.attributes()),
             "branch": ("point", numbers, {"long_name": "number of the branch, from 0"}),
+            **({"inertia": inertias} if inertias else {}),
         },
         attrs={
             "kind": "orbits",
@@ -325,14 +338,12 @@ def assemble(system: BrakedDriveline, over: Range, followed: list[Followed]) -> 
     )
 
 
-def provenance(system: BrakedDriveline, method: str) -> dict[str, str]:
+def provenance(system: BrakedDriveline | Machine, method: str) -> dict[str, str]:
     """Attributes with the settings of the computation of orbits."""
-    return {
-        "method": method,
-        "system": json.dumps(system.as_dict()),
-        "groups": json.dumps(system.groups.as_dict()),
-        "wedgebrake": __version__,
-    }
+    found = {"method": method, "system": json.dumps(system.as_dict()), "wedgebrake": __version__}
+    if not isinstance(system, Machine):
+        found["groups"] = json.dumps(system.groups.as_dict())
+    return found
 
 
 def multiplier_columns(points: list[BranchPoint]) -> dict[str, Any]:
@@ -347,21 +358,29 @@ def multiplier_columns(points: list[BranchPoint]) -> dict[str, Any]:
 
 
 def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
-    section = np.full((len(points), max(point.order for point in points), 2), np.nan)
+    longest, states = max(point.order for point in points), points[0].points.shape[1]
+    section = np.full((len(points), longest, states), np.nan)
     for row, point in zip(section, points, strict=True):
         row[: point.order] = point.points
     with np.errstate(divide="ignore"):
         exponents = [
-            np.log(abs(point.multipliers[0])) / point.section.duration(point.order)
-            for point in points
+            np.log(max(map(abs, point.multipliers), default=0.0)) / point.period for point in points
         ]
     orders = np.array([point.order for point in points], dtype=np.int16)
     sequences = np.array([point.sequence for point in points], dtype=object)
-    returns, where = ("point", "return"), "at t = 0, T, 2 T, ..."
+    returns: tuple[str, ...] = ("point", "return")
+    where = "at t = 0, T, 2 T, ..."
+    angle, velocity = section[:, :, 0], section[:, :, 1]
+    system = points[0].system
+    if isinstance(system, Machine):
+        returns, where = ("point", "return", "inertia"), "at the section"
+        n = len(system.inertias)
+        angle, velocity = section[:, :, :n], section[:, :, n : 2 * n]
     columns: dict[str, tuple[Any, Any, str, str]] = {
-        "angle": (returns, section[:, :, 0], "rad", f"angle {where}"),
-        "velocity": (returns, section[:, :, 1], "rad/s", f"velocity {where}"),
-        "order": ("point", orders, "1", "periods of the torque in the orbit"),
+        "angle": (returns, angle, "rad", f"angle {where}"),
+        "velocity": (returns, velocity, "rad/s", f"velocity {where}"),
+        "period": ("point", [point.period for point in points], "s", "period of the orbit"),
+        "order": ("point", orders, "1", "returns in the orbit: periods of the torque"),
         "arclength": (
             "point", [point.arclength for point in points],
             "1", "length along the branch, in the scales of its unknowns",

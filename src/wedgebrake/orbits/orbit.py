@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.model.display import Result
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.bifurcation_types import Bifurcation
 from wedgebrake.orbits.curves import OrbitSolution
-from wedgebrake.orbits.problem import FloatArray, multipliers
+from wedgebrake.orbits.problem import FloatArray
 
 # Largest numbers of segments: of an orbit listed in full, and of its equations.
 _FEW_SEGMENTS, MOST_SEGMENTS = 24, 600
@@ -27,6 +27,7 @@ class OrbitStatus(Enum):
     NOT_CONVERGED = "not_converged"
     OF_LOWER_ORDER = "of_lower_order"
     AT_REST = "at_rest"
+    STEADY_SLIDING = "steady_sliding"
     NO_RUN = "no_run"
     NOT_PERIODIC = "not_periodic"
     NOT_SETTLED = "not_settled"
@@ -53,6 +54,10 @@ _SENTENCES = {
         "Nothing slips: every angle that the brake holds is an equilibrium, none is an isolated"
         " orbit. Lower the initial force or raise the torque."
     ),
+    OrbitStatus.STEADY_SLIDING: (
+        "The motion settles to steady sliding, without vibration. Give initial, near a point of"
+        " the orbit, and order; wb.hopf finds where sliding becomes unstable."
+    ),
     OrbitStatus.NO_RUN: (
         "The motion from which an orbit was sought does not last: it diverges, locks, or stops at"
         " a limit. Run a simulation to see which; give initial, or change the system."
@@ -68,7 +73,9 @@ _SENTENCES = {
     ),
     OrbitStatus.NOT_ISOLATED: (
         "Without a torque or a spring an orbit is not isolated: shifted in time or in angle it is"
-        " another one. Give the driveline a spring, and the excitation an amplitude."
+        " another one. Give the driveline a spring, and the excitation an amplitude. If a contact"
+        " of a machine never slides, the angles that it holds are arbitrary: leave it out, and join"
+        " its inertias."
     ),
     OrbitStatus.TOO_LONG: (
         f"The orbit has more than {MOST_SEGMENTS} segments, too many for its equations. Look for"
@@ -84,28 +91,35 @@ class Orbit(Result):
     system, method : the system and the solver
     status        : whether it was found; if not, the numbers below are nan
     rtol          : tolerance of "smooth"
-    order         : periods of the torque in the orbit
-    angle, velocity : its state at t = 0 [rad], [rad/s]
-    multipliers   : Floquet multipliers over the orbit, the larger modulus first; of deviations
-                    that keep a rest, where mu_s > mu_k would free the brake at any push
+    order         : periods of the torque in the orbit; of a self-excited machine the returns of a
+                    speed to a level
+    period        : [s]
+    initial       : where ``wb.simulate(system, initial=...)`` begins to follow it
+    angle, velocity : of a driveline, its state at t = 0 [rad], [rad/s]
+    multipliers   : Floquet multipliers over the orbit, the largest modulus first; of deviations
+                    that keep a rest, where mu_s > mu_k would free the brake at any push. The
+                    multiplier 1 of a self-excited machine, of a shift in time, is left out, and
+                    so are those of free rotations
     sequence      : its segments in their order, "+" forwards, "-" backwards, "0" rest, "+1" the
                     next segment of the brake's law (as after release); empty for smooth laws
-    points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...
+    points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...; of a machine (order,
+                    states): angles, speeds, states of actuators
     velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
     stick_share   : share of time at rest relative to the brake
     sticks_forward, sticks_backward, events : in a period of the torque
-    peak_torque   : largest |R F_mu| [N m]
+    peak_torque   : largest |R F_mu| [N m]; of several inertias or contacts the largest amplitude,
+                    share and torque, and the sum of sticks and events
     steps         : lengths of the last steps of Newton's method, relative
     """
 
-    system: BrakedDriveline
+    system: Any
     method: str
     rtol: float
     status: OrbitStatus
     order: int
     angle: float = math.nan
     velocity: float = math.nan
-    multipliers: tuple[complex, complex] = (complex(math.nan), complex(math.nan))
+    multipliers: tuple[complex, ...] = (complex(math.nan), complex(math.nan))
     sequence: str = ""
     points: FloatArray = field(default_factory=lambda: np.empty((0, 2)), compare=False)
     velocity_amplitude: float = math.nan
@@ -121,11 +135,13 @@ class Orbit(Result):
     @classmethod
     def of(cls, solution: OrbitSolution, steps: list[float]) -> Orbit:
         """The orbit of a solution of its equations, with the steps of its computation."""
-        angle, velocity = (float(one) for one in solution.points[0])
+        angle, velocity = math.nan, math.nan
+        if not isinstance(solution.system, Machine):
+            angle, velocity = (float(one) for one in solution.points[0])
         return cls(
             system=solution.system, method=solution.problem.method, rtol=solution.problem.rtol,
             status=OrbitStatus.FOUND, order=solution.order, angle=angle, velocity=velocity,
-            multipliers=multipliers(*solution.invariants), sequence=solution.equations.sequence,
+            multipliers=solution.floquet.multipliers, sequence=solution.sequence,
             points=solution.points, **vars(solution.measures), steps=tuple(steps),
             _solution=solution,
         )  # fmt: skip
@@ -136,6 +152,16 @@ class Orbit(Result):
         return self.status is OrbitStatus.FOUND
 
     @property
+    def period(self) -> float:
+        """Period of the orbit [s]."""
+        return math.nan if self._solution is None else self._solution.period
+
+    @property
+    def initial(self) -> Any:
+        """Where ``wb.simulate(system, initial=...)`` begins to follow it; None if not found."""
+        return None if self._solution is None else self._solution.initial
+
+    @property
     def message(self) -> str:
         """The status in a sentence, with a remedy."""
         return self.status.sentence
@@ -143,20 +169,17 @@ class Orbit(Result):
     @property
     def stable(self) -> bool:
         """True if small deviations decay."""
-        return abs(self.multipliers[0]) < 1.0
+        return all(abs(one) < 1.0 for one in self.multipliers)
 
     @property
-    def exponents(self) -> tuple[float, float]:
+    def exponents(self) -> tuple[float, ...]:
         """Lyapunov exponents [1/s], from the multipliers; -inf where a stick forgets all."""
-        first, second = self.multipliers
-        return self._exponent(first), self._exponent(second)
+        return tuple(map(self._exponent, self.multipliers))
 
     def _exponent(self, multiplier: complex) -> float:
-        if self._solution is None:
-            return math.nan
         if multiplier == 0.0:
             return -math.inf
-        return math.log(abs(multiplier)) / self._solution.section.duration(self.order)
+        return math.log(abs(multiplier)) / self.period
 
     @property
     def verdict(self) -> str:
@@ -199,13 +222,13 @@ class BranchPoint(Result, OrbitSolution):
     problem     : the system and the parameters that vary along the branch
     values      : of the parameters
     equations, unknowns : the equations and their solution
-    multipliers : Floquet multipliers (larger, smaller modulus)
+    multipliers : Floquet multipliers, the largest modulus first
     direction   : of the branch, in scaled unknowns
     arclength   : from the start of the branch, in scaled unknowns
     bifurcation : its bifurcation, if it is one
     """
 
-    multipliers: tuple[complex, complex]
+    multipliers: tuple[complex, ...]
     direction: FloatArray
     arclength: float = 0.0
     bifurcation: Bifurcation | None = None
@@ -224,9 +247,9 @@ class BranchPoint(Result, OrbitSolution):
         direction, arclength : of the branch at the solution
         bifurcation          : None for an ordinary point
         """
-        found = multipliers(*solution.invariants)
         return cls(
-            solution.problem, solution.values, solution.equations, solution.unknowns, found,
+            solution.problem, solution.values, solution.equations, solution.unknowns,
+            solution.floquet.multipliers,
             direction, arclength, bifurcation,
         )  # fmt: skip
 
@@ -248,11 +271,6 @@ class BranchPoint(Result, OrbitSolution):
     def stable(self) -> bool:
         """True if small deviations decay."""
         return abs(self.multipliers[0]) < 1.0
-
-    @property
-    def sequence(self) -> str:
-        """The segments of the orbit, as in "+ 0 -": forwards, rest, backwards."""
-        return self.equations.sequence
 
     def _parameters(self) -> Iterator[tuple[str, float]]:
         return zip(self.problem.names, self.values, strict=True)

@@ -268,9 +268,9 @@ def _kind(name: str, step: Step[OrbitCurve], s: float, ends: tuple[float, float]
     if name == "minus one":
         return Kind.PERIOD_DOUBLING
     if name == "torus":
-        trace, _ = step.curve.solution(step.at(s).y).invariants
         # Two real multipliers, one the inverse of the other, do not indicate a torus.
-        return Kind.NEIMARK_SACKER if abs(trace) < 2.0 else None
+        oscillates = step.curve.solution(step.at(s).y).floquet.oscillates
+        return Kind.NEIMARK_SACKER if oscillates else None
     begin, end = (step.at(one).direction[-1] for one in ends)
     return Kind.FOLD if begin * end < 0.0 else Kind.BRANCH_POINT
 

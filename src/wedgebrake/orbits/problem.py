@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.display import Tabular
 from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import INITIAL, refuse_doubled, sweepable
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import is_finite, is_number, shown
+
+if TYPE_CHECKING:
+    from wedgebrake.solvers.machine.passage import Crossing
 
 FloatArray = NDArray[np.float64]
 # Structured arrays, such as the margins of an orbit.
@@ -35,29 +39,25 @@ class NoOrbitError(ArithmeticError):
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Stroboscopic section: the states at t = 0, T, 2 T, ..., T being the period of the torque.
+    """Section at which orbits are sampled, and the distance of orbits there.
 
-    Only this class assumes that orbits are sampled once in a period of the torque; others use
-    its time between returns, scales of states and comparison of orbits.
+    That of a driven system is stroboscopic: the states at t = 0, T, 2 T, ..., T being the period
+    of the torque; that of a self-excited one is a level of a speed.
     Points of an orbit are given as an array (order, n) of its successive returns.
 
-    period  : time between two returns [s]
-    weights : (n,) factors that turn the parts of a state into velocities. Either of angle and
-              velocity may vanish at the section.
+    to : (p, n) scaled coordinates of a state, which are velocities
     """
 
-    period: float
-    weights: FloatArray
+    to: FloatArray
 
     @classmethod
     def of(cls, system: BrakedDriveline) -> Section:
-        """Section of a system."""
-        torque = system.excitation
-        return cls(1.0 / torque.frequency, np.array([torque.angular_frequency, 1.0]))
+        """Section of a driveline. Either of angle and velocity may vanish there."""
+        return cls(np.diag([system.excitation.angular_frequency, 1.0]))
 
-    def duration(self, order: int) -> float:
-        """Duration of an orbit of a number of returns [s]."""
-        return order * self.period
+    def scaled(self, points: FloatArray) -> FloatArray:
+        """Scaled coordinates of states, (..., p)."""
+        return np.asarray(points @ self.to.T)
 
     def prime_order(self, points: FloatArray, tolerance: float = SAME) -> int:
         """Fewest returns after which an orbit repeats, to a share of its size."""
@@ -76,7 +76,7 @@ class Section:
         order = len(points)
         if order % 2:
             return np.zeros(0)
-        states = points * self.weights
+        states = self.scaled(points)
         return np.asarray(states - np.roll(states, order // 2, axis=0))
 
     def same_orbit(self, one: FloatArray, other: FloatArray, tolerance: float) -> bool:
@@ -84,7 +84,7 @@ class Section:
         return any(self._agree(np.roll(one, k, axis=0), other, tolerance) for k in range(len(one)))
 
     def _agree(self, one: FloatArray, other: FloatArray, tolerance: float) -> bool:
-        first, second = one * self.weights, other * self.weights
+        first, second = self.scaled(one), self.scaled(other)
         size = float(np.max(np.abs(second))) + _TINY
         return bool(np.all(np.abs(first - second) <= tolerance * size))
 
@@ -128,31 +128,49 @@ class OrbitProblem:
     scales : (n,) typical change of each
     method : "exact" or "smooth"
     rtol   : tolerance of "smooth"
+    crossing, longest : of a self-excited machine, its section and the longest time between two
+                        returns [s]
     """
 
     def __init__(
         self,
-        system: BrakedDriveline,
+        system: BrakedDriveline | Machine,
         names: tuple[str, ...] = (),
         scales: tuple[float, ...] = (),
         *,
         method: str,
         rtol: float,
+        crossing: Crossing | None = None,
+        longest: float = math.inf,
     ) -> None:
         self.base, self.names, self.scales = system, names, scales
         self.method, self.rtol = method, rtol
-        self._remembered: dict[tuple[float, ...], tuple[BrakedDriveline, Any]] = {}
+        self.crossing, self.longest = crossing, longest
+        if isinstance(system, Machine):
+            from wedgebrake.analysis.machine_motion.coordinates import coordinates
 
-    def system(self, values: tuple[float, ...]) -> BrakedDriveline:
+            self.space = coordinates(system)
+        self._remembered: dict[tuple[float, ...], tuple[Any, Any]] = {}
+
+    def over(self, names: tuple[str, ...], scales: tuple[float, ...]) -> OrbitProblem:
+        """The same with parameters that vary."""
+        return OrbitProblem(
+            self.base, names, scales, method=self.method, rtol=self.rtol,
+            crossing=self.crossing, longest=self.longest,
+        )  # fmt: skip
+
+    def system(self, values: tuple[float, ...]) -> Any:
         """The system with these values; raises ``InputError`` where there is none."""
         if not values:
             return self.base
         if values in self._remembered:
             return self._remembered[values][0]
-        return self.base.replace(**dict(zip(self.names, map(float, values), strict=True)))
+        return with_values(self.base, dict(zip(self.names, map(float, values), strict=True)))
 
     def section(self, values: tuple[float, ...]) -> Section:
         """Section at which the orbits of the system with these values are sampled."""
+        if isinstance(self.base, Machine):
+            return Section(self.space.to)
         return Section.of(self.system(values))
 
     def kernel_problem(self, values: tuple[float, ...]) -> Any:
@@ -169,7 +187,11 @@ class OrbitProblem:
                 raise NoOrbitError(str(error)) from None
         return self._remembered[values][1]
 
-    def _assemble(self, system: BrakedDriveline) -> Any:
+    def _assemble(self, system: Any) -> Any:
+        if isinstance(system, Machine):
+            from wedgebrake.orbits.machine_flow import MachineFlow
+
+            return MachineFlow(system, self.space, self.crossing, self.longest, self.method)
         if self.method == "exact":
             from wedgebrake.solvers.event_driven.solve import problem
 
@@ -215,7 +237,14 @@ class Range:
         return {"units": self.unit, "long_name": self.meaning}
 
 
-def make_ranges(system: BrakedDriveline, given: dict[str, Any], count: int) -> list[Range]:
+def with_values(system: Any, values: dict[str, Any]) -> Any:
+    """A copy of a driveline or machine with other values."""
+    return system.replace(values) if isinstance(system, Machine) else system.replace(**values)
+
+
+def make_ranges(
+    system: BrakedDriveline | Machine, given: dict[str, Any], count: int
+) -> list[Range]:
     """The ranges of ``count`` parameters, in the order given.
 
     Raises ``InputError`` for another number of them, an unknown name, a group beside the
@@ -223,9 +252,12 @@ def make_ranges(system: BrakedDriveline, given: dict[str, Any], count: int) -> l
     """
     if len(given) != count:
         words = "one parameter with its ends" if count == 1 else "two parameters with their ends"
+        more = ", F0=(0.01, 0.1)" if count > 1 else ""
+        example = f"eta=(12, -60){more}"
+        if isinstance(system, Machine):
+            example = '{"brake.slope": (0.0, -60.0)}'
         raise InputError(
-            f"{', '.join(given) or 'no parameter'}: must be {words}, for example eta=(12, -60)"
-            f"{', F0=(0.01, 0.1)' if count > 1 else ''}."
+            f"{', '.join(given) or 'no parameter'}: must be {words}, for example {example}."
         )
     ranges = [_range(system, name, ends) for name, ends in given.items()]
     for name in given:
@@ -233,8 +265,11 @@ def make_ranges(system: BrakedDriveline, given: dict[str, Any], count: int) -> l
     return ranges
 
 
-def _range(system: BrakedDriveline, name: str, ends: Any) -> Range:
-    allowed = {key: value for key, value in sweepable(system).items() if key not in INITIAL}
+def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
+    initial: Any = INITIAL
+    if isinstance(system, Machine):
+        initial = [f"{one.name}.{part}" for one in system.inertias for part in ("angle", "speed")]
+    allowed = {key: value for key, value in sweepable(system).items() if key not in initial}
     if name not in allowed:
         raise InputError(f"{name}: no parameter to follow orbits over. {nearest(name, allowed)}")
     pair = isinstance(ends, tuple | list) and len(ends) == 2
@@ -247,13 +282,15 @@ def _range(system: BrakedDriveline, name: str, ends: Any) -> Range:
     if first == last:
         raise InputError(f"{name} = {shown(ends)}: the ends are equal. Change one of them.")
     for end in (first, last):
-        system.replace(**{name: end})
-    dim = f"{system.owner(name)}_{name}" if name in _TAKEN else name
+        with_values(system, {name: end})
+    dim = f"{system.owner(name)}_{name}" if name in _TAKEN else name  # type: ignore[union-attr]
     return Range(name, dim, first, last, *allowed[name])
 
 
-def value_of(system: BrakedDriveline, name: str) -> float:
+def value_of(system: BrakedDriveline | Machine, name: str) -> float:
     """Value of a parameter or group of a system."""
+    if isinstance(system, Machine):
+        return system.parameters()[name]
     if name in SETTERS:
         return float(getattr(system.groups, name))
     return float(getattr(getattr(system, system.owner(name)), name))

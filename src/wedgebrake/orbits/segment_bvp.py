@@ -17,7 +17,8 @@ from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits import segment_kernel
-from wedgebrake.orbits.problem import FloatArray, Measures, NoOrbitError, Records, Section
+from wedgebrake.orbits.floquet import Floquet
+from wedgebrake.orbits.problem import FloatArray, Measures, NoOrbitError, Records
 from wedgebrake.orbits.segment_orbit import (
     MARGINS,
     compute_margins,
@@ -140,12 +141,20 @@ class SegmentBVP:
             raise NoOrbitError
         return values, matrix
 
-    def invariants(self, unknowns: FloatArray, problem: Any) -> tuple[float, float]:
-        """Trace and determinant of the monodromy matrix."""
+    def sequence_at(self, unknowns: FloatArray, problem: Any) -> str:  # noqa: ARG002
+        """The sequence, which no solution changes."""
+        return self.sequence
+
+    def duration(self, unknowns: FloatArray, problem: Any) -> float:  # noqa: ARG002
+        """Period of the orbit [s]."""
+        return float(self.order * 2.0 * math.pi / problem.torque.angular_frequency)
+
+    def floquet(self, unknowns: FloatArray, problem: Any) -> Floquet:
+        """Floquet multipliers."""
         trace, determinant = monodromy_invariants(
             problem, self._all_codes, self.order, self._all(unknowns), self._log
         )
-        return float(trace), float(determinant)
+        return Floquet.of_plane(float(trace), float(determinant))
 
     def margins(self, unknowns: FloatArray, problem: Any) -> Records:
         """Margins of the solution as an orbit, for each segment."""
@@ -172,7 +181,7 @@ class SegmentBVP:
         sums = accumulators.sums_of(problem, self.log(unknowns, problem))
         events = sum(not self.is_mark(i) for i in range(len(self.all_codes)))
         velocity, angle = 0.5 * np.diff(self._range(unknowns, problem)).ravel()
-        duration = Section.of(system).duration(self.order)
+        duration = self.order / system.excitation.frequency
         return Measures(
             velocity_amplitude=float(velocity),
             angle_amplitude=float(angle),

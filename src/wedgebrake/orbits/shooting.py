@@ -9,17 +9,23 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.classify_run import classify_run
+from wedgebrake.analysis.motion import as_machine, machine_method
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.model.validation import check_whole
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
+from wedgebrake.orbits.machine_shooting import guesses
 from wedgebrake.orbits.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
 from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem
+from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.orbits.segment_bvp import from_log, run
 from wedgebrake.orbits.stroboscopic_map import StroboscopicMap, iterate
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Crossing
 from wedgebrake.solvers.simulate import check_limits, check_state, choose_method
 
 _MOST_ORDER = 512
@@ -33,10 +39,10 @@ _HIGHEST_ORDER, _SPREAD, _RECORDED, _SKIPPED = 8, 24, 1200, 200
 
 
 def orbit(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     order: int | None = None,
     *,
-    initial: tuple[float, float] | None = None,
+    initial: tuple[float, float] | FinalState | None = None,
     method: str | None = None,
     rtol: float = 1e-10,
     limit: int = LIMIT,
@@ -45,15 +51,16 @@ def orbit(
 
     Parameters
     ----------
-    system : BrakedDriveline
+    system : BrakedDriveline or Machine
         System of which an orbit is sought.
     order : int
-        Periods of the torque in the orbit. Default: that of the motion to which the system
+        Periods of the torque in the orbit; of a machine without varying signals the number of
+        times that a speed returns to a level. Default: that of the motion to which the system
         settles from ``initial``. Orbits of other orders may be unstable; they are sought from
         the points where that motion nearly returns.
-    initial : (angle [rad], velocity [rad/s])
+    initial : (angle [rad], velocity [rad/s]) or FinalState
         With ``order``: a guess of a point of the orbit at t = 0. Without: the start of the
-        motion that settles; default rest.
+        motion that settles; default rest. Of a machine it is a ``FinalState``.
     method : {"exact", "smooth"}
         Default: "exact" for Coulomb and tabulated friction, "smooth" for smooth laws.
     rtol : float
@@ -70,6 +77,8 @@ def orbit(
     Raises ``InputError`` for arguments that are invalid or do not fit the friction law.
     """
     chosen = check(system, order, method, rtol)
+    if isinstance(system, Machine):
+        return _of_machine(system, order, initial, limit, (chosen, float(rtol)))
     start = None if initial is None else check_state("initial", initial)
     settling = protocol(None, "auto", limit)
     problem = OrbitProblem(system, method=chosen, rtol=float(rtol))
@@ -93,12 +102,13 @@ def orbit(
 
 
 def orbit_to_follow(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     order: int | None = None,
     *,
-    initial: tuple[float, float] | None = None,
+    initial: tuple[float, float] | FinalState | None = None,
     method: str | None = None,
     rtol: float = 1e-10,
+    like: Orbit | None = None,
 ) -> Orbit:
     """First orbit of a branch: that of ``orbit``, or a stable one near an irregular motion.
 
@@ -106,14 +116,19 @@ def orbit_to_follow(
     still irregular after the longest transient, the result is the stable orbit of the fewest
     periods to which Newton's method converges from near returns of the motion, if there is one.
     """
+    if isinstance(system, Machine) and like is not None and like._solution is not None:
+        # The same section, so that orbits can be compared.
+        section = like._solution.problem.crossing
+        return _of_machine(system, order, initial, LIMIT, (like.method, float(rtol)), section)
     found = orbit(system, order, initial=initial, method=method, rtol=rtol)
     if found.status not in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_SETTLED):
         return found
-    if not _isolated(system):
+    if isinstance(system, Machine) or not _isolated(system):
         return found
     problem = OrbitProblem(system, method=found.method, rtol=found.rtol)
     run_for = protocol(_RECORDED, _SKIPPED, rtol=found.rtol)
-    result, record = classify_run(system, initial or (0.0, 0.0), found.method, run_for)
+    start = check_state("initial", initial or (0.0, 0.0))
+    result, record = classify_run(system, start, found.method, run_for)
     if result.outcome != Outcome.COMPLETED:
         return found
     for fewest in range(1, _HIGHEST_ORDER + 1):
@@ -128,6 +143,10 @@ def orbit_to_follow(
 
 def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
     """Name of the solver; raises ``InputError`` for arguments with which no orbit can be found."""
+    if order is not None:
+        check_whole("order", order, 1, _MOST_ORDER, "a whole number of returns")
+    if isinstance(system, Machine):
+        return machine_method(method)
     check_driveline(system)
     chosen = choose_method(system, method)
     if chosen == "ode14x":
@@ -136,9 +155,27 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
             " 'smooth', by the friction law."
         )
     check_limits(rtol, 1e-4, 1, 1)
-    if order is not None:
-        check_whole("order", order, 1, _MOST_ORDER, "a whole number of periods")
     return chosen
+
+
+def _of_machine(
+    system: Machine, order: int | None, initial: Any, limit: int, solver: tuple[str, float],
+    section: Crossing | None = None,
+) -> Orbit:  # fmt: skip
+    """``orbit`` for a machine.
+
+    solver : its method and rtol
+    """
+    (method, rtol), (machine, start) = solver, as_machine(system, initial)
+    given = guesses(machine, order, start, limit, method=method, rtol=rtol, section=section)
+    if given.status is not OrbitStatus.FOUND:
+        return Orbit(machine, method, rtol, given.status, given.order)
+    first = [given.record[-1]] if given.settled else _guesses(given.record, given.order)
+    found = _near(given.problem, given.order, first)
+    if given.stuck and found.status is OrbitStatus.NOT_CONVERGED:
+        # The angles that a contact holds for ever are arbitrary.
+        return replace(found, status=OrbitStatus.NOT_ISOLATED)
+    return found
 
 
 def _guesses(record: FloatArray, order: int) -> list[FloatArray]:
@@ -155,8 +192,10 @@ def _returns(record: FloatArray, order: int) -> list[int]:
     return [int(k) for k in np.argsort(apart)]
 
 
-def _isolated(system: BrakedDriveline) -> bool:
+def _isolated(system: BrakedDriveline | Machine) -> bool:
     """Return True if orbits are isolated: no shift in time or angle gives another orbit."""
+    if isinstance(system, Machine):
+        return True
     return system.driveline.stiffness != 0.0 and system.excitation.amplitude != 0.0
 
 
@@ -196,6 +235,11 @@ def _candidates(
     for guess in guesses:
         try:
             state = _approach(problem, guess, order)
+            if isinstance(problem.base, Machine):
+                points, _ = kernel_problem.iterate(state, order)
+                equations = ReturnMap(order, state.size)
+                yield OrbitSolution(problem, (), equations, points[:-1].ravel())
+                continue
             if problem.method == "smooth":
                 states, _ = iterate(state, kernel_problem, order - 1)
                 yield OrbitSolution(problem, (), StroboscopicMap(order), states.ravel())
@@ -209,8 +253,10 @@ def _candidates(
 
 def _approach(problem: OrbitProblem, guess: FloatArray, order: int) -> FloatArray:
     """A state to which the flow nearly returns: damped Newton's method on x = P^n(x)."""
-    line, omega = problem.base.driveline, problem.base.excitation.angular_frequency
-    weight = np.array([line.natural_frequency or omega, 1.0])
+    weight = np.ones(guess.size)
+    if not isinstance(problem.base, Machine):
+        line, omega = problem.base.driveline, problem.base.excitation.angular_frequency
+        weight[0] = line.natural_frequency or omega
     state = guess.copy()
     end, matrix = _returned(problem, state, order)
     for _ in range(_STEPS):
@@ -242,6 +288,9 @@ def _returned(
 ) -> tuple[FloatArray, FloatArray]:
     """P^n, the state n returns later, and its derivative."""
     kernel_problem = problem.kernel_problem(())
+    if isinstance(problem.base, Machine):
+        points, matrix = kernel_problem.iterate(state, order)
+        return points[-1], matrix
     if problem.method == "exact":
         there = run(kernel_problem, state, order)
         return there.end, there.matrix

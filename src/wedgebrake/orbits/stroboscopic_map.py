@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from wedgebrake.analysis.sticking import sticks
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.problem import FloatArray, Measures, NoOrbitError, Records, Section
 from wedgebrake.orbits.segment_orbit import MARGINS
 from wedgebrake.solvers.simulate import simulate
@@ -60,14 +62,22 @@ class StroboscopicMap:
         values = (np.array(ends) - np.roll(states, -1, axis=0)).ravel()
         return values, blocks.reshape(self.size, self.size)
 
-    def invariants(self, unknowns: FloatArray, problem: Any) -> tuple[float, float]:
-        """Trace and determinant of the monodromy matrix."""
+    def sequence_at(self, unknowns: FloatArray, problem: Any) -> str:  # noqa: ARG002
+        """Return no segments: the flow is smooth."""
+        return self.sequence
+
+    def duration(self, unknowns: FloatArray, problem: Any) -> float:  # noqa: ARG002
+        """Period of the orbit [s]."""
+        return float(self.order * 2.0 * math.pi / problem.problem.torque.angular_frequency)
+
+    def floquet(self, unknowns: FloatArray, problem: Any) -> Floquet:
+        """Floquet multipliers."""
         derivatives = [_period(state, problem)[1] for state in self._states(unknowns)]
         monodromy = np.eye(len(derivatives[0]))
         for derivative in derivatives:
             monodromy = derivative @ monodromy
         determinant = float(np.prod([np.linalg.det(derivative) for derivative in derivatives]))
-        return float(np.trace(monodromy)), determinant
+        return Floquet.of_plane(float(np.trace(monodromy)), determinant)
 
     def margins(self, unknowns: FloatArray, problem: Any) -> Records:  # noqa: ARG002
         """Return no margins: a smooth flow has no segments."""
@@ -113,11 +123,11 @@ class StroboscopicMap:
         # Much smaller than the tolerance: an orbit near a symmetric one is not symmetric.
         rtol = min(max(1e-3 * tolerance, 1e-13), 1e-9)
         end = simulate(
-            system, 0.5 * section.duration(self.order), method="smooth", rtol=rtol, times=(),
-            initial=(float(unknowns[0]), float(unknowns[1])),
+            system, 0.5 * self.order / system.excitation.frequency, method="smooth", rtol=rtol,
+            times=(), initial=(float(unknowns[0]), float(unknowns[1])),
         ).attrs  # fmt: skip
         apart = np.array([end["final_angle"], end["final_velocity"]]) + states[0]
-        return np.asarray(apart * section.weights / np.max(np.abs(states * section.weights)))
+        return np.asarray(section.scaled(apart) / np.max(np.abs(section.scaled(states))))
 
     def halved(self, unknowns: FloatArray) -> tuple[StroboscopicMap, FloatArray]:
         """The same equations: nothing is gained by symmetry."""

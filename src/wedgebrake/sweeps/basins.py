@@ -14,11 +14,11 @@ from wedgebrake.analysis.spectrum import frequencies
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import INITIAL
+from wedgebrake.model.sweep_settings import INITIAL, joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
 from wedgebrake.sweeps.results import PointStatus
-from wedgebrake.sweeps.sweep import execute, joined, make_plan, split_options
+from wedgebrake.sweeps.sweep import execute, make_plan, split_options
 
 if TYPE_CHECKING:
     import xarray as xr

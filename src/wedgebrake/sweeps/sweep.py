@@ -16,8 +16,9 @@ from wedgebrake.analysis.motion import is_solved_as_machine, machine_method, ret
 from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
+from wedgebrake.model.validation import check_instance, check_whole, shown
 from wedgebrake.solvers.simulate import check_state, choose_method
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
@@ -306,24 +307,6 @@ def split_options(
         part = parameters if name not in known else execution if name in _EXECUTION else settings
         part[name] = value
     return parameters, settings, execution
-
-
-def joined(over: Any, parameters: dict[str, Any]) -> dict[str, Any]:
-    """Combine swept parameters given as a mapping and as keywords.
-
-    Raises ``InputError`` for anything but a mapping, or a parameter given twice.
-    """
-    if over is None:
-        return parameters
-    if not isinstance(over, Mapping):
-        raise wrong(
-            "over", over, "a mapping of parameters to their values",
-            'For example {"slope": np.linspace(-60, 0, 50)}.',
-        )  # fmt: skip
-    for name in over:
-        if name in parameters:
-            raise InputError(f"{name}: given twice, in the mapping and as a keyword. Give it once.")
-    return {**over, **parameters}
 
 
 _Work = Callable[[Chunks, list[ChunkIndex]], Iterator[tuple[ChunkIndex, Any]]]

@@ -219,6 +219,7 @@ BIFURCATIONS = {
     "Neimark-Sacker": BifurcationStyle("NS", "*", _DASH_DOT),
     "symmetry breaking": BifurcationStyle("SB", "P", _DASHES),
     "branch point": BifurcationStyle("BP", "X", _DASH_DOT_DOT),
+    "Hopf": BifurcationStyle("H", "d", _DASHES),
     "grazing-sliding": BifurcationStyle("GS", "o", friction=True),
     "crossing-sliding": BifurcationStyle("CS", "^", _DOTS, friction=True),
     "switching-sliding": BifurcationStyle("SS", "v", _DASH_DOT, friction=True),

@@ -96,7 +96,10 @@ class OrbitBranches:
         parameter = str(dataset.attrs["parameter"])
         simulated = None if beneath is None else _simulated(beneath, parameter, quantity)
         values = dataset[parameter].to_numpy().astype(float)
-        found = dataset[quantity].transpose("point", ...).to_numpy().astype(float)
+        shown = dataset[quantity]
+        if "inertia" in shown.dims:
+            shown = shown.isel(inertia=0)
+        found = shown.transpose("point", ...).to_numpy().astype(float)
         found = found[:, None] if found.ndim == 1 else found
         heights = np.where(np.isfinite(found), found, np.nan)
         at = dataset["bifurcation_point"].to_numpy().astype(int)

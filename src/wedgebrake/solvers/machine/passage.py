@@ -72,6 +72,7 @@ class Passage:
     stick_time : (contacts,) [s];  sticks: (contacts, 2) entered from v > 0 and from v < 0
     work      : (parts,) as ``power_rows`` orders them [J]
     last_slip : last time at which any contact slid in the whole run [s], -inf: never
+    log       : of dtype ``EVENT``, events in order; empty if not wanted
     """
 
     outcome: Outcome
@@ -88,6 +89,7 @@ class Passage:
     cells: int
     duration: float
     last_slip: float
+    log: NDArray[np.void]
     _machine: Machine = field(repr=False)
     _problem: Any = field(repr=False)
     _run: Run = field(repr=False)
@@ -107,6 +109,7 @@ class Course:
     method  : "exact" or "smooth", see ``simulate``
     works   : whether passages contain the work of every part
     watched : (r, states) factors of the states in the quantities whose extremes are wanted
+    logs    : whether passages contain their events
 
     Raises ``InputError`` for what the method cannot solve.
     """
@@ -121,6 +124,7 @@ class Course:
         works: bool = True,
         method: str = "exact",
         watched: FloatArray | None = None,
+        logs: bool = False,
     ) -> None:
         start = start if initial is None else initial.time
         self.machine = machine
@@ -142,7 +146,23 @@ class Course:
         self._section: Section | None = None
         spans = [one.span for one in machine.signals().values()]
         self._limit = min((last for _, last in spans), default=math.inf)
+        self._logs, self._angles = logs, problem.signals.angles.copy()
         machine.check_times(start, start)
+
+    def restart(self, states: FloatArray) -> None:
+        """Go back to the time of the beginning, in other states.
+
+        The modes of the contacts follow from the states, and controllers sample anew.
+        """
+        problem, run = self.assembled.problem, self._run
+        run.z[:] = 0.0
+        run.z[0, : problem.states] = states
+        run.modes[:] = np.zeros(1, run.modes.dtype)
+        run.modes["first_sample"] = problem.start_time
+        problem.signals.angles[:] = self._angles
+        trajectory.start(problem, run, False)
+        self._begins, self._anew, self._section = True, Anew.AT_START, None
+        self._watch.state["last_slip"] = -math.inf
 
     @property
     def time(self) -> float:
@@ -179,6 +199,7 @@ class Course:
             self.machine.check_times(begin, known)
         room = returns if returns > 0 else self._room(section, begin, end)
         parts: list[Watch] = []
+        logs = [self._log[:0].copy()]
         events, cells, outcome, ended = 0, 0, Outcome.LOG_FULL, begin
         # A motion that comes to rest may never return.
         most_cells = _CELLS if math.isinf(end) and isinstance(section, Crossing) else 10**18
@@ -201,12 +222,14 @@ class Course:
             self._begins = False
             events, cells, ended = events + found.events, cells + found.cells, found.time
             outcome = Outcome(found.outcome)
+            if self._logs:
+                logs.append(self._log[: found.events].copy())
             full = room > 0 and int(watch.state[0]["count"]) == room
             if outcome == Outcome.COMPLETED and returns < 1 and full and ended < end:
                 outcome = Outcome.LOG_FULL
         if outcome == Outcome.COMPLETED and ended < end and not full:
             self.machine.check_times(begin, math.nextafter(self._limit, math.inf))
-        return self._passage(outcome, parts, (events, cells, ended - begin))
+        return self._passage(outcome, parts, logs, (events, cells, ended - begin))
 
     def _begin_at(self, section: Section | None, derivatives: bool) -> None:
         """Prepare the watch for a passage."""
@@ -279,8 +302,9 @@ class Course:
         )
 
     def _passage(
-        self, outcome: Outcome, parts: list[Watch], sums: tuple[int, int, float]
-    ) -> Passage:
+        self, outcome: Outcome, parts: list[Watch], logs: list[NDArray[np.void]],
+        sums: tuple[int, int, float],
+    ) -> Passage:  # fmt: skip
         """What a passage has recorded."""
         watch, run = parts[-1], self._run
         count = int(watch.state[0]["count"])
@@ -297,7 +321,8 @@ class Course:
             outcome, times, states, matrices, watch.low.copy(), watch.high.copy(),
             watch.peak.copy(), watch.rest.copy(), watch.entered.copy(),
             self._observer.work.copy(), events, cells, duration,
-            float(watch.state[0]["last_slip"]), self.machine, self.assembled.problem, _kept(run),
+            float(watch.state[0]["last_slip"]), np.concatenate(logs), self.machine,
+            self.assembled.problem, _kept(run),
         )  # fmt: skip
 
 

@@ -1,0 +1,67 @@
+"""Floquet multipliers of an orbit, and functions that vanish where they leave the unit circle."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from wedgebrake.orbits.problem import FloatArray, multipliers
+
+# Size of a multiplier that is rounding.
+_LOST = 1e-12
+
+
+class Floquet(NamedTuple):
+    """Linear stability of an orbit.
+
+    multipliers : the largest modulus first; without the one of a shift in time
+    tests       : functions that vanish where a multiplier is 1, -1, or a pair has the product 1
+    growth      : size of what a deviation becomes in one orbit
+    oscillates  : whether the pair whose product is nearest to 1 is complex
+    """
+
+    multipliers: tuple[complex, ...]
+    tests: dict[str, float]
+    growth: float
+    oscillates: bool
+
+    @classmethod
+    def of_plane(cls, trace: float, determinant: float) -> Floquet:
+        """That of a 2 x 2 monodromy matrix with this trace and determinant."""
+        tests = {
+            "one": 1.0 - trace + determinant,
+            "minus one": 1.0 + trace + determinant,
+            "torus": determinant - 1.0,
+        }
+        return cls(multipliers(trace, determinant), tests, abs(trace), abs(trace) < 2.0)
+
+    @classmethod
+    def of_matrices(cls, matrices: list[FloatArray]) -> Floquet:
+        """That of the product of the derivatives from return to return, the first one first.
+
+        Factors of the test functions are at most about 1, so that large multipliers do not hide
+        the change of another one.
+        """
+        whole = np.eye(len(matrices[0]))
+        for matrix in matrices:
+            whole = matrix @ whole
+        values = np.linalg.eigvals(whole).astype(complex) + 0.0
+        # What a stick or the section removes is rounding.
+        values[np.abs(values) <= _LOST * max(float(np.linalg.norm(whole)), 1.0)] = 0.0
+        values = values[np.argsort(-np.abs(values), kind="stable")]
+        sizes = 1.0 + np.abs(values)
+        pairs = list(combinations(values, 2))
+        gaps = np.array([first * second - 1.0 for first, second in pairs])
+        products = gaps / np.array([1.0 + abs(first * second) for first, second in pairs])
+        tests = {
+            "one": float(np.prod((1.0 - values) / sizes).real),
+            "minus one": float(np.prod((1.0 + values) / sizes).real),
+        }
+        oscillates = False
+        if pairs:
+            tests["torus"] = float(np.prod(products).real)
+            oscillates = bool(pairs[int(np.abs(gaps).argmin())][0].imag != 0.0)
+        found = tuple(complex(one) for one in values)
+        return cls(found, tests, float(np.linalg.norm(whole)), oscillates)

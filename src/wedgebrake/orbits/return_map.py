@@ -1,0 +1,157 @@
+"""The equations of an orbit of a machine: multiple shooting from return to return."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.orbits.event_changes import Segments
+from wedgebrake.orbits.floquet import Floquet
+from wedgebrake.orbits.machine_flow import MachineFlow
+from wedgebrake.orbits.problem import FloatArray, Measures, Records
+from wedgebrake.orbits.segment_orbit import MARGINS
+from wedgebrake.solvers.machine.passage import Passage
+
+_SIGNS = {1: "+", 0: "0", -1: "-"}
+# Entries of the map from angles and speeds to scaled coordinates and back that are rounding.
+_ROUNDING = 1e-9
+
+
+class ReturnMap:
+    """An orbit of a machine as its points on the section.
+
+    The flow is exact and misses no event, so that every solution is an orbit. Where its events
+    change, the map is continuous, or the motion jumps.
+    """
+
+    def __init__(self, order: int, dimension: int) -> None:
+        self.order, self.dimension = order, dimension
+
+    @property
+    def size(self) -> int:
+        """Coordinates of the section, for each return."""
+        return self.order * self.dimension
+
+    def scales(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
+        """The size of the orbit: half the ranges of its scaled coordinates, added [rad/s]."""
+        spread = self._ranges(unknowns, problem)[: problem.space.size]
+        return np.full(self.size, 0.5 * float(spread.sum()) or 1.0)
+
+    def residual(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
+        """F(u)."""
+        points = self._points(unknowns)
+        found = [problem.next_return(one, derivative=False) for one in points]
+        return self._gaps(points, found, problem)
+
+    def linearize(
+        self, unknowns: FloatArray, problem: MachineFlow
+    ) -> tuple[FloatArray, FloatArray]:
+        """F(u) and its derivative."""
+        points, found = self._points(unknowns), self._passages(unknowns, problem)
+        blocks = np.zeros((self.order, self.dimension, self.order, self.dimension))
+        for k, passage in enumerate(found):
+            blocks[k, :, k] += problem.matrix(passage)
+            blocks[k, :, (k + 1) % self.order] -= np.eye(self.dimension)
+        return self._gaps(points, found, problem), blocks.reshape(self.size, self.size)
+
+    def _gaps(self, points: FloatArray, found: list[Passage], problem: MachineFlow) -> FloatArray:
+        ends = problem.points(np.array([passage.states[0] for passage in found]))
+        return np.asarray((ends - np.roll(points, -1, axis=0)).ravel())
+
+    def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
+        """Floquet multipliers."""
+        return Floquet.of_matrices(
+            [problem.matrix(passage) for passage in self._passages(unknowns, problem)]
+        )
+
+    def duration(self, unknowns: FloatArray, problem: MachineFlow) -> float:
+        """Period of the orbit [s]."""
+        return float(sum(one.duration for one in self._passages(unknowns, problem)))
+
+    def margins(self, unknowns: FloatArray, problem: Any) -> Records:  # noqa: ARG002
+        """Return no margins: the equations are the flow."""
+        return np.empty(0, dtype=MARGINS)
+
+    def follows_flow(self, unknowns: FloatArray, problem: Any, growth: float) -> bool:  # noqa: ARG002
+        """Return True: the equations are the flow itself."""
+        return True
+
+    def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
+        """The slips and sticks of each contact."""
+        points = self._points(unknowns)
+        found = [problem.next_return(one, derivative=False) for one in points]
+        begins = np.cumsum([0.0] + [one.duration for one in found])
+        times = np.concatenate(
+            [one.log["time"] + begin for one, begin in zip(found, begins, strict=False)]
+        )
+        log, end = np.concatenate([one.log for one in found]), found[-1].final.modes
+        segments = []
+        for number in range(len(end)):
+            own = (log["kind"] != EventKind.BREAKPOINT) & (log["contact"] == number)
+            sides = log["after"][own].tolist() or [end[number][0]]
+            at = times[own] if own.any() else begins[:1]
+            durations = np.diff(np.append(at, at[0] + begins[-1]))
+            segments.append(Segments.of(tuple(sides), durations))
+        return segments
+
+    def sequence_at(self, unknowns: FloatArray, problem: MachineFlow) -> str:
+        """The segments of each contact: "brake: + 0 -"; of a single one without its name."""
+        found = self.segments(unknowns, problem)
+        words = [" ".join(_SIGNS[side] for side in one.sides) for one in found]
+        if len(words) == 1:
+            return words[0]
+        contacts = problem.machine.contacts
+        return "; ".join(f"{one.name}: {word}" for one, word in zip(contacts, words, strict=True))
+
+    def points(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
+        """(order, states) states at the section."""
+        return problem.states(self._points(unknowns))
+
+    def measures(self, unknowns: FloatArray, problem: MachineFlow, system: Any) -> Measures:  # noqa: ARG002
+        """Amplitudes, sticking, events and torque: the largest of all inertias and contacts."""
+        found, n = self._passages(unknowns, problem), len(problem.machine.inertias)
+        half = 0.5 * self._ranges(unknowns, problem)[problem.space.size :]
+        # Angles that can rotate freely have no amplitude.
+        kept = problem.space.back @ problem.space.to
+        held = np.abs(kept[:n, :n] - np.eye(n)).max(axis=1) <= _ROUNDING
+        sticks = sum(one.sticks for one in found)
+        rest = sum(one.stick_time for one in found)
+        return Measures(
+            velocity_amplitude=float(half[n : 2 * n].max()),
+            angle_amplitude=float(half[:n][held].max(initial=-np.inf)) if held.any() else np.nan,
+            stick_share=float(np.max(rest, initial=0.0)) / self.duration(unknowns, problem),
+            sticks_forward=float(np.sum(sticks, axis=0)[0]) / self.order,
+            sticks_backward=float(np.sum(sticks, axis=0)[1]) / self.order,
+            events=sum(len(one.log) for one in found) / self.order,
+            peak_torque=float(max(one.peak_torque.max(initial=0.0) for one in found)),
+        )
+
+    def halved(self, unknowns: FloatArray) -> tuple[ReturnMap, FloatArray]:
+        """The same equations: nothing is gained by symmetry."""
+        return self, unknowns
+
+    def whole(self, unknowns: FloatArray) -> tuple[ReturnMap, FloatArray]:
+        """The same equations: they assume no symmetry."""
+        return self, unknowns
+
+    def doubled(self, unknowns: FloatArray) -> tuple[ReturnMap, FloatArray]:
+        """Equations of the same orbit traversed twice."""
+        return ReturnMap(2 * self.order, self.dimension), np.tile(unknowns, 2)
+
+    def mirror_difference(self, unknowns: FloatArray, system: Any, tolerance: float) -> FloatArray:  # noqa: ARG002
+        """Return nothing: symmetry of machines is not used."""
+        return np.zeros(0)
+
+    def _points(self, unknowns: FloatArray) -> FloatArray:
+        return unknowns.reshape(self.order, self.dimension)
+
+    def _passages(self, unknowns: FloatArray, problem: MachineFlow) -> list[Passage]:
+        return [problem.next_return(one) for one in self._points(unknowns)]
+
+    def _ranges(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
+        """Range of each scaled coordinate, and then of each state, over the orbit."""
+        found = self._passages(unknowns, problem)
+        low = np.min([one.low for one in found], axis=0)
+        return np.asarray(np.max([one.high for one in found], axis=0) - low)

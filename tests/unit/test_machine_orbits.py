@@ -1,0 +1,433 @@
+"""Periodic orbits of machines, their Floquet multipliers and branches."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from machine_digits import DIGITS, Clutch, Exact, Line, mp
+from machine_plain import plain
+from machine_reference import simulate
+from wedgebrake.errors import InputError
+from wedgebrake.orbits.bifurcation_types import Kind, Scenario
+from wedgebrake.orbits.event_changes import Segments, bifurcation_of
+from wedgebrake.orbits.floquet import Floquet
+from wedgebrake.orbits.orbit import OrbitStatus
+
+
+def contact(a: str, b: str = "ground", *, torque: float, name: str, **more: Any) -> Any:
+    """A contact with a torque in motion [N m]."""
+    static = more.pop("static", 1.0)
+    return wb.Contact(
+        a, b, name=name, brake=wb.ConventionalBrake(radius=2.0),
+        friction=wb.CoulombFriction(kinetic=0.5, static=0.5 * static),
+        actuation=wb.Actuation(initial_force=torque, slope=0.0), **more,
+    )  # fmt: skip
+
+
+def block(base_speed: float, friction: Any) -> Any:
+    """The block on a belt: x'' + 0.1 x' + x = mu."""
+    return wb.Machine(
+        inertias=[wb.Inertia("block", 1.0)],
+        shafts=[wb.Shaft("block", "ground", stiffness=1.0, damping=0.1)],
+        contacts=[
+            wb.Contact(
+                "block", name="belt", brake=wb.ConventionalBrake(radius=1.0), friction=friction,
+                actuation=wb.Actuation(initial_force=1.0, slope=0.0), base_speed=base_speed,
+            )
+        ],
+    )  # fmt: skip
+
+
+def stribeck(tolerance: float = 1e-4) -> Any:
+    """Friction that falls from 1 to 0.5 over about 0.5 m/s."""
+    return wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5, tolerance=tolerance)
+
+
+def pair(phase: float) -> Any:
+    """Two inertias, a brake on the first and a clutch between them."""
+    return wb.Machine(
+        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 0.5)],
+        shafts=[
+            wb.Shaft("a", "ground", stiffness=4.0, damping=0.125),
+            wb.Shaft("b", "a", stiffness=6.0, damping=0.0625),
+        ],
+        contacts=[
+            contact("a", torque=1.0, name="brake"),
+            contact("b", "a", torque=0.5, name="clutch"),
+        ],
+        torques=[wb.Torque("b", wb.Harmonic(2.0, 0.25, phase), name="engine")],
+    )
+
+
+PERIODIC = {
+    "2T of the wedge": (wb.paper.system(eta=-24.0, F0=0.067), 2),
+    "unstable T of the wedge": (wb.paper.system(eta=-24.0, F0=0.067), 1),
+    "unstable T with releases": (wb.paper.system(eta=-60.0, F0=0.036), 1),
+    "conventional": (wb.paper.system(eta=-6.0, F0=0.05, brake="conventional"), 1),
+    "turning": (wb.paper.system(eta=0.0, F0=0.067).replace(drive_speed=20.0), 1),
+}
+
+
+@pytest.mark.parametrize("name", PERIODIC)
+def test_orbits_of_one_inertia_are_those_of_its_driveline(name) -> None:
+    system, order = PERIODIC[name]
+    expected, found = wb.orbit(system, order), wb.orbit(system.machine, order)
+    size = np.array([expected.angle_amplitude, expected.velocity_amplitude])
+    shifts = [np.roll(found.points, k, axis=0) for k in range(order)]
+    assert min(np.max(np.abs(one - expected.points) / size) for one in shifts) <= 1e-11
+    np.testing.assert_allclose(found.multipliers, expected.multipliers, atol=1e-11)
+    for quantity in ("period", "stick_share", "peak_torque", "sticks_forward", "sticks_backward"):
+        assert getattr(found, quantity) == pytest.approx(getattr(expected, quantity), rel=1e-10)
+    assert found.stable == expected.stable
+
+
+@pytest.mark.parametrize(("static", "speed"), [(1.5, 1.0), (1.25, 0.5), (2.0, 0.125)])
+def test_stick_slip_has_the_period_of_the_closed_form(static, speed) -> None:
+    """Without damping: a stick from 1 - a to 1 + a, and a slip with a phase that mirrors it."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("block", 1.0)],
+        shafts=[wb.Shaft("block", "ground", stiffness=1.0)],
+        contacts=[contact("block", torque=1.0, static=static, name="belt", base_speed=speed)],
+    )
+    found = wb.orbit(machine)
+    a = static - 1.0
+    period = 2.0 * math.pi - 2.0 * math.atan2(a, speed) + 2.0 * a / speed
+    assert found.period == pytest.approx(period, rel=1e-12)
+    assert found.period == pytest.approx(wb.motion(machine).period, rel=1e-12)
+    assert found.stick_share == pytest.approx(2.0 * a / speed / period, rel=1e-12)
+    assert found.multipliers == (0.0,)
+    again = wb.orbit(machine, 1, initial=found.initial)
+    assert again.period == pytest.approx(period, rel=1e-12)
+
+
+def monodromy(line: Line, state: np.ndarray, duration: str) -> np.ndarray:
+    """Derivative of the flow by central differences in 50-digit arithmetic."""
+    n, columns, step = len(line.inertia), [], mp.mpf(10) ** -18
+
+    def end(change: np.ndarray) -> Any:
+        run = Exact(line, duration)
+        for k in range(2 * n):
+            run.z[k] = mp.mpf(float(state[k])) + step * int(change[k])
+        return run.run().z
+
+    for change in np.eye(2 * n):
+        ahead, behind = end(change), end(-change)
+        columns.append([float((ahead[k] - behind[k]) / (2 * step)) for k in range(2 * n)])
+    return np.array(columns).T
+
+
+def sorted_by_size(values: Any) -> np.ndarray:
+    """Values in an order that rounding does not change."""
+    return np.array(sorted(values, key=lambda one: (-round(abs(one), 7), one.imag)))
+
+
+def test_multipliers_of_two_inertias_agree_with_50_digits() -> None:
+    sticking, found = wb.orbit(pair(0.0)), wb.orbit(pair(math.pi / 2.0))
+    assert found.stick_share == pytest.approx(sticking.stick_share, rel=1e-10)
+    assert found.sequence == sticking.sequence
+    # Only one of the two sections is in a stick.
+    assert any(mode[0] == 0 for mode in sticking.initial.modes)
+    assert all(mode[0] != 0 for mode in found.initial.modes)
+    with mp.workdps(DIGITS):
+        frequency = mp.pi / 2
+        clutches = [
+            Clutch("brake", 0, -1, ((0, ((0, 0, "1"),)),), 1),
+            Clutch("clutch", 1, 0, ((0, ((0, 0, "0.5"),)),), 1),
+        ]
+        line = Line(
+            inertia=("1", "0.5"), speed=("0", "0"),
+            shafts=((0, -1, "4", "0.125"), (1, 0, "6", "0.0625")), contacts=tuple(clutches),
+            torques=((1, ((0, ((frequency, "0", "2"),)),)),), frequencies=(frequency,),
+        )  # fmt: skip
+        matrix = monodromy(line, found.points[0], str(4 * found.order))
+    expected = sorted_by_size(np.linalg.eigvals(matrix))
+    np.testing.assert_allclose(sorted_by_size(found.multipliers), expected, atol=1e-8)
+    np.testing.assert_allclose(sorted_by_size(sticking.multipliers), expected, atol=1e-8)
+
+
+def differences(machine: Any, initial: Any, duration: float) -> np.ndarray:
+    """Derivative of the flow over a time, by differences of the reference integrator."""
+    names = [one.name for one in machine.inertias]
+    n = len(names)
+
+    def end(change: np.ndarray) -> np.ndarray:
+        values = {}
+        for k, name in enumerate(names):
+            values[f"{name}.angle"] = initial.angles[name] + change[k]
+            values[f"{name}.speed"] = initial.speeds[name] + change[n + k]
+        run = simulate(plain(machine.replace(values), duration), duration)
+        return run.cells[-1].state(
+            2.0 * (duration - run.cells[-1].start) / run.cells[-1].step - 1.0
+        )
+
+    def central(step: float) -> np.ndarray:
+        each = step * np.eye(2 * n)
+        return np.array([(end(one) - end(-one)) / (2.0 * step) for one in each]).T
+
+    return (4.0 * central(1e-4) - central(2e-4)) / 3.0
+
+
+def test_multipliers_of_four_inertias_agree_with_the_reference_integrator() -> None:
+    names = ("a", "b", "c", "d")
+    machine = wb.Machine(
+        inertias=[wb.Inertia(name, 1.0 - 0.125 * i) for i, name in enumerate(names)],
+        shafts=[wb.Shaft("a", "ground", stiffness=3.0, damping=0.0625)]
+        + [
+            wb.Shaft(one, other, stiffness=4.0 + i, damping=0.0625)
+            for i, (one, other) in enumerate(zip(names[1:], names, strict=False))
+        ],
+        contacts=[
+            contact("a", torque=0.25, name="brake"), contact("d", "c", torque=0.25, name="clutch"),
+        ],
+        torques=[wb.Torque("d", wb.Harmonic(1.0, 0.25, 0.5), name="engine")],
+    )  # fmt: skip
+    found = wb.orbit(machine)
+    assert found.found
+    assert all(mode[0] != 0 for mode in found.initial.modes)
+    expected = np.linalg.eigvals(differences(machine, found.initial, found.period))
+    np.testing.assert_allclose(
+        sorted_by_size(found.multipliers), sorted_by_size(expected), atol=1e-8
+    )
+
+
+def train(base_speed: float, static: float = 1.5) -> Any:
+    """Two inertias, of which a moving base drags the first; they begin with its speed."""
+    return wb.Machine(
+        inertias=[wb.Inertia(*one, speed=base_speed) for one in (("a", 1.0), ("b", 0.5))],
+        shafts=[
+            wb.Shaft("a", "ground", stiffness=1.0, damping=0.0625),
+            wb.Shaft("b", "a", stiffness=3.0, damping=0.03125),
+        ],
+        contacts=[contact("a", torque=1.0, static=static, name="belt", base_speed=base_speed)],
+    )
+
+
+def test_multipliers_of_a_self_excited_machine_and_the_one_of_time() -> None:
+    machine = train(0.25)
+    found = wb.orbit(machine)
+    assert len(found.multipliers) == 3
+    assert found.period == pytest.approx(wb.motion(machine).period, rel=1e-10)
+    assert found.initial.modes[0][0] != 0
+    expected = sorted_by_size(np.linalg.eigvals(differences(machine, found.initial, found.period)))
+    np.testing.assert_allclose(sorted_by_size([1.0, *found.multipliers]), expected, atol=1e-8)
+
+
+def test_orbits_that_are_not_found_say_why() -> None:
+    assert wb.orbit(train(5.0)).status is OrbitStatus.STEADY_SLIDING
+    torques = [
+        wb.Torque("a", wb.Harmonic(1.0, one), name=name)
+        for one, name in ((1.0, "slow"), (math.sqrt(2.0), "fast"))
+    ]
+    without_period = train(0.25).replace(torques=torques)
+    with pytest.raises(InputError, match=r"machine\.period"):
+        wb.orbit(without_period)
+    with pytest.raises(InputError):
+        wb.orbit(train(0.25), method="ode14x")
+    with pytest.raises(InputError):
+        wb.continuation(wb.orbit(train(0.25)), {"belt.nothing": (0.1, 1.0)})
+    with pytest.raises(InputError):
+        wb.continuation(wb.orbit(train(0.25)), {"a.angle": (0.1, 1.0)})
+
+
+# Branches.
+
+
+def test_branch_of_a_machine_is_that_of_its_driveline() -> None:
+    """Grazing is located, and the multipliers are the same, on the way to it."""
+    system = wb.paper.system(eta=-24.0, F0=0.067)
+    expected = wb.continuation(wb.orbit(system, 1), slope=(-52.0, -30.0))
+    found = wb.continuation(wb.orbit(system.machine, 1), {"brake.slope": (-52.0, -30.0)})
+    kinds = (Kind.PERIOD_DOUBLING, Kind.GRAZING_SLIDING, Kind.NEIMARK_SACKER, Kind.FOLD)
+    points: list[Any] = []
+    for branch in (expected, found):
+        list(branch)
+        points.append([one for one in branch.bifurcations if one.bifurcation.kind in kinds])
+    assert len(points[0]) == len(points[1]) > 0
+    for one, other in zip(*points, strict=True):
+        assert one.bifurcation.kind is other.bifurcation.kind
+        assert other.value == pytest.approx(one.value, rel=1e-8)
+        np.testing.assert_allclose(other.multipliers, one.multipliers, atol=1e-5)
+
+
+def test_period_doubling_and_the_branch_that_leaves_it_are_those_of_the_driveline() -> None:
+    system = wb.paper.system(eta=-12.0, F0=0.067)
+    found = [
+        wb.branches(one, {name: (-32.0, -36.0)}, opposite=False)
+        for one, name in ((system, "slope"), (system.machine, "brake.slope"))
+    ]
+    kinds = ("period doubling", "grazing-sliding")
+    values = [
+        [float(one["bifurcation_value"][one["bifurcation_kind"] == kind][0]) for kind in kinds]
+        for one in found
+    ]
+    np.testing.assert_allclose(values[1], values[0], rtol=1e-9)
+    assert [one["branch_order"].values.tolist() for one in found] == [[1, 2], [1, 2]]
+
+
+def test_by_the_curve_itself_the_unstable_cycle_ends_at_the_hopf_point() -> None:
+    """At ln(10)/2, where the slope of the friction is -2 xi."""
+    machine = block(1.25, stribeck())
+    machine = machine.replace({"block.angle": 0.8, "block.speed": 1.25})
+    branch = wb.continuation(
+        wb.orbit(machine, method="smooth"), {"belt.base_speed": (0.5, 3.0)}, step=0.05
+    )
+    list(branch)
+    assert grazing_of(branch).bifurcation.scenario is Scenario.FOLD
+    last = branch.points[-1]
+    assert last.bifurcation.kind is Kind.HOPF
+    assert last.value == pytest.approx(0.5 * math.log(10.0), abs=1e-5)
+    assert last.period == pytest.approx(2.0 * math.pi, rel=1e-5)
+
+
+def test_period_doubling_in_two_parameters() -> None:
+    """Every point of the curve is a period doubling of the driveline."""
+    system = wb.paper.system(eta=-12.0, F0=0.067).replace(slope=-34.0)
+    machine = system.machine
+    branch = wb.continuation(wb.orbit(machine, 1), {"brake.slope": (-34.0, -34.5)})
+    doubling = next(point for point in branch if point.bifurcation)
+    ends = {"brake.slope": (-35.0, -33.5), "torque.amplitude": (260.0, 280.0)}
+    curve = wb.boundary(doubling, step=0.5, **ends)
+    assert curve.sizes["point"] > 2
+    for k in range(curve.sizes["point"]):
+        there = system.replace(
+            slope=float(curve["brake.slope"][k]), amplitude=float(curve["torque.amplitude"][k])
+        )
+        found = wb.orbit(there, 1)
+        assert min(abs(one + 1.0) for one in found.multipliers) <= 1e-7
+
+
+@pytest.fixture(scope="module")
+def belt_branch() -> Any:
+    """The stable cycle of the block on a belt, and the unstable one beyond its grazing."""
+    branch = wb.continuation(
+        wb.orbit(block(1.5, stribeck()), initial=start(1.5)), {"belt.base_speed": (0.5, 3.0)}
+    )
+    list(branch)
+    return branch
+
+
+def start(speed: float) -> Any:
+    """The block at rest on the belt, at the end of a stick."""
+    machine = block(speed, stribeck())
+    machine = machine.replace({"block.angle": 1.0 - 0.1 * speed, "block.speed": speed})
+    return wb.final_state(wb.simulate(machine, duration=1e-9, times=()))
+
+
+def grazing_of(branch: Any) -> Any:
+    return next(p for p in branch.bifurcations if p.bifurcation.kind is Kind.GRAZING_SLIDING)
+
+
+def test_the_cycle_of_the_belt_turns_where_it_grazes(belt_branch) -> None:
+    grazing = grazing_of(belt_branch)
+    assert grazing.bifurcation.scenario is Scenario.FOLD
+    index = belt_branch.points.index(grazing)
+    before, after = belt_branch.points[index - 1], belt_branch.points[index + 1]
+    assert before.stable
+    assert before.measures.stick_share > 0.0
+    assert not after.stable
+    assert after.measures.stick_share == 0.0
+    # Only sticking cycles exist beside steady sliding just before, and none behind.
+    for change, kind in ((-1e-6, "limit cycle"), (1e-6, "steady sliding")):
+        speed = grazing.value + change
+        assert wb.motion(block(speed, stribeck()), initial=start(speed)).kind == kind
+
+
+def test_the_unstable_cycle_separates_sliding_from_the_stable_one(belt_branch) -> None:
+    """Bisection on the start of motions finds it without its equations."""
+    at = next(p for p in belt_branch.points if not p.stable and p.value < 1.5)
+    machine, (angle, speed) = at.system, at.points[0]
+
+    def grows(factor: float) -> bool:
+        rest = 0.5 + 0.5 * math.exp(-at.value / 0.5)
+        there = machine.replace(
+            {"block.angle": rest + factor * (angle - rest), "block.speed": factor * speed}
+        )
+        return wb.motion(there).kind == "limit cycle"
+
+    low, high = 0.9, 1.1
+    assert not grows(low)
+    assert grows(high)
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if grows(middle) else (middle, high)
+    assert 0.5 * (low + high) == pytest.approx(1.0, abs=1e-8)
+
+
+def test_the_unstable_cycle_ends_at_the_hopf_point_of_sliding(belt_branch) -> None:
+    """That of the smooth law is at ln(10)/2; on a line of its table nothing changes.
+
+    A chord that deviates by the tolerance has the length sqrt(8 tolerance/curvature).
+    """
+    assert belt_branch.bifurcations[-1].bifurcation.kind is Kind.HOPF
+    limit = wb.hopf(block(1.0, stribeck()), "belt.base_speed", between=(0.8, 1.5))
+    assert limit.value == pytest.approx(0.5 * math.log(10.0), rel=1e-6)
+    length = math.sqrt(8e-4 / (0.5 / 0.5**2 * 0.1))
+    assert belt_branch.points[-1].value == pytest.approx(limit.value, abs=length)
+
+
+def test_branches_as_a_dataset() -> None:
+    found = wb.branches(train(0.25), {"belt.base_speed": (0.25, 0.3)}, switch=0, opposite=False)
+    assert found.attrs["parameter"] == "belt.base_speed"
+    assert found["velocity"].dims == ("point", "return", "inertia")
+    assert found["multiplier_real"].sizes["multiplier"] == 3
+    assert np.all(np.diff(found["belt.base_speed"].values) >= 0.0)
+    assert found["bifurcation_kind"].values.tolist() == ["Neimark-Sacker"]
+    # There the modulus of the pair passes 1, whose square is the product.
+    at = int(found["bifurcation_point"][0])
+    real, imag = (found[f"multiplier_{part}"].values[at] for part in ("real", "imag"))
+    np.testing.assert_allclose(np.hypot(real, imag)[:2], 1.0, rtol=1e-9)
+    speed = float(found["bifurcation_value"][0])
+    stable = found["stable"].values
+    np.testing.assert_array_equal(stable[:at], True)
+    assert not stable[-1]
+    # Just before it, the orbit attracts.
+    branch = wb.continuation(wb.orbit(train(0.25)), {"belt.base_speed": (0.25, 0.3)})
+    near = next(point for point in branch if point.value > speed - 0.02)
+    assert near.period == pytest.approx(found["period"].values[branch.points.index(near)])
+    speeds = {name: one + 1e-5 for name, one in near.initial.speeds.items()}
+    beside = dataclasses.replace(near.initial, speeds=speeds)
+    assert wb.motion(near.system, initial=beside).period == pytest.approx(near.period, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "short", "kind"),
+    [
+        ((1,), (0, 1), (0,), Kind.GRAZING_SLIDING),
+        ((0,), (0, 1), (1,), Kind.ADDING_SLIDING),
+        ((-1, 1), (-1, 0, 1), (1,), Kind.CROSSING_SLIDING),
+        ((-1, 1), (-1, 0, 1, 0), (1, 3), Kind.CROSSING_SLIDING),
+        ((1,), (-1, 1), (0,), None),
+        ((0, 1), (-1, 0, 1), (0,), Kind.SWITCHING_SLIDING),
+        ((-1, 0, 1), (-1, 0, -1, 0, 1), (2,), Kind.ADDING_SLIDING),
+        ((-1, 0, 1), (-1, 0, -1, 0, 1), (1,), Kind.GRAZING_SLIDING),
+    ],
+)
+def test_bifurcations_by_the_events_that_begin_or_end(before, after, short, kind) -> None:
+    """Where the sequence alone leaves a choice, the shortest segments have just begun."""
+    few = Segments.of(before, np.ones(len(before)))
+    many = Segments.of(after, np.array([1e-4 if k in short else 1.0 for k in range(len(after))]))
+    for one, other in ((few, many), (many, few)):
+        found = bifurcation_of([one], [other], ["brake"], Scenario.PERSISTENCE)
+        assert (None if found is None else found.kind) is kind
+
+
+def test_functions_of_multipliers_vanish_where_they_are_on_the_unit_circle() -> None:
+    angle = 0.7
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    for block_, name in ((np.eye(1), "one"), (-np.eye(1), "minus one"), (turn, "torus")):
+        n = len(block_) + 2
+        signs = []
+        for factor in (0.99, 1.0, 1.01):
+            matrix = np.diag([0.5] * n).astype(float)
+            matrix[: len(block_), : len(block_)] = factor * block_
+            matrix[-1, -1] = 40.0
+            signs.append(Floquet.of_matrices([matrix]).tests[name])
+        assert signs[0] * signs[2] < 0.0
+        assert abs(signs[1]) <= 1e-14
+    assert Floquet.of_matrices([np.diag([2.0, 0.5, 0.1])]).oscillates is False
