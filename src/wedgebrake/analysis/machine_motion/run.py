@@ -14,6 +14,7 @@ from wedgebrake.analysis.machine_motion.growth import growths, mean_exponents, m
 from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult
 from wedgebrake.analysis.machine_motion.section import crossing, sampling
 from wedgebrake.analysis.machine_motion.steady import steady_state
+from wedgebrake.analysis.machine_motion.tori import covers_torus
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
@@ -189,7 +190,13 @@ class _Run:
             result.exponent_error = verdict.error / interval
         if not self.has_period:
             self._judge_modulated(growth)
-        return bool(classify.is_final(view, verdict))
+        if classify.is_final(view, verdict):
+            return True
+        unsettled = (MotionClass.UNDECIDED, MotionClass.QUASI_PERIODIC)
+        if result.motion not in unsettled or not covers_torus(points, growth, size):
+            return False
+        result.motion = MotionClass.QUASI_PERIODIC
+        return not classify.is_resonant(view, verdict)
 
     def _judge_modulated(self, growth: FloatArray) -> None:
         """Set the class under signals without a common period, which let no motion repeat."""
