@@ -31,7 +31,6 @@ _CONSTANT, _DECAYING = 1e-11, 0.9
 _FEWEST = 1500
 _RETURNS = 10
 _RECORD = 8000
-LOG: list[Any] | None = None
 
 
 @dataclass
@@ -123,8 +122,6 @@ def _aperiodic(machine: Machine, block: Block, done: int) -> Verdict:
         stride = irregular.bands(points)
         digits = irregular.birkhoff_digits(points, span, 1)
         walk = irregular.zero_one(points, stride)
-        if LOG is not None:
-            LOG.append((rate, digits, walk, len(points)))
         words |= {_word(-digits, -4.0, -3.0), _word(walk, 0.2, 0.8)} - {irregular.UNCLEAR}
     else:
         return Verdict("unknown", units=done, sticks=sticks)

@@ -287,4 +287,9 @@ class _Run:
             result.motion = MotionClass.UNDECIDED
         elif result.motion in (MotionClass.STEADY_SLIDING, MotionClass.AT_REST):
             result.settling, result.transient = float(self.done), self.done
+            if not result.points.size and result.low.size:
+                # A constant state at every return.
+                count = self.protocol.recorded + 1
+                states = np.tile(0.5 * (result.low + result.high), (count, 1))
+                self._keep(states, np.full(count, self.course.time))
         return result

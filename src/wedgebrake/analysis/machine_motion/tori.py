@@ -1,7 +1,7 @@
-"""Tori of any dimension, told from slow transients and from chaos by the averages on them.
+"""Tori of two or more dimensions, told from transients and from chaos by the averages on them.
 
-The returns of a machine with several vibrations of its own may fill a torus of two or more
-dimensions, whose first exponents all vanish and which has no single rotation number.
+The returns of a machine with several vibrations of its own may fill such a torus. Its first
+exponents all vanish, so that areas do not shrink, and it has no single rotation number.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _ATTRACTED = -8.0
 
 
 def covers_torus(points: FloatArray, growth: FloatArray, size: float) -> bool:
-    """Return True if returns fill an attracting torus.
+    """Return True if returns fill an attracting torus of two or more dimensions.
 
     points : (m + 1, p) in scaled coordinates
     growth : (m, p) logarithmic growth of orthogonal deviations between returns
@@ -32,7 +32,7 @@ def covers_torus(points: FloatArray, growth: FloatArray, size: float) -> bool:
     totals = np.sort(growth.sum(axis=0))[::-1]
     room = 3.0 + math.log(max(count, 1))
     dimension = int((np.abs(totals) <= room).sum())
-    if count < _FEWEST or not 0 < dimension < p or totals[0] > room:
+    if count < _FEWEST or not 2 <= dimension < p or totals[0] > room:
         return False
     if totals[: dimension + 1].sum() > _ATTRACTED:
         return False

@@ -13,7 +13,7 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data.parts import selected_part
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import PARTS
-from wedgebrake.sweeps.plan import CROSSING, PERIOD
+from wedgebrake.sweeps.plan import CROSSING
 from wedgebrake.sweeps.results import CONTACT, INERTIA
 
 if TYPE_CHECKING:
@@ -87,9 +87,8 @@ def _is_of_machine(dataset: xr.Dataset) -> bool:
 
 
 def _crosses(dataset: xr.Dataset) -> bool:
-    """Return True if returns are counted at crossings, also after the dimension was renamed."""
-    numbers = dataset.coords.get(CROSSING, dataset.coords.get(PERIOD))
-    return numbers is not None and "crossing" in str(numbers.attrs.get("long_name", ""))
+    """Return True if returns are crossings of a section."""
+    return _stated(dataset, "protocol").get("returns") == CROSSING
 
 
 def _machine_words(dataset: xr.Dataset, chosen: Sequence[str]) -> str:
