@@ -12,7 +12,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wedgebrake.analysis.motion import is_solved_as_machine, machine_method, returns_of
+from wedgebrake.analysis.motion import (
+    check_repeats,
+    is_solved_as_machine,
+    machine_method,
+    returns_of,
+)
 from wedgebrake.analysis.run_settings import AUTO, LIMIT, TRANSIENT, protocol
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
@@ -229,10 +234,14 @@ def make_plan(
     if isinstance(system, Machine) or is_solved_as_machine(system, method):
         as_machine, chosen = True, machine_method(method)
         machine = system if isinstance(system, Machine) else system.machine
+        check_repeats(machine)
         periods = returns_of(machine, periods, crossings)
+        name = "crossings" if machine.autonomous else "periods"
         transient = AUTO if transient is None else transient
     else:
-        as_machine, chosen = False, choose_method(system, method)
+        if crossings is not None:
+            raise wrong("crossings", crossings, "None for a system with a torque that varies")
+        as_machine, chosen, name = False, choose_method(system, method), "periods"
         transient = TRANSIENT if transient is None else transient
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
@@ -245,7 +254,7 @@ def make_plan(
     return Plan(
         system=system,
         grid=Grid(axes, next((axis.dim for axis in axes if axis.name == follow), None)),
-        protocol=protocol(periods, transient, limit, **limits),
+        protocol=protocol(periods, transient, limit, name=name, **limits),
         method=chosen,
         initial=check_state("initial", initial),
         keep_points=keep_points,

@@ -35,6 +35,8 @@ _STILL = 1e-9
 _SMALL = 1e-5
 # Distance of a return over the size of the last orbit that shows a vibration that decays.
 _DRIFT = 1e-5
+# Distance of a return over the size of the motion at which the period of a cycle has converged.
+_CONVERGED = 1e-11
 # Decay of a deviation in a window (logarithm) that leaves nothing of it.
 _DECAYED = 8.0
 
@@ -71,6 +73,8 @@ class _Run:
         self.section: Every | Crossing | None = self.every
         self.natural = 2.0 * math.pi / self.space.frequency if self.space.frequency else 1.0
         self.done = 0
+        # Of a deviation in an orbit (logarithm); 0: not known.
+        self.decay = 0.0
         self.result = MachineResult(
             np.full(self.space.size, math.nan),
             ContactSums.none(len(machine.contacts)),
@@ -182,6 +186,7 @@ class _Run:
         if verdict.order:
             first, second = [*multipliers(matrices[-verdict.order :]), -math.inf][:2]
             verdict = classify.conclude(view, verdict, first, second)
+            self.decay = -first
         result.motion, result.order = MotionClass(verdict.motion), int(verdict.order)
         result.return_distance, result.size = verdict.return_distance, size
         interval = window.duration / len(window.times)
@@ -215,6 +220,8 @@ class _Run:
             if result.order == 0:
                 self._describe(window)
                 return
+        elif self.every is None:
+            self._approach()
         before = self.course.time
         orbit = self._advance(result.order, derivatives=True)
         if result.outcome != Outcome.COMPLETED or len(orbit.times) < result.order:
@@ -242,6 +249,16 @@ class _Run:
             times = orbit.times[number % result.order] + rounds * result.period
             self._keep(orbit.states[number % result.order], times)
 
+    def _approach(self) -> None:
+        """Continue to a limit cycle until its period no longer changes, at most as long as so far.
+
+        The distance of a return decreases by the largest multiplier in each orbit.
+        """
+        distance = self.result.return_distance
+        if distance > _CONVERGED and self.decay > 0.0:
+            orbits = math.ceil(math.log(distance / _CONVERGED) / self.decay)
+            self._advance(min(orbits * self.result.order, self.done))
+
     def _rests(self, orbit: Passage) -> bool:
         """Return True if nothing moves in an orbit."""
         still = self._range(orbit) <= _STILL * self._speed(orbit)
@@ -266,7 +283,12 @@ class _Run:
         """
         if self.every is not None:
             return of_returns
-        return np.sort(np.append(of_returns[:-1], 0.0))[::-1]
+        resolved = of_returns[np.isfinite(of_returns)]
+        if np.isnan(of_returns).all():
+            return of_returns
+        # Those that are not resolved, or lost, are the least.
+        known = np.sort(np.append(resolved[: of_returns.size - 1], 0.0))[::-1]
+        return np.append(known, of_returns[known.size - 1 : -1])
 
     def _range(self, passage: Passage) -> float:
         """Half the ranges of the scaled coordinates, added [rad/s]."""
