@@ -41,6 +41,7 @@ STUDIES = {
 }
 MOST = 10**9
 PERIODS = 250
+MAP = 40  # points of an axis of basins
 SECONDS = 2.0  # spent on each
 
 
@@ -192,6 +193,19 @@ def friction_curve() -> None:
     print(f"; speeds differ by {error:.1e} rad/s. All cycles: {1e3 * whole:.1f} ms")
 
 
+def basins() -> None:
+    """Measure and print basins beside a limit cycle: the whole call, and a point of it."""
+    fast = belt().replace({"belt.base_speed": 1.35, "belt.tolerance": 1e-3})
+    start = {
+        "mass.angle": np.linspace(-1.5, 2.5, MAP), "mass.speed": np.linspace(-2.0, 2.0, MAP),
+    }  # fmt: skip
+    whole = best(lambda: wb.basins(fast, start, threads=1), SECONDS)
+    print(f"\nbasins of {MAP} x {MAP} points on a belt {whole:.2f} s on one core", end="")
+    print(f", {1e3 * whole / MAP**2:.2f} ms a point", end="")
+    threads = best(lambda: wb.basins(fast, start), SECONDS)
+    print(f"; {threads:.2f} s on all")
+
+
 def main() -> None:
     """Measure and print."""
     write_record()
@@ -222,6 +236,7 @@ def main() -> None:
     for count in range(1, 9):
         line(f"{count} inertia{'s'[: count > 1]}", row(count), 25.0)
     friction_curve()
+    basins()
 
 
 if __name__ == "__main__":

@@ -374,6 +374,13 @@ def _rotates_evenly(window):
 
 
 @compiled
+def is_resonant(window, verdict):
+    """Return True if a torus nearly returns, and may be a resonance of high order."""
+    longest = min(LONGEST, window.growth.size // 3)
+    return verdict.return_distance * longest < _RESONANT
+
+
+@compiled
 def is_final(window, verdict):
     """Return True if a verdict ends an automatic transient.
 
@@ -384,10 +391,8 @@ def is_final(window, verdict):
         return True
     if verdict.motion != MotionClass.QUASI_PERIODIC:
         return False
-    count = window.growth.size
-    resonant = verdict.return_distance * min(LONGEST, count // 3) < _RESONANT
-    attracts = (verdict.largest + verdict.second) * count < -_GROWN
-    return attracts and not resonant and _rotates_evenly(window)
+    attracts = (verdict.largest + verdict.second) * window.growth.size < -_GROWN
+    return attracts and not is_resonant(window, verdict) and _rotates_evenly(window)
 
 
 @compiled

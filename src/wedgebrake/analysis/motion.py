@@ -199,10 +199,17 @@ def motion(
     InputError
         For arguments that are invalid or do not fit the friction law.
     """
-    limits = {"rtol": rtol, "step": step, "max_events": max_events, "max_steps": max_steps}
+    limits: dict[str, Any] = {
+        "rtol": rtol,
+        "step": step,
+        "max_events": max_events,
+        "max_steps": max_steps,
+    }
     if isinstance(system, Machine) or is_solved_as_machine(system, method):
         machine, state = as_machine(system, initial)
-        wanted = protocol(returns_of(machine, periods, crossings), transient, limit, **limits)
+        returns = returns_of(machine, periods, crossings)
+        name = "crossings" if machine.autonomous else "periods"
+        wanted = protocol(returns, transient, limit, name=name, **limits)
         chosen = machine_method(method)
         from wedgebrake.analysis.machine_motion.run import classify_machine
 
@@ -272,6 +279,13 @@ def returns_of(machine: Machine, periods: int | None, crossings: int | None) -> 
             "crossings", crossings, "None for a system with signals that vary", "Give periods."
         )
     return crossings if machine.autonomous else periods
+
+
+def check_repeats(machine: Machine) -> None:
+    """Raise ``InputError`` for signals that neither repeat nor are constant."""
+    from wedgebrake.analysis.machine_motion.section import sampling
+
+    sampling(machine)
 
 
 def from_result(result: Any, interval: float) -> Motion:

@@ -62,13 +62,19 @@ class Protocol:
 
 
 def protocol(
-    periods: int | None, transient: int | str, limit: int = LIMIT, **limits: Any
+    periods: int | None,
+    transient: int | str,
+    limit: int = LIMIT,
+    *,
+    name: str = "periods",
+    **limits: Any,
 ) -> Protocol:
     """The protocol requested by the user.
 
     periods   : with a number for ``transient``, the number of the last period (default 250);
                 with "auto", the number recorded after the transient (default 50)
     transient : number of the first recorded period, or "auto"
+    name      : of the argument ``periods`` to the user
     limits    : rtol, step, max_events and max_steps as for ``simulate``
 
     Raises ``InputError`` for invalid values.
@@ -81,17 +87,19 @@ def protocol(
     if automatic and transient != AUTO:
         raise InputError(
             f"transient = {transient!r}: must be a number of periods or 'auto', which runs"
-            " until the motion has settled."
-        )
+            " until the motion has settled.",
+            name="transient", value=transient, allowed="a number of periods or 'auto'",
+        )  # fmt: skip
     last = periods if periods is not None else RECORDED if automatic else PERIODS
     why = " With transient='auto', those recorded after settling." if automatic else ""
-    check_whole("periods", last, 1, _MOST, why=why)
+    check_whole(name, last, 1, _MOST, why=why)
     if isinstance(transient, str):
         return replace(asked, recorded=int(last))
     check_whole("transient", transient, 0, _MOST)
     if transient >= last:
         raise InputError(
-            f"transient = {transient!r}: must be below periods = {last!r}, or no period is left to"
-            f" evaluate. Raise periods, for example periods={transient + 50}, or lower transient."
-        )
+            f"transient = {transient!r}: must be below {name} = {last!r}, or no period is left to"
+            f" evaluate. Raise {name}, for example {name}={transient + 50}, or lower transient.",
+            name="transient", value=transient, allowed=f"a number below {name}",
+        )  # fmt: skip
     return replace(asked, transient=int(transient), recorded=int(last - transient))

@@ -75,8 +75,9 @@ def basins(
         raise InputError(
             f"basins: swept {', '.join(parameters) or 'nothing'}, must be two initial conditions,"
             f' for example {{"{first}": np.linspace(-0.2, 0.2, 100), "{second}":'
-            " np.linspace(-20, 20, 100)}. Change the system with replace."
-        )
+            " np.linspace(-20, 20, 100)}. Change the system with replace.",
+            name="over", value=tuple(parameters), allowed=tuple(sorted(allowed)),
+        )  # fmt: skip
     if not settings.get("keep_points", True):
         raise InputError(
             "keep_points = False: attractors are identified by their Poincare points. Leave it out."

@@ -146,10 +146,16 @@ def make_axes(system: BrakedDriveline | Machine, given: dict[str, Any]) -> tuple
 def _axis(system: BrakedDriveline | Machine, name: str, given: ArrayLike) -> Axis:
     allowed = sweepable(system)
     if name not in allowed:
-        raise InputError(f"{name}: cannot be swept. {nearest(name, allowed)}")
+        raise InputError(
+            f"{name}: cannot be swept. {nearest(name, allowed)}",
+            name=name, value=given, allowed=tuple(allowed),
+        )  # fmt: skip
     values = _numbers(name, with_unit(name, given, allowed[name][0]))
     if name in INITIAL and np.max(np.abs(values)) > 1e12:
-        raise InputError(f"{name}: must lie in [-1e12, 1e12].")
+        raise InputError(
+            f"{name}: must lie in [-1e12, 1e12].",
+            name=name, value=values, allowed="values in [-1e12, 1e12]",
+        )  # fmt: skip
     dim = name
     if isinstance(system, BrakedDriveline) and name in VARIABLES:
         dim = f"{system.owner(name)}_{name}"
@@ -159,25 +165,33 @@ def _axis(system: BrakedDriveline | Machine, name: str, given: ArrayLike) -> Axi
 def _numbers(name: str, given: ArrayLike) -> FloatArray:
     example = f"Give a list or an array, for example {name}=np.linspace(0.1, 1.0, 100)"
     if np.ma.is_masked(given):
-        raise InputError(f"{name}: has masked values. Leave them out: {name}.compressed().")
+        text = f"{name}: has masked values. Leave them out: {name}.compressed()."
+        raise _refused(name, given, text)
     try:
         values = np.asarray(given)
         if values.dtype.kind not in "iuf" and values.size:
             raise TypeError
         values = np.array(values, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"{name} = {shown(given)}: must be numbers. {example}.") from None
+        text = f"{name} = {shown(given)}: must be numbers. {example}."
+        raise _refused(name, given, text) from None
     if values.ndim != 1 or values.size == 0:
-        raise InputError(
-            f"{name} = {shown(given)}: must be a list of values, at least one. {example}; for one"
-            f" value use system.replace({name}=...)."
-        )
+        text = f"{name} = {shown(given)}: must be a list of values, at least one. {example}; for"
+        text += f" one value use system.replace({name}=...)."
+        raise _refused(name, given, text)
     if values.size > MOST_VALUES:
-        raise InputError(f"{name}: has {values.size} values, at most {MOST_VALUES}.")
+        raise _refused(name, given, f"{name}: has {values.size} values, at most {MOST_VALUES}.")
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
-        raise InputError(f"{name}[{bad[0]}] = {values[bad[0]]}: must be a finite number.")
+        text = f"{name}[{bad[0]}] = {values[bad[0]]}: must be a finite number."
+        raise _refused(name, given, text)
     return values
+
+
+def _refused(name: str, given: Any, text: str) -> InputError:
+    """The error for values that are no axis."""
+    allowed = f"a list of finite numbers, 1 to {MOST_VALUES}"
+    return InputError(text, name=name, value=given, allowed=allowed)
 
 
 def _check_valid(system: BrakedDriveline | Machine, axes: tuple[Axis, ...]) -> None:
@@ -196,7 +210,10 @@ def _check_valid(system: BrakedDriveline | Machine, axes: tuple[Axis, ...]) -> N
     combinations = itertools.islice(itertools.product(*samples.values()), _TRIED_COMBINATIONS)
     if _first_error(system, (dict(zip(samples, one, strict=True)) for one in combinations)):
         name, error = next(iter(refused.items()))
-        raise InputError(f"{name}: no value can be taken. {error}")
+        raise InputError(
+            f"{name}: no value can be taken. {error}",
+            name=name, value=samples[name], allowed=error.allowed,
+        )  # fmt: skip
 
 
 def _sample(axis: Axis) -> list[float]:

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.analysis.machine_motion.run import classify_machine
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import INITIAL
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.sweeps.grid import batches
 from wedgebrake.sweeps.plan import Plan
@@ -69,16 +71,25 @@ class MachineChunk:
             result = classify_machine(machine, self._plan.protocol, start, self._plan.method)
             before = result.final if result.outcome == Outcome.COMPLETED else None
             self._store(int(number), result)
+            if "sliding_damping" in self._results:
+                self._results["sliding_damping"][number] = self._sliding_damping(int(number))
 
-    def _machine(self, number: int) -> Machine | None:
-        """Return the machine of a point; None if it is not valid."""
-        values = {
+    def _values(self, number: int) -> dict[str, float]:
+        """The swept values of a point."""
+        return {
             axis.name: float(axis.values[own[number]])
             for axis, own in zip(self._plan.grid.axes, self._indices, strict=True)
         }
-        changes = {name: value for name, value in values.items() if name not in INITIAL}
+
+    def _changes(self, number: int) -> dict[str, float]:
+        """The swept values of a point but for the initial angle and velocity of a driveline."""
+        return {name: one for name, one in self._values(number).items() if name not in INITIAL}
+
+    def _machine(self, number: int) -> Machine | None:
+        """Return the machine of a point; None if it is not valid."""
+        values = self._values(number)
         try:
-            changed = self._plan.system.replace(**changes)
+            changed = self._plan.system.replace(**self._changes(number))
         except InputError:
             return None
         if isinstance(changed, Machine):
@@ -86,6 +97,16 @@ class MachineChunk:
         angle, velocity = self._plan.initial
         state = {"initial_angle": angle, "initial_velocity": velocity, **values}
         return changed.machine_at(state["initial_angle"], state["initial_velocity"])
+
+    def _sliding_damping(self, number: int) -> float:
+        """The smallest damping of steady sliding of a driveline; nan where it is not known."""
+        system = self._plan.system
+        assert isinstance(system, BrakedDriveline)  # noqa: S101 - only its sweeps have it
+        try:
+            changed = system.replace(**self._changes(number))
+            return sliding_damping(changed) if changed.plain else math.nan
+        except InputError:
+            return math.nan
 
     def _store(self, number: int, result: MachineResult) -> None:
         """Store what a run found."""

@@ -126,6 +126,7 @@ class Plan:
             "periods": self.protocol.first + self.protocol.recorded,
             "initial": list(self.initial),
             "follow": self.grid.follow,
+            **({"returns": self.returns} if self.as_machine else {}),
             **self.protocol.as_dict(),
         }
         return {

@@ -12,13 +12,18 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wedgebrake.analysis.motion import is_solved_as_machine, machine_method, returns_of
+from wedgebrake.analysis.motion import (
+    check_repeats,
+    is_solved_as_machine,
+    machine_method,
+    returns_of,
+)
 from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_whole, shown
+from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
 from wedgebrake.solvers.simulate import check_state, choose_method
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
@@ -230,9 +235,13 @@ def make_plan(
     if isinstance(system, Machine) or is_solved_as_machine(system, method):
         as_machine, chosen = True, machine_method(method)
         machine = system if isinstance(system, Machine) else system.machine
+        check_repeats(machine)
         periods = returns_of(machine, periods, crossings)
+        name = "crossings" if machine.autonomous else "periods"
     else:
-        as_machine, chosen = False, choose_method(system, method)
+        if crossings is not None:
+            raise wrong("crossings", crossings, "None for a system with a torque that varies")
+        as_machine, chosen, name = False, choose_method(system, method), "periods"
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
     if follow is not None and follow not in names:
@@ -244,7 +253,7 @@ def make_plan(
     return Plan(
         system=system,
         grid=Grid(axes, next((axis.dim for axis in axes if axis.name == follow), None)),
-        protocol=protocol(periods, transient, limit, **limits),
+        protocol=protocol(periods, transient, limit, name=name, **limits),
         method=chosen,
         initial=check_state("initial", initial),
         keep_points=keep_points,

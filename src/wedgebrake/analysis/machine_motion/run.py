@@ -14,6 +14,7 @@ from wedgebrake.analysis.machine_motion.growth import growths, mean_exponents, m
 from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult
 from wedgebrake.analysis.machine_motion.section import crossing, sampling
 from wedgebrake.analysis.machine_motion.steady import steady_state
+from wedgebrake.analysis.machine_motion.tori import covers_torus
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
@@ -34,6 +35,8 @@ _STILL = 1e-9
 _SMALL = 1e-5
 # Distance of a return over the size of the last orbit that shows a vibration that decays.
 _DRIFT = 1e-5
+# Distance of a return over the size of the motion at which the period of a cycle has converged.
+_CONVERGED = 1e-11
 # Decay of a deviation in a window (logarithm) that leaves nothing of it.
 _DECAYED = 8.0
 
@@ -70,6 +73,8 @@ class _Run:
         self.section: Every | Crossing | None = self.every
         self.natural = 2.0 * math.pi / self.space.frequency if self.space.frequency else 1.0
         self.done = 0
+        # Of a deviation in an orbit (logarithm); 0: not known.
+        self.decay = 0.0
         self.result = MachineResult(
             np.full(self.space.size, math.nan),
             ContactSums.none(len(machine.contacts)),
@@ -181,6 +186,7 @@ class _Run:
         if verdict.order:
             first, second = [*multipliers(matrices[-verdict.order :]), -math.inf][:2]
             verdict = classify.conclude(view, verdict, first, second)
+            self.decay = -first
         result.motion, result.order = MotionClass(verdict.motion), int(verdict.order)
         result.return_distance, result.size = verdict.return_distance, size
         interval = window.duration / len(window.times)
@@ -189,7 +195,13 @@ class _Run:
             result.exponent_error = verdict.error / interval
         if not self.has_period:
             self._judge_modulated(growth)
-        return bool(classify.is_final(view, verdict))
+        if classify.is_final(view, verdict):
+            return True
+        unsettled = (MotionClass.UNDECIDED, MotionClass.QUASI_PERIODIC)
+        if result.motion not in unsettled or not covers_torus(points, growth, size):
+            return False
+        result.motion = MotionClass.QUASI_PERIODIC
+        return not classify.is_resonant(view, verdict)
 
     def _judge_modulated(self, growth: FloatArray) -> None:
         """Set the class under signals without a common period, which let no motion repeat."""
@@ -208,6 +220,8 @@ class _Run:
             if result.order == 0:
                 self._describe(window)
                 return
+        elif self.every is None:
+            self._approach()
         before = self.course.time
         orbit = self._advance(result.order, derivatives=True)
         if result.outcome != Outcome.COMPLETED or len(orbit.times) < result.order:
@@ -235,6 +249,16 @@ class _Run:
             times = orbit.times[number % result.order] + rounds * result.period
             self._keep(orbit.states[number % result.order], times)
 
+    def _approach(self) -> None:
+        """Continue to a limit cycle until its period no longer changes, at most as long as so far.
+
+        The distance of a return decreases by the largest multiplier in each orbit.
+        """
+        distance = self.result.return_distance
+        if distance > _CONVERGED and self.decay > 0.0:
+            orbits = math.ceil(math.log(distance / _CONVERGED) / self.decay)
+            self._advance(min(orbits * self.result.order, self.done))
+
     def _rests(self, orbit: Passage) -> bool:
         """Return True if nothing moves in an orbit."""
         still = self._range(orbit) <= _STILL * self._speed(orbit)
@@ -259,7 +283,12 @@ class _Run:
         """
         if self.every is not None:
             return of_returns
-        return np.sort(np.append(of_returns[:-1], 0.0))[::-1]
+        resolved = of_returns[np.isfinite(of_returns)]
+        if np.isnan(of_returns).all():
+            return of_returns
+        # Those that are not resolved, or lost, are the least.
+        known = np.sort(np.append(resolved[: of_returns.size - 1], 0.0))[::-1]
+        return np.append(known, of_returns[known.size - 1 : -1])
 
     def _range(self, passage: Passage) -> float:
         """Half the ranges of the scaled coordinates, added [rad/s]."""
@@ -280,4 +309,9 @@ class _Run:
             result.motion = MotionClass.UNDECIDED
         elif result.motion in (MotionClass.STEADY_SLIDING, MotionClass.AT_REST):
             result.settling, result.transient = float(self.done), self.done
+            if not result.points.size and result.low.size:
+                # A constant state at every return.
+                count = self.protocol.recorded + 1
+                states = np.tile(0.5 * (result.low + result.high), (count, 1))
+                self._keep(states, np.full(count, self.course.time))
         return result

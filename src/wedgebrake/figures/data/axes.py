@@ -189,7 +189,7 @@ class SweptAxis:
 def swept_parameters(dataset: Any) -> list[str]:
     """Swept parameters of a dataset that are still dimensions; [] if it is not a sweep."""
     known = getattr(dataset, "data_vars", {})
-    if any(name not in known for name in ("motion", "order", "status", "sliding_damping")):
+    if any(name not in known for name in ("motion", "order", "status", "settling")):
         return []
     names = [str(name) for name in dataset["status"].dims if name != "branch"]
     if all(name in dataset.coords for name in names) and dataset["status"].size:

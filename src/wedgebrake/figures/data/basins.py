@@ -13,6 +13,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, arranged, require_swept, swept_axes
 from wedgebrake.figures.data.class_map import ClassMap, Marks
+from wedgebrake.sweeps.results import INERTIA
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +21,10 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]
 
-PARAMETERS = ("initial_angle", "initial_velocity")
+# Initial conditions of a driveline; those of a machine are "disc.angle" and "disc.speed".
+_INITIAL = {"initial_angle": "angle", "initial_velocity": "velocity"}
+PARAMETERS = tuple(_INITIAL)
+_ENDINGS = {"angle": "angle", "speed": "velocity"}
 # Styles of initial states without an attractor, by the numbers -1, -2, ... of ``wb.basins``.
 _OUTCOMES = tuple(
     classes.MOTION_STYLES[name] for name in ("undecided", "diverged", "self_locked", "not_computed")
@@ -40,7 +44,7 @@ class Attractor:
     """One attractor.
 
     share  : of all initial states
-    points : of its Poincare section, as (angle, velocity), (n, 2)
+    points : of its Poincare section, as values of both initial conditions, (n, 2)
     """
 
     number: int
@@ -57,10 +61,11 @@ def of_dataset(dataset: xr.Dataset) -> ClassMap:
     """
     _check(dataset)
     x, y = swept_axes(dataset)
-    motions, orders, shares, angles, velocities = (dataset[name].to_numpy() for name in _NEEDED[1:])
+    motions, orders, shares = (dataset[name].to_numpy() for name in _NEEDED[1:4])
+    across, up = (_points(dataset, axis.name) for axis in (x, y))
     attractors = []
     for number in range(motions.size):
-        points = np.column_stack((angles[number], velocities[number]))
+        points = np.column_stack((across[number], up[number]))
         known = points[np.isfinite(points).all(axis=1)]
         numbers = int(motions[number]), int(orders[number]), float(shares[number])
         attractors.append(Attractor(number, *numbers, known))
@@ -104,11 +109,10 @@ def basins(
     if ranked:
         hollow = classes.MarkerStyle("o", _SIZE, "white", "black", 0.6)
         legend.append(classes.LegendEntry("points of attractors", hollow))
-    columns = [PARAMETERS.index(x.name), PARAMETERS.index(y.name)]
     low, high = ([axis.edges[end] for axis in (x, y)] for end in (0, -1))
     visible = {}
     for one in ranked:
-        points = one.points[:, columns]
+        points = one.points
         visible[one.number] = points[np.all((points >= low) & (points <= high), axis=1)]
     marks = tuple(
         Marks(
@@ -132,8 +136,27 @@ def _check(dataset: Any) -> None:
             " wb.basins(...); for another sweep over two parameters use"
             " wedgebrake.figures.matplotlib.maps.regime_map."
         )
-    if set(names) != set(PARAMETERS):
+    if not all(_place(dataset, name) for name in names):
         raise InputError(
-            f"dataset: is swept over {', '.join(names)}, but basins need initial_angle and"
-            " initial_velocity. Use the result of wb.basins(...)."
+            f"dataset: is swept over {', '.join(names)}, but basins need two initial conditions,"
+            " such as initial_angle and initial_velocity. Use the result of wb.basins(...)."
         )
+
+
+def _place(dataset: xr.Dataset, name: str) -> tuple[str, str | None] | None:
+    """Where an initial condition is among the points: "angle" or "velocity", and the inertia."""
+    if INERTIA not in dataset.dims:
+        return (_INITIAL[name], None) if name in _INITIAL else None
+    inertia, _, ending = name.rpartition(".")
+    known = inertia in dataset[INERTIA].to_numpy() and ending in _ENDINGS
+    return (_ENDINGS[ending], inertia) if known else None
+
+
+def _points(dataset: xr.Dataset, name: str) -> FloatArray:
+    """(attractor, point) an initial condition at the points of the attractors."""
+    place = _place(dataset, name)
+    assert place is not None  # noqa: S101 - checked before
+    quantity, inertia = place
+    values = dataset[f"attractor_{quantity}"]
+    values = values if inertia is None else values.sel({INERTIA: inertia})
+    return np.asarray(values.transpose("attractor_id", "orbit_point").to_numpy(), dtype=float)

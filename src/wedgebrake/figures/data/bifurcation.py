@@ -14,6 +14,7 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, require_swept
+from wedgebrake.figures.data.parts import of_parts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,11 +96,12 @@ class BifurcationDiagram:
 
     @classmethod
     def of(cls, dataset: xr.Dataset, quantity: str) -> BifurcationDiagram:
-        """The diagram of a dataset.
+        """The diagram of a dataset; of a machine, with one inertia and one contact (``of_parts``).
 
         Raises ``InputError`` for a dataset that is not a sweep over one parameter, another
         quantity, or a dataset without its points.
         """
+        dataset = of_parts(dataset)
         (name,) = require_swept(dataset, 1)
         _check_quantity(dataset, quantity)
         x = SweptAxis.of(dataset, name)
@@ -127,7 +129,7 @@ class BifurcationDiagram:
             exponent=result("largest_exponent"),
             error=result("exponent_error"),
             differs=_differing(points, motions, orders, _DIFFERS * (high - low)),
-            limits=_crossings(x, result("sliding_damping")[0]),
+            limits=_limits(dataset, x),
             low=low,
             high=high,
         )
@@ -208,6 +210,14 @@ def _distance(one: FloatArray, other: FloatArray) -> float:
         return 0.0
     distance = np.abs(one[:, None] - other[None, :])
     return float(max(np.max(np.min(distance, axis=0)), np.max(np.min(distance, axis=1))))
+
+
+def _limits(dataset: xr.Dataset, x: SweptAxis) -> list[tuple[float, bool]]:
+    """Limits of linear stability; none in a sweep of a machine, which has no such result."""
+    if "sliding_damping" not in dataset:
+        return []
+    (first, *_) = split(dataset)
+    return _crossings(x, first.dataset["sliding_damping"].sortby(x.name).to_numpy().astype(float))
 
 
 def _crossings(x: SweptAxis, damping: FloatArray) -> list[tuple[float, bool]]:

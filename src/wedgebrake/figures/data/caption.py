@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING, Any
 from wedgebrake.analysis.linear_stability import AXES as LINEAR
 from wedgebrake.analysis.spectrum import is_driven
 from wedgebrake.figures import style
+from wedgebrake.figures.data.parts import selected_part
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import PARTS
+from wedgebrake.sweeps.plan import CROSSING
+from wedgebrake.sweeps.results import CONTACT, INERTIA
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,8 +37,11 @@ def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
 
     names : the swept parameters
     """
-    found = _numbers(dataset, names, fixed_parameters(dataset)), _sentence(how(dataset, names))
-    return list(filter(None, found))
+    if _is_of_machine(dataset):
+        first = _machine_words(dataset, fixed_parameters(dataset))
+    else:
+        first = _numbers(dataset, names, fixed_parameters(dataset))
+    return list(filter(None, (first, _sentence(how(dataset, names)))))
 
 
 def of_response(dataset: xr.Dataset) -> list[str]:
@@ -62,16 +68,44 @@ def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
         parts.append(f"{followed} followed over {' and '.join(map(style.short, names))}")
     if protocol.get("periods") is not None:
         swept = {_parameter(name) for name in (*names, *fixed_parameters(dataset))}
-        driven = "amplitude" in swept or is_driven(dataset)
+        returns = "crossings" if _crosses(dataset) else "periods"
+        driven = "amplitude" in swept or is_driven(dataset) or returns == "crossings"
         absent = "" if driven else " of a torque that does not act"
-        parts.append(f"{protocol['periods']} periods{absent}{_left_out(protocol)}")
+        parts.append(f"{protocol['periods']} {returns}{absent}{_left_out(protocol)}")
     initial = protocol.get("initial")
     chosen = {"initial_angle", "initial_velocity"} & {*names, *fixed_parameters(dataset)}
     if protocol.get("follow"):
         parts.append("each point from the end of its neighbour")
-    elif isinstance(initial, list) and not chosen:
+    elif isinstance(initial, list) and not chosen and not _is_of_machine(dataset):
         parts.append(f"from {_state(initial)}")
     return "; ".join(filter(None, parts))
+
+
+def _is_of_machine(dataset: xr.Dataset) -> bool:
+    """Return True for the sweep of a machine, which lists its inertias."""
+    return isinstance(_stated(dataset, "system").get("inertia"), list)
+
+
+def _crosses(dataset: xr.Dataset) -> bool:
+    """Return True if returns are crossings of a section."""
+    return _stated(dataset, "protocol").get("returns") == CROSSING
+
+
+def _machine_words(dataset: xr.Dataset, chosen: Sequence[str]) -> str:
+    """A machine: its inertias and contacts, the parts that are shown, and the fixed values."""
+    system = _stated(dataset, "system")
+    words = []
+    for part in (INERTIA, CONTACT):
+        names = [str(one.get("name")) for one in system.get(part, [])]
+        shown = selected_part(dataset, part)
+        if names:
+            chosen_one = f" (shown: {shown})" if shown is not None and len(names) > 1 else ""
+            words.append(f"{part} {', '.join(names)}{chosen_one}")
+    values = [
+        _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
+        for name in chosen
+    ]
+    return f"Machine: {'; '.join([*words, *values])}"
 
 
 def direction(dataset: xr.Dataset, branch: str) -> str:

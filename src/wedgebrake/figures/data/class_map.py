@@ -24,6 +24,7 @@ from wedgebrake.figures.data.axes import (
     round_values,
     swept_axes,
 )
+from wedgebrake.figures.data.parts import of_parts
 from wedgebrake.figures.data.stability_limit import level_lines, limit_lines
 
 if TYPE_CHECKING:
@@ -117,8 +118,9 @@ def regime_map(
 
     Raises ``InputError`` for a quantity that the sweep does not have at each point.
     """
+    dataset = of_parts(dataset)
     _check_quantity(dataset, quantity)
-    whole = dataset if whole is None else whole
+    whole = dataset if whole is None else of_parts(whole)
     x, y = swept_axes(dataset)
     motions = arranged(classes.motion_codes(dataset), x, y).astype(np.int64)
     limit = limit_lines(dataset, x, y)

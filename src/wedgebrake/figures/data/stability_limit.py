@@ -26,8 +26,10 @@ def limit_lines(dataset: xr.Dataset, x: SweptAxis, y: SweptAxis) -> list[FloatAr
     """Lines of the limit of linear stability, (n, 2) each, as positions along x and y.
 
     They reach to the edges of the outer cells. Where the dataset states its machine, they end
-    where the brake locks itself.
+    where the brake locks itself. Sweeps of machines have none.
     """
+    if "sliding_damping" not in dataset:
+        return []
     values = arranged(dataset["sliding_damping"], x, y)
     evaluate = _stability_at(dataset, x, y)
     if evaluate is not None:

@@ -11,6 +11,7 @@ from wedgebrake.figures.data import caption
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
+from wedgebrake.figures.data.parts import of_parts
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import page
 from wedgebrake.figures.matplotlib.maps import draw_cells, draw_classes, draw_hatching, set_axes
@@ -40,6 +41,8 @@ def bifurcation(
     quantity: str = "velocity",
     *,
     exponent: bool | None = None,
+    inertia: str | None = None,
+    contact: str | None = None,
     width: float = style.PAGE,
 ) -> Figure:
     """Poincare points against the parameter, with their classes of motion: a new figure.
@@ -48,6 +51,7 @@ def bifurcation(
     quantity : "velocity" [rad/s] or "angle" [rad] of the points
     exponent : whether to draw the largest Lyapunov exponent [1/s], with its standard error;
                None: where the dataset has one. The lowest few percent may lie outside
+    inertia, contact : of a machine, whose points and sticks are drawn; None for the first
     width    : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     The shade says how many of the points of a parameter lie in one place, on a logarithmic
@@ -62,6 +66,7 @@ def bifurcation(
     Raises ``InputError`` for a dataset that is not a sweep over one parameter, or keeps no
     points.
     """
+    dataset = of_parts(dataset, inertia, contact)
     data = BifurcationDiagram.of(dataset, quantity)
     if exponent is None:
         exponent = bool(np.any(np.isfinite(data.exponent)))

@@ -15,6 +15,7 @@ from wedgebrake.figures.data.axes import SweptAxis, label, require_swept
 from wedgebrake.figures.data.bifurcation import split
 from wedgebrake.figures.data.class_map import LEVEL_LINE, BifurcationCurve, ClassMap
 from wedgebrake.figures.data.class_styles import BIFURCATIONS, HATCH, STABILITY_LIMIT, ClassStyle
+from wedgebrake.figures.data.parts import of_parts
 from wedgebrake.figures.matplotlib import point_labels, style
 from wedgebrake.figures.matplotlib.layout import HATCHES, line_options, marker_options, page
 
@@ -34,6 +35,8 @@ def regime_map(
     quantity: str = "motion",
     *,
     boundaries: Sequence[xr.Dataset] = (),
+    inertia: str | None = None,
+    contact: str | None = None,
     width: float = style.COLUMN,
 ) -> Figure:
     """A sweep over two parameters, the first to the right and the second upwards: a new figure.
@@ -45,6 +48,7 @@ def regime_map(
                  point, such as "peak_torque", "friction_power", "stick_share"
     boundaries : lines of bifurcations over the same two parameters, as ``wb.boundary`` gives
                  them
+    inertia, contact : of a machine, whose results are drawn; None for the first
     width      : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     The dashed line is the linear stability limit, where ``sliding_damping`` changes sign; it
@@ -55,6 +59,7 @@ def regime_map(
     Raises ``InputError`` for a dataset that is not a sweep over two parameters, a quantity that
     it does not have, or boundaries over other parameters.
     """
+    dataset = of_parts(dataset, inertia, contact)
     names = require_swept(dataset, 2)
     curves = class_map.curves_over(boundaries, names)
     branches = split(dataset)
@@ -64,14 +69,15 @@ def regime_map(
 
 
 def basins(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
-    """Basins over the angle [rad] and velocity [rad/s] at the start: a new figure.
+    """Basins over the two initial conditions: a new figure.
 
     dataset : as returned by ``wb.basins``
     width   : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     Attractors are numbered as in the dataset and coloured by their share of all initial states.
     Circles are their Poincare points: states at the same phase of the torque as the initial
-    state. The legend states the period of each motion. Beyond the twentieth, attractors share
+    state; without varying signals, at the section of the motion. The legend states the period of
+    each motion that has one in periods of the torque. Beyond the twentieth, attractors share
     one colour.
 
     Raises ``InputError`` for a dataset that has no basins.

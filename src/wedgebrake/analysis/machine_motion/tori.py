@@ -1,0 +1,50 @@
+"""Tori of two or more dimensions, told from transients and from chaos by the averages on them.
+
+The returns of a machine with several vibrations of its own may fill such a torus. Its first
+exponents all vanish, so that areas do not shrink, and it has no single rotation number.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+# Fewest returns.
+_FEWEST = 1000
+# Largest difference of the averages over both halves, as a share of the size of the motion or of
+# its square. A focus that settles so slowly would need a thousand times the longest run; averages
+# of chaos converge like the square root of the number of returns only.
+_APART = 1e-4
+# Growth (logarithm) of a volume below which it counts as attracted.
+_ATTRACTED = -8.0
+
+
+def covers_torus(points: FloatArray, growth: FloatArray, size: float) -> bool:
+    """Return True if returns fill an attracting torus of two or more dimensions.
+
+    points : (m + 1, p) in scaled coordinates
+    growth : (m, p) logarithmic growth of orthogonal deviations between returns
+    """
+    count, p = growth.shape
+    totals = np.sort(growth.sum(axis=0))[::-1]
+    room = 3.0 + math.log(max(count, 1))
+    dimension = int((np.abs(totals) <= room).sum())
+    if count < _FEWEST or not 2 <= dimension < p or totals[0] > room:
+        return False
+    if totals[: dimension + 1].sum() > _ATTRACTED:
+        return False
+    centred = (points - points.mean(axis=0)) / size
+    observed = np.hstack([centred, centred**2])
+    half = count // 2
+    early, late = _average(observed[:half]), _average(observed[half : 2 * half])
+    return bool(np.abs(late - early).max() <= _APART)
+
+
+def _average(values: FloatArray) -> FloatArray:
+    """Weighted Birkhoff average, as in ``wedgebrake.analysis.classify``."""
+    x = np.arange(1, len(values)) / len(values)
+    weights = np.exp(-1.0 / (x * (1.0 - x)))
+    return np.asarray(weights @ values[1:] / weights.sum())

@@ -1,0 +1,59 @@
+"""One inertia and one contact of a sweep, in the form of the sweep of a driveline."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wedgebrake.model.validation import unknown, wrong
+from wedgebrake.sweeps.plan import CROSSING, PERIOD
+from wedgebrake.sweeps.results import CONTACT, EXPONENT, INERTIA
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Exponents of a machine, by their names in the sweep of a driveline.
+_EXPONENTS = ("largest_exponent", "second_exponent")
+
+
+def of_parts(
+    dataset: xr.Dataset, inertia: str | None = None, contact: str | None = None
+) -> xr.Dataset:
+    """A sweep with one inertia and one contact, whose returns are over ``period``.
+
+    inertia, contact : names; None for the first one, or for the one that was selected before
+
+    Other datasets are returned as they are. Raises ``InputError`` for a part that the sweep does
+    not have.
+    """
+    if not hasattr(dataset, "data_vars"):
+        return dataset
+    for dim, name in ((INERTIA, inertia), (CONTACT, contact)):
+        dataset = _selected(dataset, dim, name)
+    if CROSSING in dataset.dims:
+        dataset = dataset.rename({CROSSING: PERIOD})
+    if EXPONENT in dataset.dims:
+        exponents = dataset["exponents"]
+        named = {
+            name: exponents.isel({EXPONENT: place}, drop=True)
+            for place, name in enumerate(_EXPONENTS[: dataset.sizes[EXPONENT]])
+        }
+        dataset = dataset.drop_dims(EXPONENT).assign(named)
+    return dataset
+
+
+def selected_part(dataset: xr.Dataset, dim: str) -> str | None:
+    """The name of the only inertia or contact of a dataset; None where it has another number."""
+    coordinate = dataset.coords.get(dim)
+    return None if coordinate is None or coordinate.dims else str(coordinate.item())
+
+
+def _selected(dataset: xr.Dataset, dim: str, name: str | None) -> xr.Dataset:
+    """The dataset with one inertia or contact."""
+    names = [str(one) for one in dataset[dim].to_numpy()] if dim in dataset.dims else []
+    if not names:
+        if name is not None and name != selected_part(dataset, dim):
+            raise wrong(dim, name, f"None for a dataset without several values of {dim}")
+        return dataset
+    if name is not None and name not in names:
+        raise unknown(dim, name, names)
+    return dataset.sel({dim: names[0] if name is None else name})

@@ -1,0 +1,427 @@
+"""Classes of motion of machines: periods, exponents, symmetry, basins, bad input, stores."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import wedgebrake as wb
+from wedgebrake.dynamics.enums import MotionClass
+from wedgebrake.errors import InputError
+
+DAMPING_RATIO = 0.05
+
+
+def belt(speed: float, tolerance: float = 1e-3, **start: float) -> wb.Machine:
+    """A mass on a belt with friction that falls with the sliding speed."""
+    return wb.Machine(
+        inertias=[wb.Inertia("mass", 1.0, **start)],
+        shafts=[wb.Shaft("mass", "ground", stiffness=1.0, damping=2.0 * DAMPING_RATIO)],
+        contacts=[
+            wb.Contact(
+                "mass", "ground", name="belt", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.StribeckFriction(
+                    kinetic=0.5, static=1.0, speed=0.5, tolerance=tolerance
+                ),
+                actuation=wb.Actuation(initial_force=1.0), base_speed=speed,
+            )
+        ],
+    )  # fmt: skip
+
+
+def pair(
+    *, coupling: float = 0.3, damping: float = 0.02, time: float = 1.0, sign: float = 1.0,
+    swapped: bool = False, lag: float = 0.0, base: float = 0.8,
+) -> wb.Machine:  # fmt: skip
+    """Two masses on belts, joined by a shaft; in other units of time, mirrored, or renumbered."""
+    falling = {"speeds": (0.0, 0.5 / time, 2.0 / time), "coefficients": (0.9, 0.6, 0.4)}
+    # A force that lags needs a coefficient that does not vary.
+    law: Any = wb.CoulombFriction(kinetic=0.5) if lag else wb.TabulatedFriction(**falling)
+
+    def brake(name: str, force: float, speed: float, slope: float = 0.0) -> wb.Contact:
+        return wb.Contact(
+            name, "ground", name=f"belt-{name}", brake=wb.ConventionalBrake(radius=1.0),
+            friction=law,
+            actuation=wb.Actuation(
+                initial_force=force / time**2, slope=slope / time, lag=lag * time
+            ),
+            base_speed=sign * speed / time,
+        )  # fmt: skip
+
+    shaft: dict[str, Any] = {"damping": damping / time}
+    parts = {
+        "inertias": [
+            wb.Inertia("a", 1.0, speed=sign * 0.1 / time),
+            wb.Inertia("b", 1.7, angle=sign * 0.3),
+        ],
+        "shafts": [
+            wb.Shaft("a", "ground", stiffness=1.0 / time**2, **shaft),
+            wb.Shaft("b", "ground", stiffness=2.4 / time**2, **shaft),
+            wb.Shaft("a", "b", stiffness=coupling / time**2, **shaft),
+        ],
+        "contacts": [brake("a", 0.7, base, -0.12 if lag else -0.05), brake("b", 0.5, 1.3 * base)],
+    }
+    return wb.Machine(**{name: one[:: -1 if swapped else 1] for name, one in parts.items()})
+
+
+def driven(frequency: float = 0.21, amplitude: float = 0.4, **more: Any) -> wb.Machine:
+    """The pair with a harmonic torque."""
+    one = pair(**more)
+    torque = wb.Torque("a", wb.Harmonic(amplitude, frequency), name="wave")
+    return wb.Machine(
+        inertias=one.inertias, shafts=one.shafts, contacts=one.contacts, torques=[torque]
+    )
+
+
+# Periods and exponents.
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [belt(0.5), belt(1.0), pair(), pair(lag=0.4), pair(base=0.4), driven(1.0 / 7.0)],
+    ids=["belt", "fast belt", "pair", "lag", "leisurely", "driven"],
+)
+def test_period_is_that_of_the_events(machine) -> None:
+    found = wb.motion(machine)
+    assert found.order > 0, found.verdict
+    settled = wb.final_state(wb.simulate(machine, 4000.0, times=[4000.0]))
+    late = wb.simulate(machine, 12.0 * found.period, initial=settled, times=[settled.time])
+    labels = np.column_stack([
+        late[f"event_{name}"].values for name in ("contact", "kind", "before", "after")
+    ])  # fmt: skip
+    times = late["event_time"].values
+    # After whole numbers of periods the same events happen again.
+    own = times[(labels == labels[-1]).all(axis=1)]
+    apart = own[-1] - own
+    number = np.rint(apart / found.period)
+    again = np.abs(apart - number * found.period) < 1e-5 * found.period
+    assert set(number[again]) >= set(range(11))
+    assert apart[again] == pytest.approx(number[again] * found.period, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.3])
+def test_exponents_of_steady_sliding_are_real_parts_of_eigenvalues(lag) -> None:
+    machine = pair(base=3.0, damping=0.2, lag=lag)
+    found = wb.motion(machine)
+    assert found.kind == "steady sliding"
+    eigenvalues = np.array(wb.stability(machine).eigenvalues)
+    # Without a lag the forces are no states of their own.
+    expected = np.sort(eigenvalues.real)[::-1]
+    count = len(found.exponents)
+    assert count == 4 + (lag > 0.0)
+    assert found.exponents == pytest.approx(expected[:count], rel=1e-9)
+
+
+def perturbed(machine: wb.Machine, state: wb.FinalState, place: int, change: float) -> Any:
+    """A state with one angle or speed changed."""
+    import dataclasses
+
+    name = machine.inertias[place // 2].name
+    which = "speeds" if place % 2 else "angles"
+    values = dict(getattr(state, which))
+    values[name] += change
+    return dataclasses.replace(state, **{which: values})
+
+
+@pytest.mark.parametrize("machine", [pair(), pair(base=0.4), driven(1.0 / 7.0)])
+def test_exponents_of_an_orbit_are_those_of_differences(machine) -> None:
+    """Of the states after one period, by states nearby; of a self-excited one 1 is among them."""
+    found = wb.motion(machine)
+    assert found.order > 0, found.verdict
+    state = wb.final_state(wb.simulate(machine, 4000.0, times=[4000.0]))
+    # From where all contacts slide.
+    for _ in range(200):
+        if all(mode[0] != 0 for mode in state.modes):
+            break
+        later = wb.simulate(machine, 0.0371 * found.period, initial=state, times=[state.time])
+        state = wb.final_state(later)
+    size, columns = 1e-6, []
+    states = 2 * len(machine.inertias)
+    for place in range(states):
+        ends = []
+        for sign in (1.0, -1.0):
+            start = perturbed(machine, state, place, sign * size)
+            end = wb.final_state(
+                wb.simulate(machine, found.period, initial=start, times=[state.time])
+            )
+            ends.append([
+                value
+                for one in machine.inertias
+                for value in (end.angles[one.name], end.speeds[one.name])
+            ])  # fmt: skip
+        columns.append((np.array(ends[0]) - np.array(ends[1])) / (2.0 * size))
+    values = np.sort(np.abs(np.linalg.eigvals(np.array(columns).T)))[::-1]
+    if found.self_excited:
+        nearest = int(np.abs(values - 1.0).argmin())
+        assert values[nearest] == pytest.approx(1.0, abs=1e-4)
+    exponents = np.array(found.exponents)
+    finite = np.isfinite(exponents)
+    assert finite.any()
+    expected = np.exp(exponents[finite] * found.period)
+    assert values[: finite.sum()] == pytest.approx(expected, rel=1e-3, abs=1e-4)
+    assert np.all(values[finite.sum() :] < 1e-3)
+
+
+def test_mass_on_a_belt_without_damping() -> None:
+    """Period and furthest deflection of Leine's block, from closed forms and long integration."""
+    speeds = np.concatenate([np.linspace(0.0, 0.3, 400), np.linspace(0.3, 2.5, 600)[1:]])
+    block = wb.Machine(
+        inertias=[wb.Inertia("block", 1.0)],
+        shafts=[wb.Shaft("block", "ground", stiffness=1.0)],
+        contacts=[
+            wb.Contact(
+                "block", "ground", name="belt", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.TabulatedFriction(
+                    speeds=tuple(speeds), coefficients=tuple(1.0 / (1.0 + 3.0 * speeds))
+                ),
+                actuation=wb.Actuation(initial_force=1.0), base_speed=0.2,
+            )
+        ],
+    )  # fmt: skip
+    found = wb.motion(block)
+    assert found.kind == "limit cycle"
+    assert found.period == pytest.approx(12.0010312948, abs=1e-4)
+    assert found.exponents == (0.0, -math.inf)
+
+
+def test_growth_without_limit_is_divergence() -> None:
+    """Of a force that falls with the speed and may become negative."""
+    machine = belt(0.5).replace(
+        {
+            "belt.friction": wb.CoulombFriction(kinetic=0.5),
+            "belt.slope": -1.0,
+            "belt.release": False,
+        }
+    )
+    assert wb.motion(machine).kind == "diverged"
+
+
+def test_exponents_that_are_not_resolved_are_the_least() -> None:
+    found = np.array(wb.motion(pair()).exponents)
+    assert found[0] == 0.0
+    unknown = np.flatnonzero(~np.isfinite(found))
+    assert unknown.size
+    assert list(unknown) == list(range(found.size - unknown.size, found.size))
+
+
+# Symmetry, order of parts, units of time.
+
+
+@pytest.mark.parametrize("make", [pair, driven])
+@pytest.mark.parametrize("base", [0.5, 0.8, 3.0])
+def test_mirror_image(make, base) -> None:
+    machine = make(base=base)
+    changes = {"wave.phase": math.pi} if make is driven else {}
+    other = make(base=base, sign=-1.0).replace(changes)
+    found, mirrored = wb.motion(machine), wb.motion(other)
+    assert mirrored.kind == found.kind
+    if found.order:
+        assert mirrored.period == pytest.approx(found.period, rel=1e-9)
+        assert mirrored.exponents == pytest.approx(found.exponents, rel=1e-5, abs=1e-8, nan_ok=True)
+        assert mirrored.sticks_forward == found.sticks_backward
+        assert mirrored.sticks_backward == found.sticks_forward
+
+
+@pytest.mark.parametrize("make", [pair, driven])
+def test_order_of_parts(make) -> None:
+    found, other = wb.motion(make()), wb.motion(make(swapped=True))
+    assert other.kind == found.kind
+    assert [one.name for one in other.contacts] == [one.name for one in found.contacts][::-1]
+    if found.order:
+        assert other.period == pytest.approx(found.period, rel=1e-9)
+        assert other.exponents == pytest.approx(found.exponents, rel=1e-5, abs=1e-8, nan_ok=True)
+        for one, two in zip(found.contacts, other.contacts[::-1], strict=True):
+            assert two.stick_class == one.stick_class
+            assert two.friction_power == pytest.approx(one.friction_power, rel=1e-7)
+
+
+@pytest.mark.parametrize("time", [1e-3, 37.0])
+def test_unit_of_time(time) -> None:
+    found, other = wb.motion(pair()), wb.motion(pair(time=time))
+    assert other.kind == found.kind == "limit cycle"
+    assert other.period == pytest.approx(time * found.period, rel=1e-9)
+    scaled = np.array(other.exponents) * time
+    assert scaled == pytest.approx(np.array(found.exponents), rel=1e-5, abs=1e-8, nan_ok=True)
+    slow = wb.motion(pair(base=3.0, damping=0.2))
+    fast = wb.motion(pair(base=3.0, damping=0.2, time=time))
+    assert np.array(fast.exponents) * time == pytest.approx(np.array(slow.exponents), rel=1e-9)
+
+
+# Basins.
+
+
+def lines_of(machine: wb.Machine) -> tuple[np.ndarray, np.ndarray]:
+    """Sliding speeds and coefficients at the ends of the lines of the first contact."""
+    friction: Any = machine.contacts[0].friction
+    speeds, coefficients = np.array(friction.nodes()).T
+    return speeds, coefficients
+
+
+@cache
+def separatrix(speed: float) -> np.ndarray:
+    """(n, 2) angle and speed on the unstable cycle about steady sliding, by shooting with SciPy."""
+    speeds, coefficients = lines_of(belt(speed, 1e-6))
+    ends = np.interp(speed, speeds, coefficients)
+
+    def rate(_, y):
+        return y[1], -2.0 * DAMPING_RATIO * y[1] - y[0] + np.interp(
+            speed - y[1], speeds, coefficients
+        )
+
+    def top(_, y):
+        return y[1]
+
+    top.direction = -1.0
+    options: dict[str, Any] = {"method": "DOP853", "rtol": 1e-9, "atol": 1e-11, "max_step": 0.1}
+
+    def returns(amplitude: float) -> Any:
+        # Begin a little after the turning point, which is an event itself.
+        return solve_ivp(
+            rate, (0.0, 8.0), (ends + amplitude, 0.0), events=[top], dense_output=True, **options
+        )
+
+    def gain(amplitude: float) -> float:
+        path = returns(amplitude)
+        turned = path.t_events[0] > 1.0
+        return float(path.y_events[0][turned][0][0] - ends - amplitude)
+
+    amplitude = brentq(gain, 0.02, 0.99 * speed, xtol=1e-10)
+    path = returns(amplitude)
+    period = path.t_events[0][path.t_events[0] > 1.0][0]
+    return path.sol(np.linspace(0.0, period, 2000)).T
+
+
+def inside(loop: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Whether points lie inside a loop, by their winding numbers."""
+    turned = loop[None] - points[:, None]
+    angles = np.unwrap(np.arctan2(turned[..., 1], turned[..., 0]), axis=1)
+    return np.abs(angles[:, -1] - angles[:, 0]) > math.pi
+
+
+@pytest.mark.parametrize("speed", [1.16, 1.25, 1.35, 1.45, 1.6])
+def test_basin_of_steady_sliding_ends_at_the_unstable_cycle(speed) -> None:
+    loop = separatrix(speed)
+    centre, reach = loop.mean(axis=0), 1.25 * np.abs(loop - loop.mean(axis=0)).max()
+    across = centre[0] + reach * np.linspace(-1.0, 1.0, 12)
+    up = reach * np.linspace(-0.97, 0.95, 11)
+    found = wb.basins(belt(speed, 1e-6), {"mass.angle": across, "mass.speed": up})
+    kinds = found["attractor_kind"].values
+    assert set(kinds) == {MotionClass.STEADY_SLIDING, MotionClass.LIMIT_CYCLE}
+    steady = kinds[found["attractor"].values.ravel()] == MotionClass.STEADY_SLIDING
+    points = np.stack(np.meshgrid(across, up, indexing="ij"), axis=-1).reshape(-1, 2)
+    gap = np.sqrt(((points[:, None] - loop[None]) ** 2).sum(axis=2)).min(axis=1)
+    clear = gap > 1e-3
+    assert clear.mean() > 0.9
+    np.testing.assert_array_equal(steady[clear], inside(loop, points)[clear])
+
+
+# Sweeps: labels, stores.
+
+SPEEDS = np.array([0.4, 0.9, 1.4, 1.9])
+
+
+def test_labels_of_a_sweep() -> None:
+    found = wb.sweep(pair(), {"belt-a.base_speed": SPEEDS}, crossings=7)
+    assert found["velocity"].dims == ("belt-a.base_speed", "crossing", "inertia")
+    assert found["stick_share"].dims == ("belt-a.base_speed", "contact")
+    assert found["exponents"].dims == ("belt-a.base_speed", "exponent")
+    assert found.sizes["crossing"] == 8
+    assert list(found["inertia"].values) == ["a", "b"]
+    assert list(found["contact"].values) == ["belt-a", "belt-b"]
+    periods = wb.sweep(driven(), {"wave.amplitude": [0.1, 0.2]}, periods=5)
+    assert periods["velocity"].dims == ("wave.amplitude", "period", "inertia")
+    for place, speed in enumerate(SPEEDS):
+        alone = wb.motion(pair().replace({"belt-a.base_speed": speed}))
+        point = found.isel({"belt-a.base_speed": place})
+        assert MotionClass(int(point["motion"])).word == alone.kind
+        assert point["motion_period"].item() == pytest.approx(alone.period, nan_ok=True)
+        assert point["exponents"].values == pytest.approx(alone.exponents, nan_ok=True)
+
+
+def test_store_resumes_with_the_same_bits(tmp_path) -> None:
+    axes = {"belt.base_speed": np.linspace(0.3, 1.8, 24), "mass.angle": [0.0, 1.0]}
+    whole = wb.sweep(belt(0.5), axes, crossings=5).load()
+
+    class StopError(Exception):
+        pass
+
+    def stop(seen: Any) -> None:
+        if seen.done:
+            raise StopError
+
+    path = tmp_path / "belt.zarr"
+    with pytest.raises(StopError):
+        wb.sweep(belt(0.5), axes, crossings=5, store=path, progress=stop, threads=1)
+    resumed = wb.sweep(belt(0.5), axes, crossings=5, store=path, resume=True)
+    xr.testing.assert_identical(resumed.load(), whole)
+    with xr.open_dataset(path, engine="wedgebrake") as opened:
+        xr.testing.assert_identical(opened.load(), whole)
+    with pytest.raises(InputError):
+        wb.sweep(belt(0.6), axes, crossings=5, store=path, resume=True)
+
+
+def test_basins_state_each_attractor() -> None:
+    found = wb.basins(
+        belt(1.3), {"mass.speed": np.linspace(-2.0, 2.0, 5), "mass.angle": [0.5, 2.0]}
+    )
+    kinds = [MotionClass(int(one)).word for one in found["attractor_kind"].values]
+    assert sorted(kinds) == ["limit cycle", "steady sliding"]
+    assert found["attractor_angle"].dims == ("attractor_id", "orbit_point", "inertia")
+    place = kinds.index("steady sliding")
+    speeds = found["attractor_velocity"].values[place]
+    assert np.nanmax(np.abs(speeds)) < 1e-9
+    expected = np.interp(1.3, *lines_of(belt(1.3)))
+    assert np.nanmax(np.abs(found["attractor_angle"].values[place] - expected)) < 1e-9
+
+
+# Bad input.
+
+RAMP = wb.Ramp(0.0, 1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda: wb.motion(belt(0.5), 10), "periods"),
+        (lambda: wb.motion(belt(0.5), periods=10), "periods"),
+        (lambda: wb.motion(driven(), crossings=10), "crossings"),
+        (lambda: wb.motion(wb.paper.system(), crossings=10), "crossings"),
+        (lambda: wb.motion(belt(0.5), crossings=0), "crossings"),
+        (lambda: wb.motion(belt(0.5), crossings=2.5), "crossings"),
+        (lambda: wb.motion(driven(), periods=-1), "periods"),
+        (lambda: wb.motion(belt(0.5), initial=(0.0, 1.0)), "initial"),
+        (lambda: wb.motion(belt(0.5), transient="long"), "transient"),
+        (lambda: wb.motion(belt(0.5), crossings=5, transient=9), "transient"),
+        (lambda: wb.motion(ramped()), "wave.signal"),
+        (lambda: wb.sweep(ramped(), {"belt-a.base_speed": SPEEDS}), "wave.signal"),
+        (lambda: wb.sweep(belt(0.5), {"belt.base_speed": SPEEDS}, periods=9), "periods"),
+        (lambda: wb.sweep(driven(), {"wave.amplitude": SPEEDS}, crossings=9), "crossings"),
+        (lambda: wb.sweep(wb.paper.system(), eta=[1.0], crossings=9), "crossings"),
+        (lambda: wb.sweep(belt(0.5), {"belt.base_sped": SPEEDS}), "belt.base_sped"),
+        (lambda: wb.sweep(belt(0.5), {"base_speed": SPEEDS}), "base_speed"),
+        (lambda: wb.sweep(belt(0.5), {"belt.friction": SPEEDS}), "belt.friction"),
+        (lambda: wb.sweep(belt(0.5), {"mass.inertia": [-1.0]}), "mass.inertia"),
+        (lambda: wb.sweep(belt(0.5), {"mass.inertia": ["1"]}), "mass.inertia"),
+        (lambda: wb.basins(belt(0.5), {"mass.angle": SPEEDS}), "over"),
+        (lambda: wb.basins(belt(0.5), {"mass.angle": [0.0], "mass.inertia": [1.0]}), "over"),
+    ],
+)  # fmt: skip
+def test_bad_input(call, name) -> None:
+    """Says which value is wrong, and what is allowed."""
+    with pytest.raises(InputError) as caught:
+        call()
+    error = caught.value
+    assert error.name == name
+    assert error.allowed is not None
+
+
+def ramped() -> wb.Machine:
+    """The pair with a torque that does not repeat."""
+    return driven().replace({"wave.signal": RAMP})
