@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 import wedgebrake as wb
-from tests.motion_truth.irregular import IRREGULAR, REGULAR, UNCLEAR
+from motion_truth.irregular import IRREGULAR, REGULAR, UNCLEAR
 
 from .runs import FloatArray, Machine, seen
 

@@ -199,7 +199,12 @@ def motion(
     InputError
         For arguments that are invalid or do not fit the friction law.
     """
-    limits = {"rtol": rtol, "step": step, "max_events": max_events, "max_steps": max_steps}
+    limits: dict[str, Any] = {
+        "rtol": rtol,
+        "step": step,
+        "max_events": max_events,
+        "max_steps": max_steps,
+    }
     if isinstance(system, Machine) or is_solved_as_machine(system, method):
         machine, state = as_machine(system, initial)
         returns = returns_of(machine, periods, crossings)
