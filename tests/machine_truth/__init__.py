@@ -4,8 +4,8 @@ runs         returns of a machine by ``wb.simulate``: at periods of the signals,
 parting      growth of the distance of neighbouring runs
 judge        the verdict
 systems      the cases of truth.json
-draw         how their machines were drawn:  python -m tests.machine_truth.draw
-make_truth   judges them again:  python -m tests.machine_truth.make_truth
+draw         how their machines were drawn:  PYTHONPATH=tests python -m machine_truth.draw
+make_truth   judges them again:  PYTHONPATH=src:tests python -m machine_truth.make_truth
 
 The solver is trusted, and nothing of wedgebrake.analysis is used. Repetition, averages and the 0-1
 test are those of tests/motion_truth.

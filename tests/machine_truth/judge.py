@@ -15,11 +15,11 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from tests.motion_truth import irregular
-from tests.motion_truth.irregular import IRREGULAR, REGULAR
-from tests.motion_truth.judge import repetition
 
 import wedgebrake as wb
+from motion_truth import irregular
+from motion_truth.irregular import IRREGULAR, REGULAR
+from motion_truth.judge import repetition
 
 from .parting import parting
 from .runs import COMPLETED, Block, FloatArray, Machine

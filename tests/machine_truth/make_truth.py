@@ -1,7 +1,9 @@
-"""Judge all machines again and write truth.json:  python -m tests.machine_truth.make_truth
+"""Judge all machines again and write truth.json.
+
+Run it as  PYTHONPATH=src:tests python -m machine_truth.make_truth
 
 With ``draw`` as an argument, of machines that are drawn anew, otherwise of those in the file. Some
-ten minutes on one core. Run it with the folder ``tests`` on the path.
+ten minutes on one core.
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from tests.motion_truth.irregular import IRREGULAR, REGULAR, UNCLEAR
 
 import wedgebrake as wb
+from motion_truth.irregular import IRREGULAR, REGULAR, UNCLEAR
 
 from .runs import FloatArray, Machine, seen
 

@@ -66,7 +66,10 @@ def pair(
             wb.Shaft("b", "ground", stiffness=2.4 / time**2, **shaft),
             wb.Shaft("a", "b", stiffness=coupling / time**2, **shaft),
         ],
-        "contacts": [brake("a", 0.7, base, -0.12 if lag else -0.05), brake("b", 0.5, 1.3 * base)],
+        "contacts": [
+            brake("a", 0.7, base, -0.12 if lag else -0.05),
+            brake("b", 0.5, 1.3 * base, -0.07 if lag else 0.0),
+        ],
     }
     return wb.Machine(**{name: one[:: -1 if swapped else 1] for name, one in parts.items()})
 
@@ -115,7 +118,7 @@ def test_exponents_of_steady_sliding_are_real_parts_of_eigenvalues(lag) -> None:
     # Without a lag the forces are no states of their own.
     expected = np.sort(eigenvalues.real)[::-1]
     count = len(found.exponents)
-    assert count == 4 + (lag > 0.0)
+    assert count == (6 if lag else 4)
     assert found.exponents == pytest.approx(expected[:count], rel=1e-9)
 
 
@@ -198,6 +201,7 @@ def test_growth_without_limit_is_divergence() -> None:
             "belt.friction": wb.CoulombFriction(kinetic=0.5),
             "belt.slope": -1.0,
             "belt.release": False,
+            "mass.speed": 9.0,
         }
     )
     assert wb.motion(machine).kind == "diverged"
@@ -265,9 +269,9 @@ def lines_of(machine: wb.Machine) -> tuple[np.ndarray, np.ndarray]:
 
 
 @cache
-def separatrix(speed: float) -> np.ndarray:
+def separatrix(speed: float, tolerance: float) -> np.ndarray:
     """(n, 2) angle and speed on the unstable cycle about steady sliding, by shooting with SciPy."""
-    speeds, coefficients = lines_of(belt(speed, 1e-6))
+    speeds, coefficients = lines_of(belt(speed, tolerance))
     ends = np.interp(speed, speeds, coefficients)
 
     def rate(_, y):
@@ -305,13 +309,24 @@ def inside(loop: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.abs(angles[:, -1] - angles[:, 0]) > math.pi
 
 
-@pytest.mark.parametrize("speed", [1.16, 1.25, 1.35, 1.45, 1.6])
-def test_basin_of_steady_sliding_ends_at_the_unstable_cycle(speed) -> None:
-    loop = separatrix(speed)
+# The nearer the Hopf point, the finer must the lines be, and the longer the motions last.
+@pytest.mark.parametrize(
+    ("speed", "tolerance"),
+    [
+        pytest.param(1.16, 1e-6, marks=pytest.mark.slow),
+        pytest.param(1.25, 1e-5, marks=pytest.mark.slow),
+        (1.35, 1e-4),
+        (1.45, 1e-4),
+        (1.6, 1e-4),
+    ],
+)
+def test_basin_of_steady_sliding_ends_at_the_unstable_cycle(speed, tolerance) -> None:
+    """Both of the same piecewise-linear friction, so that there is no error but that of SciPy."""
+    loop = separatrix(speed, tolerance)
     centre, reach = loop.mean(axis=0), 1.25 * np.abs(loop - loop.mean(axis=0)).max()
     across = centre[0] + reach * np.linspace(-1.0, 1.0, 12)
     up = reach * np.linspace(-0.97, 0.95, 11)
-    found = wb.basins(belt(speed, 1e-6), {"mass.angle": across, "mass.speed": up})
+    found = wb.basins(belt(speed, tolerance), {"mass.angle": across, "mass.speed": up})
     kinds = found["attractor_kind"].values
     assert set(kinds) == {MotionClass.STEADY_SLIDING, MotionClass.LIMIT_CYCLE}
     steady = kinds[found["attractor"].values.ravel()] == MotionClass.STEADY_SLIDING
@@ -328,7 +343,7 @@ SPEEDS = np.array([0.4, 0.9, 1.4, 1.9])
 
 
 def test_labels_of_a_sweep() -> None:
-    found = wb.sweep(pair(), {"belt-a.base_speed": SPEEDS}, crossings=7)
+    found = wb.sweep(pair(), {"belt-a.base_speed": SPEEDS}, crossings=7, limit=20_000)
     assert found["velocity"].dims == ("belt-a.base_speed", "crossing", "inertia")
     assert found["stick_share"].dims == ("belt-a.base_speed", "contact")
     assert found["exponents"].dims == ("belt-a.base_speed", "exponent")

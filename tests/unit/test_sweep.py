@@ -68,12 +68,13 @@ def test_measures_are_those_of_a_response(diagram) -> None:
 
 def test_threads_change_nothing(diagram) -> None:
     for threads in (1, 3):
-        assert wb.sweep(SYSTEM, eta=ETAS, threads=threads).identical(diagram)
+        found = wb.sweep(SYSTEM, eta=ETAS, transient=200, threads=threads)
+        assert found.identical(diagram)
 
 
 def test_order_and_neighbours_change_nothing(diagram) -> None:
-    backwards = wb.sweep(SYSTEM, eta=ETAS[::-1])
-    few = wb.sweep(SYSTEM, eta=ETAS[[4, 11, 12]])
+    backwards = wb.sweep(SYSTEM, eta=ETAS[::-1], transient=200)
+    few = wb.sweep(SYSTEM, eta=ETAS[[4, 11, 12]], transient=200)
     for name in VARIABLES:
         np.testing.assert_array_equal(backwards[name].values[::-1], diagram[name])
         np.testing.assert_array_equal(few[name], diagram[name].values[[4, 11, 12]])

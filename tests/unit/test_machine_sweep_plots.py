@@ -1,0 +1,103 @@
+"""Pictures of sweeps and basins of machines: one inertia and one contact of several."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from test_machine_motion import belt, pair
+from wedgebrake.errors import InputError
+from wedgebrake.figures.data import basins as basins_data
+from wedgebrake.figures.data.bifurcation import BifurcationDiagram
+from wedgebrake.figures.data.parts import of_parts
+
+SPEEDS = np.array([0.5, 0.9, 1.6, 2.5])
+
+
+@pytest.fixture(scope="module")
+def sweep() -> Any:
+    return wb.bifurcation(pair(), {"belt-a.base_speed": SPEEDS}, crossings=6)
+
+
+@pytest.fixture(scope="module")
+def basins() -> Any:
+    start = {"mass.speed": np.linspace(-2.0, 2.0, 6), "mass.angle": [0.3, 0.6, 2.0]}
+    return wb.basins(belt(1.3), start)
+
+
+@pytest.mark.parametrize("inertia", ["a", "b"])
+@pytest.mark.parametrize("quantity", ["angle", "velocity"])
+def test_diagram_shows_the_inertia_that_is_named(sweep, inertia, quantity) -> None:
+    data = BifurcationDiagram.of(of_parts(sweep, inertia), quantity)
+    np.testing.assert_array_equal(data.points[0], sweep[quantity].sel(inertia=inertia))
+    first = BifurcationDiagram.of(sweep, quantity)
+    np.testing.assert_array_equal(first.points[0], sweep[quantity].isel(inertia=0))
+
+
+@pytest.mark.parametrize("contact", ["belt-a", "belt-b"])
+def test_diagram_shows_the_contact_that_is_named(sweep, contact) -> None:
+    one = of_parts(sweep, contact=contact)
+    for name in ("stick_class", "stick_share", "peak_torque"):
+        np.testing.assert_array_equal(one[name], sweep[name].sel(contact=contact))
+    np.testing.assert_array_equal(one["largest_exponent"], sweep["exponents"][:, 0])
+
+
+def test_exponents_are_drawn(sweep) -> None:
+    data = BifurcationDiagram.of(sweep, "velocity")
+    np.testing.assert_array_equal(data.exponent[0], sweep["exponents"][:, 0])
+
+
+def test_pictures_are_drawn(sweep, basins) -> None:
+    assert wb.plot(sweep).axes
+    assert wb.plot(sweep, inertia="b", contact="belt-b", quantity="angle").axes
+    assert wb.plot(sweep.sel(inertia="b")).axes
+    assert wb.plot(basins).axes
+    axes = {"belt-a.base_speed": SPEEDS[:2], "b.inertia": [1.0, 2.0]}
+    regimes = wb.regime_map(pair(), axes)
+    for quantity in ("motion", "stick_class", "peak_torque", "motion_period"):
+        assert wb.plot(regimes, quantity=quantity, contact="belt-b").axes
+
+
+def test_follow_draws_both_branches() -> None:
+    found = wb.bifurcation(belt(0.5), {"belt.base_speed": SPEEDS}, follow=True, crossings=4)
+    assert len(BifurcationDiagram.of(found, "velocity").branches) == 2
+    assert wb.plot(found).axes
+
+
+def test_a_driveline_without_a_torque_has_a_stability_limit() -> None:
+    """Its sweep counts crossings, and is drawn as before."""
+    system = wb.paper.system(eta=-24, F0=0.036)
+    still = system.replace(amplitude=0.0, drive_speed=2.0)
+    found = wb.bifurcation(still, slope=np.linspace(-60.0, 5.0, 5), crossings=4)
+    damping = [wb.stability(still.replace(slope=one)).damping for one in found["slope"].values]
+    np.testing.assert_allclose(found["sliding_damping"], damping, rtol=1e-12)
+    assert wb.plot(found).axes
+
+
+def test_points_of_attractors_are_initial_conditions(basins) -> None:
+    """In the order of the axes, whatever it is."""
+    data = basins_data.of_dataset(basins)
+    assert (data.x.name, data.y.name) == ("mass.speed", "mass.angle")
+    place = int(np.argmax([one.label for one in data.marks] == np.array("1")))
+    expected = basins["attractor_velocity"].values[place, :, 0]
+    shown = data.marks[place].points[:, 0]
+    known = expected[np.isfinite(expected)]
+    assert set(shown) <= set(known)
+
+
+@pytest.mark.parametrize(("option", "value"), [("inertia", "c"), ("contact", "belt-c")])
+def test_unknown_parts(sweep, option, value) -> None:
+    with pytest.raises(InputError) as caught:
+        wb.plot(sweep, **{option: value})
+    assert (caught.value.name, caught.value.value) == (option, value)
+    assert caught.value.allowed
+
+
+def test_parts_of_a_driveline() -> None:
+    found = wb.bifurcation(wb.paper.system(), eta=[-10.0, 0.0], periods=3, transient=1)
+    with pytest.raises(InputError) as caught:
+        wb.plot(found, inertia="disc")
+    assert caught.value.name == "inertia"
