@@ -117,7 +117,8 @@ def simulate(
     epilog="Examples: wedgebrake sweep sweep.toml --plot eta.png;"
     " wedgebrake sweep paper.toml --over eta=-60:12:300 --over F0=0.01:0.2:200:log"
     " --store map.zarr --plot map.png;"
-    " wedgebrake sweep paper.toml --over eta=-40:0:200 --follow eta --json",
+    " wedgebrake sweep paper.toml --over eta=-40:0:200 --follow eta --json;"
+    " wedgebrake sweep belt.toml --over belt.base_speed=0.1:2:40",
 )
 def sweep(
     study: options.StudyPath,
@@ -126,6 +127,7 @@ def sweep(
     method: options.Method = None,
     transient: options.Transient = None,
     periods: options.Periods = None,
+    crossings: options.Crossings = None,
     follow: options.Follow = None,
     store: options.Store = None,
     resume: options.Resume = False,
@@ -137,8 +139,8 @@ def sweep(
     """The motion at each point of a grid of parameters: periodic, chaotic, sticking.
 
     The axes are given by --over or by the table [sweep] of the study. One parameter gives a
-    bifurcation diagram; initial_angle with initial_velocity give basins of attraction; two
-    others give a map, without Poincare points (--set keep_points=true keeps them); more, or two
+    bifurcation diagram; initial_angle with initial_velocity (of a machine two of the initial
+    angles and speeds of its inertias) give basins of attraction; two others give a map, without Poincare points (--set keep_points=true keeps them); more, or two
     with --follow, give a plain sweep.
 
     Prints the classes of motion and of stick-slip with their shares, the limit of linear
@@ -158,7 +160,9 @@ def sweep(
     from wedgebrake.cli.sweep_command import run
 
     check_files(out, plot)
-    given = {"transient": transient, "periods": periods, "follow": follow}
+    given = {
+        "transient": transient, "periods": periods, "crossings": crossings, "follow": follow,
+    }  # fmt: skip
     asked = load_for_sweep(study, changes, method, over, given)
     run(asked, store, resume, threads, out, plot, as_json)
 

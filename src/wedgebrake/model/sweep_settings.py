@@ -163,6 +163,10 @@ class Sweep(Part):
         "number of the last recorded period (250); with transient = 'auto' how many are"
         " recorded (50)", example=250, default=None, gt=0, le=_LONGEST,
     )  # fmt: skip
+    crossings: int | None = parameter(
+        "the same where no signal varies in time: returns to the section of the motion",
+        example=50, default=None, gt=0, le=_LONGEST,
+    )  # fmt: skip
     transient: Annotated[
         int | Literal["auto"] | None,
         PlainValidator(_transient),

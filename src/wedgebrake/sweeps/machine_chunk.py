@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.analysis.machine_motion.run import classify_machine
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import INITIAL
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.sweeps.grid import batches
 from wedgebrake.sweeps.plan import Plan
@@ -60,31 +62,43 @@ class MachineChunk:
         """Compute a batch point by point; with ``follow`` each from the end of the one before."""
         before: FinalState | None = None
         for number in numbers:
-            machine = self._machine(int(number))
-            if machine is None:
+            changed = self._changed(int(number))
+            if changed is None:
                 self._results["status"][number] = PointStatus.INVALID
                 before = None
                 continue
+            machine = self._machine(int(number), changed)
             start = before if self._plan.grid.follow is not None else None
             result = classify_machine(machine, self._plan.protocol, start, self._plan.method)
             before = result.final if result.outcome == Outcome.COMPLETED else None
             self._store(int(number), result)
+            if isinstance(changed, BrakedDriveline) and changed.plain:
+                self._results["sliding_damping"][number] = sliding_damping(changed)
 
-    def _machine(self, number: int) -> Machine | None:
-        """Return the machine of a point; None if it is not valid."""
-        values = {
+    def _values(self, number: int) -> dict[str, float]:
+        """Return the swept values of a point."""
+        return {
             axis.name: float(axis.values[own[number]])
             for axis, own in zip(self._plan.grid.axes, self._indices, strict=True)
         }
+
+    def _changed(self, number: int) -> BrakedDriveline | Machine | None:
+        """Return the system of a point; None if it is not valid."""
+        values = self._values(number)
         changes = {name: value for name, value in values.items() if name not in INITIAL}
         try:
-            changed = self._plan.system.replace(**changes)
+            return self._plan.system.replace(**changes)
         except InputError:
             return None
+
+    def _machine(self, number: int, changed: BrakedDriveline | Machine) -> Machine:
+        """Return the machine of a point, at its initial state."""
         if isinstance(changed, Machine):
             return changed
         angle, velocity = self._plan.initial
-        state = {"initial_angle": angle, "initial_velocity": velocity, **values}
+        state = {
+            "initial_angle": angle, "initial_velocity": velocity, **self._values(number)
+        }  # fmt: skip
         return changed.machine.replace(
             {"driveline.angle": state["initial_angle"],
              "driveline.speed": state["initial_velocity"]}
