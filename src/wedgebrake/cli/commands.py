@@ -118,7 +118,7 @@ def simulate(
     " wedgebrake sweep paper.toml --over eta=-60:12:300 --over F0=0.01:0.2:200:log"
     " --store map.zarr --plot map.png;"
     " wedgebrake sweep paper.toml --over eta=-40:0:200 --follow eta --json;"
-    " wedgebrake sweep belt.toml --over belt.base_speed=0.1:2:40",
+    " wedgebrake sweep belt.toml --over belt.base_speed=0.1:2:200",
 )
 def sweep(
     study: options.StudyPath,
@@ -145,7 +145,8 @@ def sweep(
 
     Prints the classes of motion and of stick-slip with their shares, the limit of linear
     stability and, along one parameter, the intervals of each motion; progress goes to standard
-    error.
+    error. A machine needs signals that are constant or repeat; where none varies in time, its
+    motion is counted in crossings of its own section.
 
     Every point starts at time 0 from initial of [run]; method, rtol, step, max_events and
     max_steps of [run] apply too. Its duration, periods and samples_per_period belong to simulate:
@@ -311,7 +312,7 @@ def example(
     """Example study files of wedgebrake, to run and to edit.
 
     paper is the wedge brake of the source paper; sweep varies the slope of its actuation
-    force; driveline is a machine with four inertias and a brake. Without a name, lists all.
+    force; driveline is a machine with four inertias and a brake; belt vibrates by itself. Without a name, lists all.
     """
     from wedgebrake.cli import examples
 
