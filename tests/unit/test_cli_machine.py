@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from wedgebrake.analysis.contacts import contact_summary
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CLUTCH, LINE = EXAMPLES / "clutch.toml", EXAMPLES / "driveline.toml"
+BELT, PAPER = EXAMPLES / "belt.toml", EXAMPLES / "paper.toml"
 SHORT = ["--set", "duration=1"]
 
 
@@ -125,13 +127,112 @@ def test_stability_reports_modes(answer, run):
     assert found.verdict in text
 
 
-@pytest.mark.parametrize(
-    "command",
-    [("sweep", "--over", "brake.slope=-40:0:4"), ("continue", "--over", "brake.slope=-40:0")],
-)
-def test_other_commands_refuse_machines(command, run):
-    name, *options = command
-    status, text, message = run(name, LINE, *options)
+def test_simulate_reports_the_class_of_a_steady_motion(answer):
+    told = answer("simulate", BELT, "--set", "duration=20")["motion"]
+    found = wb.motion(wb.load_study(BELT).system, method="smooth")
+    assert (told["kind"], told["stick_class"]) == (found.kind, found.stick_class)
+    assert told["period"] == pytest.approx(found.period, rel=1e-9)
+    assert answer("simulate", LINE, *SHORT)["motion"] is None  # its signals do not repeat
+    assert answer("simulate", CLUTCH)["motion"] is None  # it has stopped
+
+
+class TestSweep:
+    """``wedgebrake sweep`` of machines and of self-excited drivelines."""
+
+    SPEEDS = ("--over", "belt.base_speed=0.4:1.9:4")
+
+    def test_reports_the_numbers_of_the_library(self, answer, run, tmp_path):
+        told = answer("sweep", BELT, *self.SPEEDS, "--out", "belt.nc")
+        found = wb.bifurcation(
+            wb.load_study(BELT).system, {"belt.base_speed": np.linspace(0.4, 1.9, 4)},
+            method="smooth",
+        )  # fmt: skip
+        axis = told["axes"]["belt.base_speed"]
+        assert axis["values"] == found["belt.base_speed"].to_numpy().tolist()
+        assert (axis["dimension"], axis["unit"]) == ("belt.base_speed", "rad/s")
+        # Sliding at a constant speed is stable above ln(10)/2, docs/theory.md.
+        assert told["motion"] == {"limit cycle": 2, "steady sliding": 2}
+        cycles = found.motion_period.to_numpy()[:2]
+        assert told["motion_period"] == {"min": cycles.min(), "max": cycles.max()}
+        assert [one["motion"] for one in told["intervals"]] == ["limit cycle", "steady sliding"]
+        assert told["returns"] == "crossings"
+        with xr.load_dataset(tmp_path / "belt.nc") as read:
+            assert read.equals(found)
+        status, text, _ = run("sweep", BELT, *self.SPEEDS)
+        assert status == 0
+        assert "crossings" in text
+        assert "periods" not in text
+
+    def test_takes_the_axes_of_the_study(self, answer):
+        told = answer("sweep", BELT, "--transient", "5", "--crossings", "9", "--set", "limit=50")
+        assert told["points"] == wb.load_study(BELT).sweep.parameters()["belt.base_speed"].size
+        assert (told["protocol"]["transient"], told["protocol"]["periods"]) == (5, 9)
+
+    def test_counts_the_classes_of_each_contact(self, answer, tmp_path):
+        """A belt on which a mass vibrates, beside a mass that is held."""
+        study = wb.load_study(BELT)
+        (belt,) = study.system.contacts
+        two = study.changed(
+            inertias=[*study.system.inertias, wb.Inertia("other", 1.0)],
+            contacts=[belt, belt.model_copy(update={"a": "other", "name": "held", "base_speed":
+                                                    wb.Constant(0.0)})],
+        )  # fmt: skip
+        wb.save_study(two, tmp_path / "two.toml")
+        told = answer("sweep", tmp_path / "two.toml", "--over", "belt.base_speed=0.4,0.6")
+        assert told["contacts"] == {
+            "belt": {"unidirectional stick-slip": 2},
+            "held": {"at rest": 2},
+        }
+        assert told["stick_slip"] == {"unidirectional stick-slip": 2}
+
+    def test_of_initial_conditions_are_basins(self, answer):
+        told = answer("sweep", BELT, "--over", "mass.angle=0,1", "--over", "mass.speed=0.5,-0.2")
+        assert told["kind"] == "basins"
+        assert [one["motion"] for one in told["attractors"]] == ["limit cycle"]
+
+    def test_follows_a_neighbour(self, answer):
+        """Below the Hopf point stable sliding and a limit cycle coexist."""
+        told = answer("sweep", BELT, "--over", "belt.base_speed=1:1.4:2", "--follow",
+                      "belt.base_speed")  # fmt: skip
+        assert {one["branch"] for one in told["intervals"]} == {"up", "down"}
+
+    def test_of_a_self_excited_driveline(self, answer, run, tmp_path):
+        study = tmp_path / "turning.toml"
+        text = PAPER.read_text().replace("[excitation]", "[excitation]\namplitude = 0.0")
+        study.write_text(re.sub("(?m)^F0 = .*$", "", text))
+        options = ("--set", "drive_speed=2", "--over", "slope=-6,-2,2")
+        told = answer("sweep", study, *options)
+        assert told["motion"] == {"limit cycle": 2, "steady sliding": 1}
+        (limit,) = told["linear_stability"]["limits"]
+        system = wb.load_study(study).system.replace(drive_speed=2.0)
+        assert limit["value"] == pytest.approx(wb.stability(system).forward.hopf_slope, rel=1e-9)
+        assert "crossings" in run("sweep", study, *options)[1]
+        assert run("sweep", study, *options, "--periods", "50")[0] == 2
+
+    @pytest.mark.parametrize(
+        "options",
+        [
+            (*SPEEDS, "--periods", "50"),
+            ("--over", "base_speed=0.4:1.6:4"),
+            ("--over", "belt.base_sped=0.4:1.6:4"),
+            ("--over", "eta=-4:0:4"),
+            (*SPEEDS, "--set", "duration=3"),
+            (*SPEEDS, "--follow", "belt.kinetic"),
+            (*SPEEDS, "--crossings", "0"),
+        ],
+    )
+    def test_refuses_what_does_not_fit(self, options, run):
+        status, text, message = run("sweep", BELT, *options)
+        assert (status, text) == (2, "")
+        assert message.startswith("error: ")
+        assert message.count("\n") == 1
+
+    def test_needs_signals_that_repeat(self, run):
+        assert run("sweep", LINE, "--over", "brake.slope=-40:0:4")[0] == 2
+
+
+def test_orbits_of_machines_are_refused(run):
+    status, text, message = run("continue", LINE, "--over", "brake.slope=-40:0")
     assert (status, text) == (2, "")
     assert message.startswith("error: ")
     assert message.count("\n") == 1

@@ -162,7 +162,7 @@ class TestJson:
         assert set(told) == {
             "wedgebrake", "versions", "kind", "method", "system", "groups", "protocol", "axes",
             "points", "status", "motion", "stick_slip", "linear_stability", "intervals",
-            "attractors", "speed", "files", "warnings",
+            "attractors", "speed", "files", "warnings", "returns", "contacts", "motion_period",
         }  # fmt: skip
         system = wb.load_study(PAPER).system
         values = np.linspace(-60, 12, 12)

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_machine_motion import belt, pair
 
 import wedgebrake as wb
-from test_machine_motion import belt, pair
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +49,24 @@ def refuse_machine_response(response: Any) -> None:
     """Raise ``InputError`` for the response of a ``Machine``."""
     if is_of_machine(response):
         raise InputError(
-            "response: is that of a machine, must be that of a BrakedDriveline here. wb.plot,"
-            " wb.energy and wb.final_state accept responses of machines; a spectrum needs one of"
-            " their parts, for example wb.spectrum(response.sel(inertia='disc'))."
+            "response: is that of a machine, must be that of a BrakedDriveline here. Of a machine"
+            " wb.plot, wb.energy, wb.stopping, wb.spectrum and wb.sticks take the response; the"
+            " torque is response.brake_torque, and wb.motion(machine).contacts has its peaks."
         )
+
+
+def of_part(response: xr.Dataset, dimension: str, name: str | None, argument: str) -> xr.Dataset:
+    """Return a response with the variables of one part, of those along a dimension.
+
+    name     : of the part; None if there is only one
+    argument : that gives the name, for messages
+
+    Raises ``InputError`` for an unknown part, and for None where there are several.
+    """
+    names = response[dimension].to_numpy().tolist()
+    if name is None and len(names) == 1:
+        name = names[0]
+    if name not in names:
+        one = f"one of {', '.join(names)}"
+        raise wrong(argument, name, one, f"For example {argument}={names[0]!r}.")
+    return response.sel({dimension: name})

@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.datasets import attributes, dataset_over
+from wedgebrake.analysis.datasets import attributes, dataset_over, of_part
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.validation import SECONDS, check_number
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import shaft_matrices
+from wedgebrake.model.machine_study import is_machine, parse_machine
+from wedgebrake.model.validation import SECONDS, check_number, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +31,8 @@ def spectrum(
     window: str | tuple[Any, ...] = "hann",
     start: float | None = None,
     stop: float | None = None,
+    *,
+    part: str | None = None,
 ) -> xr.Dataset:
     """One-sided amplitude spectrum in physical units.
 
@@ -44,12 +49,15 @@ def spectrum(
     response : xarray.Dataset
         As returned by ``simulate``, equally spaced in time.
     quantity : str
-        A variable over time: "velocity", "angle", "brake_torque", "drive_torque".
+        A variable over time: "velocity", "angle", "brake_torque", "drive_torque"; of a machine
+        also "shaft_torque", "sliding_velocity", "actuation_force", "torque".
     window : str or tuple
         A window of ``scipy.signal.windows``, for example "hann", "boxcar", "flattop",
         ("kaiser", 8.6).
     start, stop : float
         Samples with start <= time <= stop are used [s]; default all.
+    part : str
+        Of a machine: the inertia, contact or shaft whose quantity it is, if there are several.
 
     Returns
     -------
@@ -58,14 +66,17 @@ def spectrum(
         ``attrs``: quantity, window, coherent_gain [1], noise_bandwidth [bins], resolution
         [Hz], samples, sample_interval, start, stop [s]; of the response, what was computed:
         method, options, system, groups; if it describes its system, forcing_frequency (0: no
-        torque acts) and natural_frequency [Hz] (0: no stiffness).
+        torque acts) and natural_frequency [Hz] (0: no stiffness). Of a machine, forcing_frequency
+        is that of the common period of all signals, if there is one, and natural_frequency is
+        known for one inertia only.
 
     Raises
     ------
     InputError
-        For an unknown quantity or window, fewer than two samples, values that are not
+        For an unknown quantity, part or window, fewer than two samples, values that are not
         finite, or times that are not equally spaced.
     """
+    response = _of_part(response, quantity, part)
     times, values = _samples(response, quantity, start, stop)
     interval = _interval(times)
     known = frequencies(response)
@@ -125,6 +136,8 @@ def frequencies(response: xr.Dataset) -> dict[str, float]:
     """
     try:
         tables = json.loads(response.attrs["system"])
+        if is_machine(tables):
+            return _frequencies_of_machine(parse_machine(tables))
         line, torque = tables["driveline"], tables["excitation"]
         natural = math.sqrt(line["stiffness"] / line["inertia"]) / (2.0 * math.pi)
         return {"forcing_frequency": float(torque["frequency"]), "natural_frequency": natural}
@@ -132,22 +145,38 @@ def frequencies(response: xr.Dataset) -> dict[str, float]:
         return {}
 
 
+def _frequencies_of_machine(machine: Machine) -> dict[str, float]:
+    """Return ``frequencies`` of a machine."""
+    found = {}
+    if machine.period is not None:
+        found["forcing_frequency"] = 1.0 / machine.period if machine.period else 0.0
+    if len(machine.inertias) == 1:
+        stiffness = shaft_matrices(machine)[0].item()
+        natural = math.sqrt(stiffness / machine.inertias[0].inertia) / (2.0 * math.pi)
+        found["natural_frequency"] = natural
+    return found
+
+
 def is_driven(response: xr.Dataset) -> bool:
     """Return True if a torque acts on the simulated system, or if this is unknown."""
     try:
-        return bool(json.loads(response.attrs["system"])["excitation"]["amplitude"] != 0.0)
+        tables = json.loads(response.attrs["system"])
+        if is_machine(tables):
+            return not parse_machine(tables).autonomous
+        return bool(tables["excitation"]["amplitude"] != 0.0)
     except (KeyError, TypeError, ValueError):
         return True
 
 
-def _refuse_several(response: xr.Dataset, quantity: str) -> None:
-    """Raise ``InputError`` for a variable over several parts of a machine."""
-    for part in response[quantity].dims[1:]:
-        first = str(response[part].to_numpy()[0]) if response.sizes[part] else "NAME"
-        raise InputError(
-            f"quantity = {quantity!r}: is given for each {part}, must be that of one. Select it,"
-            f" for example response.sel({part}={first!r})."
-        )
+def _of_part(response: xr.Dataset, quantity: str, part: str | None) -> xr.Dataset:
+    """Return a response with the quantity of one part of a machine."""
+    variables = getattr(response, "data_vars", {})
+    dims = response[quantity].dims if quantity in variables else ()
+    if dims[:1] == ("time",) and len(dims) == 2:
+        return of_part(response, str(dims[1]), part, "part")
+    if part is not None and dims == ("time",):
+        raise wrong("part", part, f"None, as {quantity} is given for one part")
+    return response
 
 
 def _samples(
@@ -160,8 +189,6 @@ def _samples(
             " result of wb.simulate(...)."
         )
     over_time = [str(name) for name, v in response.data_vars.items() if v.dims == ("time",)]
-    if quantity in response.data_vars and response[quantity].dims[:1] == ("time",):
-        _refuse_several(response, quantity)
     if quantity not in over_time:
         hint = nearest(str(quantity), over_time)
         raise InputError(f"quantity = {quantity!r}: no such variable over time. {hint}")

@@ -7,10 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.datasets import attributes, dataset_over, refuse_machine_response
+from wedgebrake.analysis.datasets import (
+    attributes,
+    dataset_over,
+    is_of_machine,
+    of_part,
+    refuse_machine_response,
+)
 from wedgebrake.dynamics.enums import StickClass
 from wedgebrake.errors import InputError
-from wedgebrake.model.validation import SECONDS, check_number
+from wedgebrake.model.validation import SECONDS, check_number, wrong
 from wedgebrake.solvers.solution import SIDE_FLAGS
 
 if TYPE_CHECKING:
@@ -33,7 +39,9 @@ _SPEC = {
 }
 
 
-def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
+def sticks(
+    response: xr.Dataset, start: float | None = None, *, contact: str | None = None
+) -> xr.Dataset:
     """Return the sticks of a response that end after ``start``.
 
     They are exact for "exact" responses. With "smooth" and "ode14x", whose velocity never
@@ -46,6 +54,8 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     start : float
         Beginning of the window [s]; the window ends where the response does. Default: the
         whole response, but only its last fifth for the class.
+    contact : str
+        Of a machine with several contacts: the name of one.
 
     Returns
     -------
@@ -60,8 +70,13 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     Raises
     ------
     InputError
-        For a dataset without sticks' variables, or a start outside the response.
+        For a dataset without sticks' variables, a start outside the response, or an unknown
+        contact.
     """
+    if is_of_machine(response):
+        response = _of_contact(response, contact)
+    elif contact is not None:
+        raise wrong("contact", contact, "None for a BrakedDriveline, which has one")
     begin, end = span(response)
     low = begin if start is None else inside(start, begin, end)
     class_start = steady_start(response) if start is None else low
@@ -82,6 +97,14 @@ def sticks(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         **attributes(response, "status", "message"),
     }
     return dataset
+
+
+def _of_contact(response: xr.Dataset, contact: str | None) -> xr.Dataset:
+    """The response of a machine with the sticks of one contact."""
+    name = of_part(response, "contact", contact, "contact")["contact"].item()
+    number = response["contact"].to_numpy().tolist().index(name)
+    own = np.flatnonzero(response["stick_contact"].to_numpy() == number)
+    return response.isel(stick=own).drop_vars("stick_contact")
 
 
 def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
@@ -118,7 +141,7 @@ def span(response: xr.Dataset) -> tuple[float, float]:
     first = float(times[0]) if times.size else 0.0
     last = float(times[-1]) if times.size else first
     options = json.loads(response.attrs.get("options", "{}"))
-    first = float(options.get("start_time", first))
+    first = float(options.get("start_time", response.attrs.get("start_time", first)))
     return first, float(response.attrs.get("final_time", last))
 
 

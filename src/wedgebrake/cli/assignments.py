@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.study_run import MachineRun
-from wedgebrake.model.sweep_settings import INITIAL, sweepable, swept_values
+from wedgebrake.model.sweep_settings import (
+    INITIAL,
+    SWEEP_SETTINGS,
+    sweepable,
+    swept_values,
+)
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind
 from wedgebrake.model.units import is_quantity, with_unit
@@ -29,6 +34,8 @@ _EXAMPLES = {
     "groups": "eta=-30",
     "run": "periods=50",
 }
+# Settings of a sweep that are set by name; the others are options.
+_SET_OF_SWEEPS = set(SWEEP_SETTINGS) - {"periods", "crossings"}
 _FORMS = (
     "NAME=FROM:TO:COUNT (equal steps), NAME=FROM:TO:COUNT:log (equal ratios) or"
     " NAME=VALUE,VALUE,... (a list)"
@@ -78,16 +85,17 @@ def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> di
 def _check_dotted(text: str, name: str, machine: Machine) -> None:
     """Raise ``InputError`` unless a name is a parameter of a machine or a run setting."""
     parts = name.split(".")
-    if name in MachineRun.model_fields or (len(parts) > 1 and parts[0] in machine.parts()):
+    settings = {*MachineRun.model_fields, *_SET_OF_SWEEPS}
+    if name in settings or (len(parts) > 1 and parts[0] in machine.parts()):
         return
-    allowed = [*machine.parameters(), *MachineRun.model_fields]
-    hint = nearest(name, allowed) if len(parts) > 1 else _owners(name, allowed)
+    allowed = [*machine.parameters(), *sorted(settings)]
+    hint = _hint(name, allowed)
     raise InputError(f"--set {as_typed(text)}: no such parameter or run setting. {hint}")
 
 
-def _owners(name: str, allowed: Collection[str]) -> str:
+def _hint(name: str, allowed: Collection[str]) -> str:
     """A sentence with the dotted names that end with a name, or with the nearest allowed names."""
-    found = [one for one in allowed if one.rpartition(".")[2] == name]
+    found = [] if "." in name else [one for one in allowed if one.rpartition(".")[2] == name]
     if not found:
         return nearest(name, allowed)
     return f"Name its part too: {', '.join(found)}."
@@ -141,7 +149,9 @@ def _value(text: str, value: str) -> Any:
     return read["value"]
 
 
-def parse_axes(texts: Iterable[str], system: BrakedDriveline) -> tuple[tuple[str, Any], ...]:
+def parse_axes(
+    texts: Iterable[str], system: BrakedDriveline | Machine
+) -> tuple[tuple[str, Any], ...]:
     """The axes of several ``--over`` options, as ``Sweep`` takes them, in their order.
 
     Raises ``InputError`` for a text of another form, a name that cannot be swept on the
@@ -188,7 +198,7 @@ def _check_varied(
     option: str,
     text: str,
     name: str,
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     allowed: Collection[str],
     refused: str,
 ) -> None:
@@ -199,8 +209,11 @@ def _check_varied(
         if name not in allowed:
             refuse_of_another_kind(name, system, where)
     if name not in allowed:
-        what = "brake and driveline" if isinstance(system, BrakedDriveline) else "machine"
-        raise InputError(f"{where}{refused} on this {what}. {nearest(name, allowed)}")
+        if isinstance(system, BrakedDriveline):
+            hint, what = nearest(name, allowed), "brake and driveline"
+        else:
+            hint, what = _hint(name, allowed), "machine"
+        raise InputError(f"{where}{refused} on this {what}. {hint}")
 
 
 def _read(where: str, name: str, values: str, unit: str) -> dict[str, Any] | list[float]:

@@ -117,7 +117,8 @@ def simulate(
     epilog="Examples: wedgebrake sweep sweep.toml --plot eta.png;"
     " wedgebrake sweep paper.toml --over eta=-60:12:300 --over F0=0.01:0.2:200:log"
     " --store map.zarr --plot map.png;"
-    " wedgebrake sweep paper.toml --over eta=-40:0:200 --follow eta --json",
+    " wedgebrake sweep paper.toml --over eta=-40:0:200 --follow eta --json;"
+    " wedgebrake sweep belt.toml --over belt.base_speed=0.1:2:200",
 )
 def sweep(
     study: options.StudyPath,
@@ -126,6 +127,7 @@ def sweep(
     method: options.Method = None,
     transient: options.Transient = None,
     periods: options.Periods = None,
+    crossings: options.Crossings = None,
     follow: options.Follow = None,
     store: options.Store = None,
     resume: options.Resume = False,
@@ -137,13 +139,15 @@ def sweep(
     """The motion at each point of a grid of parameters: periodic, chaotic, sticking.
 
     The axes are given by --over or by the table [sweep] of the study. One parameter gives a
-    bifurcation diagram; initial_angle with initial_velocity give basins of attraction; two
-    others give a map, without Poincare points (--set keep_points=true keeps them); more, or two
-    with --follow, give a plain sweep.
+    bifurcation diagram; initial_angle with initial_velocity (of a machine two of the initial
+    angles and speeds of its inertias) give basins of attraction; two others give a map, without
+    Poincare points (--set keep_points=true keeps them); more, or two with --follow, give a plain
+    sweep.
 
     Prints the classes of motion and of stick-slip with their shares, the limit of linear
     stability and, along one parameter, the intervals of each motion; progress goes to standard
-    error.
+    error. A machine needs signals that are constant or repeat; where none varies in time, its
+    motion is counted in crossings of its own section.
 
     Every point starts at time 0 from initial of [run]; method, rtol, step, max_events and
     max_steps of [run] apply too. Its duration, periods and samples_per_period belong to simulate:
@@ -158,7 +162,9 @@ def sweep(
     from wedgebrake.cli.sweep_command import run
 
     check_files(out, plot)
-    given = {"transient": transient, "periods": periods, "follow": follow}
+    given = {
+        "transient": transient, "periods": periods, "crossings": crossings, "follow": follow,
+    }  # fmt: skip
     asked = load_for_sweep(study, changes, method, over, given)
     run(asked, store, resume, threads, out, plot, as_json)
 
@@ -307,7 +313,8 @@ def example(
     """Example study files of wedgebrake, to run and to edit.
 
     paper is the wedge brake of the source paper; sweep varies the slope of its actuation
-    force; driveline is a machine with four inertias and a brake. Without a name, lists all.
+    force; driveline is a machine with four inertias and a brake; belt vibrates by itself. Without a
+    name, lists all.
     """
     from wedgebrake.cli import examples
 

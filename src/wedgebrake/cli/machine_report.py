@@ -12,6 +12,7 @@ from wedgebrake._version import __version__
 from wedgebrake.analysis.contacts import contact_sentences, contact_summary
 from wedgebrake.analysis.linear_stability import MachineStability
 from wedgebrake.analysis.machine_energy import machine_energy
+from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.stopping import stopping
 from wedgebrake.cli.output import finish, versions
 from wedgebrake.errors import InputError
@@ -29,6 +30,8 @@ _MOST_MODES = 12
 _STOPPING = (
     "stop_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk", "peak_jerk",
 )  # fmt: skip
+# Largest number of returns after a run in which its motion has to settle, for its class.
+_MOST_RETURNS = 256
 _ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
 
 
@@ -133,10 +136,23 @@ def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
                 for name in ("start", "end", "entry", "exit")
             },
         },
+        "motion": _motion(machine, response),
         "energy": balance,
         "stopping": _stopping(response),
         "summary": contact_sentences(response),
     }
+
+
+def _motion(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
+    """The class of the motion that a run leads to; None unless it soon settles."""
+    if response.attrs["status"] != "completed" or response.attrs["at_rest"]:
+        return None
+    settings: Any = {"limit": _MOST_RETURNS, "method": response.attrs["method"]}
+    try:
+        found = motion(machine, initial=final_state(response), **settings)
+    except InputError:  # signals that do not repeat
+        return None
+    return found.as_dict() if found.settled else None
 
 
 def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
@@ -184,6 +200,8 @@ def machine_text(machine: Machine, report: dict[str, Any]) -> str:
     response = f"Response ({report['method']}), {span}: {report['message']}"
     lines = [describe_machine(machine), "", response]
     lines += [f"  {sentence}" for sentence in report["summary"]]
+    if report["motion"]:
+        lines.append(f"  steady motion: {_motion_text(report['motion'])}")
     events = ", ".join(f"{count} {name}" for name, count in report["events"].items())
     lines.append(f"  events: {events or 'none'}")
     if report["energy"]:
@@ -196,6 +214,17 @@ def machine_text(machine: Machine, report: dict[str, Any]) -> str:
     ]
     lines.append(f"  state at t = {final['time']:.6g} s: {'; '.join(states)}")
     return "\n".join(lines)
+
+
+def _motion_text(found: dict[str, Any]) -> str:
+    """The class of a motion in words."""
+    text = str(found["word"])
+    if found["self_excited"] and found["order"]:
+        text += f" of period {found['period']:.6g} s"
+    same = (
+        found["stick_class"] in ("not computed", found["word"]) or found["kind"] == "steady sliding"
+    )
+    return text if same else f"{text}, {found['stick_class']}"
 
 
 def _stopping_text(found: dict[str, Any]) -> str:

@@ -114,7 +114,8 @@ Over = Annotated[
     _option(
         "NAME=VALUES",
         "Sweep this instead of the axes in [sweep]: a parameter (inertia), a group (eta, f, F0,"
-        " alpha), initial_angle or initial_velocity. The values are FROM:TO:COUNT in equal steps"
+        " alpha), initial_angle or initial_velocity; of a machine a dotted name (brake.slope). The"
+        " values are FROM:TO:COUNT in equal steps"
         " (eta=-60:12:400), FROM:TO:COUNT:log in equal ratios (F0=0.01:0.2:100:log), or a list"
         " (F0=0.03,0.036,0.05). Repeatable: several parameters span a grid, with its dimensions in"
         " this order.",
@@ -134,6 +135,14 @@ Periods = Annotated[
         "N",
         "Number of periods evaluated once a point has settled (default 50); with a number for"
         " --transient, last torque period of the evaluation (default 250).",
+    ),
+]
+Crossings = Annotated[
+    int | None,
+    _option(
+        "N",
+        "The same where no signal varies in time, so that there is no period: number of times"
+        " that the motion returns to its section (default 50).",
     ),
 ]
 Follow = Annotated[

@@ -18,6 +18,7 @@ import typer
 from wedgebrake._version import __version__
 from wedgebrake.errors import InputError, WedgebrakeError
 from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.netcdf import write_netcdf
 from wedgebrake.model.system import BrakedDriveline
 
@@ -52,18 +53,25 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: version(name) for name in _LIBRARIES}
 
 
-def header(system: BrakedDriveline) -> dict[str, Any]:
+def header(system: BrakedDriveline | Machine) -> dict[str, Any]:
     """The first entries of a report."""
+    groups = {"groups": system.groups.as_dict()} if isinstance(system, BrakedDriveline) else {}
     return {
         "wedgebrake": __version__,
         "versions": versions(),
         "system": system.as_dict(),
-        "groups": system.groups.as_dict(),
+        **groups,
     }
 
 
-def describe(system: BrakedDriveline, swept: Collection[str] = ()) -> str:
-    """The system in one line: its brake, friction, and groups that ``swept`` does not change."""
+def describe(system: BrakedDriveline | Machine, swept: Collection[str] = ()) -> str:
+    """The system in one line.
+
+    Of a driveline its brake, friction, and groups that ``swept`` does not change; of a machine
+    the number of its parts.
+    """
+    if isinstance(system, Machine):
+        return system._headline()
     given = system.groups.as_dict()
     groups = [
         f"{name} = {given[name]:.6g}"

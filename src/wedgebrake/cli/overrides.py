@@ -20,6 +20,10 @@ NOT_SWEPT = {
     "duration": "belongs to simulate. For a sweep give --periods, in periods of the torque.",
     "samples_per_period": "belongs to simulate. A sweep samples once in each period. Leave it out.",
 }
+NOT_SWEPT_OF_MACHINES = {
+    "duration": "belongs to simulate. For a sweep give --periods or --crossings.",
+    "until": "belongs to simulate. Leave it out.",
+}
 NOT_CONTINUED = {
     **dict.fromkeys(
         ("periods", "duration", "samples_per_period"),
@@ -50,7 +54,8 @@ def load(
     if study.of_machine:
         raise InputError(
             f"{path}: describes a machine ([[inertia]] ...). This command currently requires a"
-            " BrakedDriveline ([driveline] ...); simulate, stability and app accept machines."
+            " BrakedDriveline ([driveline] ...); simulate, sweep, stability and app accept"
+            " machines."
         )
     return _changed(study, changes, method, unused, options)
 
@@ -100,19 +105,21 @@ def load_for_sweep(
     over: list[str] | None,
     options: Mapping[str, Any],
 ) -> Study:
-    """As ``load``, with the axes of ``--over`` and the other options of a sweep in its [sweep].
+    """As ``load_any``, with the axes of ``--over`` and the other options of a sweep in its [sweep].
 
-    options : transient, periods and follow, if given
+    options : transient, periods, crossings and follow, if given
     """
-    study = load(path, changes, method, NOT_SWEPT, options)
+    study = load_study(path)
+    unused = NOT_SWEPT_OF_MACHINES if study.of_machine else NOT_SWEPT
+    study = _changed(study, changes, method, unused, options)
     settings = {name: value for name, value in options.items() if value is not None}
     if settings.get("transient", "auto") != "auto":
         try:
             settings["transient"] = int(settings["transient"])
         except ValueError:
             raise InputError(
-                f"--transient {as_typed(settings['transient'])}: must be a whole number of periods,"
-                " or auto."
+                f"--transient {as_typed(settings['transient'])}: must be a whole number of"
+                " periods or crossings, or auto."
             ) from None
     axes = parse_axes(over, study.system) if over else study.sweep.axes
     try:

@@ -11,12 +11,11 @@ from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.main import say
 from wedgebrake.cli.output import finish, of_option
 from wedgebrake.cli.progress import Watch
-from wedgebrake.cli.sweep_report import sweep_report, sweep_text
+from wedgebrake.cli.sweep_report import is_self_excited, sweep_report, sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.study import Study
-from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.validation import shown
-from wedgebrake.sweeps.basins import basins
+from wedgebrake.sweeps.basins import basins, initial_conditions
 from wedgebrake.sweeps.progress import Progress
 from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
 
@@ -85,10 +84,12 @@ def _check(study: Study, store: Path | None, resume: bool, *, picture: bool) -> 
     """Refuse an impossible sweep, before the computation."""
     names = [name for name, _ in study.sweep.axes]
     if not names:
+        example = "brake.slope=-60:0:50" if study.of_machine else "eta=-60:12:400"
         raise InputError(
             "sweep: nothing to sweep. Give --over NAME=FROM:TO:COUNT, for example --over"
-            " eta=-60:12:400, or a [sweep] table in the study file."
+            f" {example}, or a [sweep] table in the study file."
         )
+    _check_returns(study)
     follow = study.sweep.follow
     if follow not in (None, *names):
         raise InputError(
@@ -109,18 +110,31 @@ def _check(study: Study, store: Path | None, resume: bool, *, picture: bool) -> 
         )
 
 
+def _check_returns(study: Study) -> None:
+    """Refuse periods of a motion that has crossings, and the reverse."""
+    crosses = is_self_excited(study)
+    given, wanted = ("periods", "crossings") if crosses else ("crossings", "periods")
+    if getattr(study.sweep, given) is not None:
+        why = "no signal varies in time, so that there is no period"
+        what = why if crosses else "counts returns where no signal varies in time; here signals do"
+        raise InputError(f"--{given}: {what}. Give --{wanted}.")
+
+
 def _sweep(study: Study, **settings: Any) -> xr.Dataset:
     """The sweep of a study, by the number and the names of its axes."""
     parameters = study.sweep.parameters()
-    settings |= {name: getattr(study.run, name) for name in _OF_RUN}
+    settings |= {
+        name: getattr(study.run, name) for name in _OF_RUN if name in type(study.run).model_fields
+    }
     settings |= study.sweep.arguments()
     compute: Callable[..., xr.Dataset] = sweep
     if len(parameters) == 1:
         compute = bifurcation
         settings["follow"] = study.sweep.follow is not None
     elif len(parameters) == 2 and study.sweep.follow is None:
-        compute = basins if set(parameters) == set(INITIAL) else regime_map
-    return compute(study.system, **parameters, **settings)
+        initial = set(initial_conditions(study.system))
+        compute = basins if set(parameters) <= initial else regime_map
+    return compute(study.system, parameters, **settings)
 
 
 def _recorded(damage: list[str], otherwise: Callable[..., None]) -> Callable[..., None]:

@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import sliding_damping
+from wedgebrake.analysis.motion import is_solved_as_machine
 from wedgebrake.cli.output import describe, header, timed, with_unit
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
 from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import Study
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.sweeps.results import PointStatus
+from wedgebrake.sweeps.results import CONTACT, PointStatus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,9 +52,7 @@ def sweep_report(
     axes = dict(zip(study.sweep.parameters(), dims, strict=True))
     alone = next(iter(axes.items())) if len(axes) == 1 else None
     words, places = _words(dataset)
-    damping = dataset["sliding_damping"].to_numpy()
-    known = damping[~np.isnan(damping)]
-    stable = np.isfinite(known) & (known > 0.0)
+    several = dataset.sizes.get(CONTACT, 1) > 1
     return {
         **header(study.system),
         "kind": dataset.attrs["kind"],
@@ -68,12 +68,11 @@ def sweep_report(
             for name, dim in axes.items()
         },
         "points": int(places.size),
+        "returns": "crossings" if is_self_excited(study) else "periods",
         **{what: _counts(words, places, what) for what in ("status", "motion", "stick_slip")},
-        "linear_stability": {
-            "stable_share": float(np.mean(stable)) if stable.size else math.nan,
-            "locked_share": float(np.isposinf(damping).mean()),
-            "limits": list(_limits(study.system, dataset, *alone)) if alone else None,
-        },
+        "contacts": _of_contacts(dataset) if several else None,
+        "motion_period": _motion_period(dataset),
+        "linear_stability": _linear_stability(study.system, dataset, alone),
         "intervals": list(_intervals(dataset, alone[1], words, places)) if alone else None,
         "attractors": _attractors(dataset) if "attractor" in dataset else None,
         "speed": speed,
@@ -82,10 +81,27 @@ def sweep_report(
     }
 
 
+def is_self_excited(study: Study) -> bool:
+    """Return True if the motions of a sweep are counted by crossings, as they have no period."""
+    system: BrakedDriveline | Machine = study.system
+    if isinstance(system, Machine):
+        return system.autonomous
+    return is_solved_as_machine(system, study.run.method) and system.machine.autonomous
+
+
 def _words(dataset: xr.Dataset) -> tuple[list[dict[str, str]], NDArray[np.intp]]:
-    """The words for groups of equal points, and the index of the group of each point."""
-    names = ("status", "motion", "stick_class", "order")
-    columns = np.stack([dataset[name].to_numpy().astype(np.int64).ravel() for name in names])
+    """The words for groups of equal points, and the index of the group of each point.
+
+    The class of stick-slip is that of the contact that sticks in most directions.
+    """
+    columns = np.stack(
+        [
+            one.max(CONTACT).to_numpy().astype(np.int64).ravel()
+            if CONTACT in one.dims
+            else one.to_numpy().astype(np.int64).ravel()
+            for one in (dataset[name] for name in ("status", "motion", "stick_class", "order"))
+        ]
+    )
     kinds, places = np.unique(columns, axis=1, return_inverse=True)
     found = [_meaning(*kind) for kind in kinds.T.tolist()]
     # Points with the same words count as equal, regardless of other differences.
@@ -109,6 +125,40 @@ def _counts(words: list[dict[str, str]], places: NDArray[np.intp], what: str) ->
     for word, count in zip(words, np.bincount(places).tolist(), strict=True):
         counts[word[what]] = counts.get(word[what], 0) + count
     return dict(sorted(counts.items(), key=lambda item: -item[1]))
+
+
+def _of_contacts(dataset: xr.Dataset) -> dict[str, dict[str, int]]:
+    """Number of points in each class of stick-slip, for each contact of a machine."""
+    found = {}
+    for name in dataset[CONTACT].to_numpy().tolist():
+        own, places = _words(dataset.sel({CONTACT: name}))
+        found[name] = _counts(own, places, "stick_slip")
+    return found
+
+
+def _motion_period(dataset: xr.Dataset) -> dict[str, float] | None:
+    """Shortest and longest period of the limit cycles [s]; None if there are none."""
+    if "motion_period" not in dataset:
+        return None
+    cycles = dataset["motion"].to_numpy() == MotionClass.LIMIT_CYCLE
+    periods = dataset["motion_period"].to_numpy()[cycles]
+    return {"min": float(periods.min()), "max": float(periods.max())} if periods.size else None
+
+
+def _linear_stability(
+    system: BrakedDriveline, dataset: xr.Dataset, alone: tuple[str, str] | None
+) -> dict[str, Any] | None:
+    """Shares of stable and of locked points, and the limits; None for a machine."""
+    if "sliding_damping" not in dataset:
+        return None
+    damping = dataset["sliding_damping"].to_numpy()
+    known = damping[~np.isnan(damping)]
+    stable = np.isfinite(known) & (known > 0.0)
+    return {
+        "stable_share": float(np.mean(stable)) if stable.size else math.nan,
+        "locked_share": float(np.isposinf(damping).mean()),
+        "limits": list(_limits(system, dataset, *alone)) if alone else None,
+    }
 
 
 def _intervals(
@@ -154,12 +204,13 @@ def _limits(
         yield {"value": 0.5 * (low + high), "stable": "above" if stable[i + 1] else "below"}
 
 
-def sweep_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
+def sweep_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> str:
     """The report of ``sweep_report`` as text."""
     axes, total, speed = report["axes"], report["points"], report["speed"]
     lines = [describe(system, axes), *_swept(axes), f"Evaluated {_settings(report)}"]
-    torque = system.excitation
-    if torque.amplitude == 0.0 and not {"amplitude", "F0"} & set(axes):
+    torque = None if isinstance(system, Machine) else system.excitation
+    sampled = torque is not None and report["returns"] == "periods" and torque.amplitude == 0.0
+    if torque is not None and sampled and not {"amplitude", "F0"} & set(axes):
         period = "1/frequency" if {"frequency", "f"} & set(axes) else f"{torque.period:.4g} s"
         lines.append(
             f"  (no torque acts: its period, {period}, only sets the times at which the motion is"
@@ -167,10 +218,21 @@ def sweep_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
         )
     lines += ["", f"Points: {total}, {_listed(report['status'], total)}"]
     lines.append(f"Motion: {_listed(report['motion'], total)}")
-    lines.append(f"Stick-slip: {_listed(report['stick_slip'], total)}")
+    period = report["motion_period"]
+    if period:
+        ends = list(dict.fromkeys(f"{period[end]:.6g}" for end in ("min", "max")))
+        lines.append(f"Period of limit cycles: {' to '.join(ends)} s")
+    if report["contacts"]:
+        lines += [
+            f"Stick-slip of {name}: {_listed(counts, total)}"
+            for name, counts in report["contacts"].items()
+        ]
+    else:
+        lines.append(f"Stick-slip: {_listed(report['stick_slip'], total)}")
     if "undecided" in report["motion"] and report["protocol"]["transient"] != "auto":
         lines.append("  (--transient auto gives each point the time to settle)")
-    lines += _linear(report)
+    if report["linear_stability"]:
+        lines += _linear(report)
     if report["intervals"]:
         lines += ["", *_along(report)]
     if report["attractors"] is not None:
@@ -201,16 +263,20 @@ def _swept(axes: dict[str, Any]) -> Iterator[str]:
 
 def _settings(report: dict[str, Any]) -> str:
     protocol, swept = report["protocol"], INITIAL.keys() & report["axes"]
+    of_machine, returns = "groups" not in report, report["returns"]
+    what = f"torque {returns}" if returns == "periods" and not of_machine else returns
     if protocol["transient"] == "auto":
         text = (
-            f"over {protocol['recorded']} torque periods once each point has settled, at the latest"
-            f" after {protocol['limit']} periods"
+            f"over {protocol['recorded']} {what} once each point has settled, at the latest"
+            f" after {protocol['limit']} {returns}"
         )
     else:
-        text = f"over torque periods {protocol['transient']}–{protocol['periods']}"
+        text = f"over {what} {protocol['transient']}–{protocol['periods']}"
     angle, velocity = protocol["initial"]
     if protocol["follow"] is not None:
         text += f"; each point starts where its neighbour in {protocol['follow']} ended"
+    elif of_machine:
+        text += ", starting from the initial state"
     elif not swept and velocity == 0.0:
         text += f", starting from rest at angle {angle:.6g}" + (" rad" if angle else "")
     elif len(swept) < 2:

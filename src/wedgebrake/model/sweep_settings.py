@@ -181,6 +181,10 @@ class Sweep(Part):
         "number of recorded periods (50); with a number for transient that of the last one (250)",
         example=50, default=None, gt=0, le=_LONGEST,
     )  # fmt: skip
+    crossings: int | None = parameter(
+        "the same where no signal varies in time: returns to the section of the motion",
+        example=50, default=None, gt=0, le=_LONGEST,
+    )  # fmt: skip
     transient: Annotated[
         int | Literal["auto"] | None,
         PlainValidator(_transient),

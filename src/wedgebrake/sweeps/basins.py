@@ -67,9 +67,7 @@ def basins(
     """
     parameters, settings, execution = split_options(options)
     parameters = joined(over, parameters)
-    allowed = set(INITIAL)
-    if isinstance(system, Machine):
-        allowed = {f"{one.name}.{end}" for one in system.inertias for end in ("angle", "speed")}
+    allowed = initial_conditions(system)
     if len(parameters) != len(INITIAL) or not set(parameters) <= allowed:
         first, second = sorted(allowed)[:2]
         raise InputError(
@@ -84,6 +82,13 @@ def basins(
         )
     settings.setdefault("limit", LIMIT)
     return label(execute(make_plan("basins", system, parameters, **settings), **execution))
+
+
+def initial_conditions(system: BrakedDriveline | Machine) -> set[str]:
+    """Return the names of the initial conditions that can be swept."""
+    if isinstance(system, Machine):
+        return {f"{one.name}.{end}" for one in system.inertias for end in ("angle", "speed")}
+    return set(INITIAL)
 
 
 def label(dataset: xr.Dataset) -> xr.Dataset:

@@ -62,51 +62,44 @@ class MachineChunk:
         """Compute a batch point by point; with ``follow`` each from the end of the one before."""
         before: FinalState | None = None
         for number in numbers:
-            machine = self._machine(int(number))
-            if machine is None:
+            changed = self._changed(int(number))
+            if changed is None:
                 self._results["status"][number] = PointStatus.INVALID
                 before = None
                 continue
+            machine = self._machine(int(number), changed)
             start = before if self._plan.grid.follow is not None else None
             result = classify_machine(machine, self._plan.protocol, start, self._plan.method)
             before = result.final if result.outcome == Outcome.COMPLETED else None
             self._store(int(number), result)
-            if "sliding_damping" in self._results:
-                self._results["sliding_damping"][number] = self._sliding_damping(int(number))
+            if isinstance(changed, BrakedDriveline) and changed.plain:
+                self._results["sliding_damping"][number] = sliding_damping(changed)
 
     def _values(self, number: int) -> dict[str, float]:
-        """The swept values of a point."""
+        """Return the swept values of a point."""
         return {
             axis.name: float(axis.values[own[number]])
             for axis, own in zip(self._plan.grid.axes, self._indices, strict=True)
         }
 
-    def _changes(self, number: int) -> dict[str, float]:
-        """The swept values of a point but for the initial angle and velocity of a driveline."""
-        return {name: one for name, one in self._values(number).items() if name not in INITIAL}
-
-    def _machine(self, number: int) -> Machine | None:
-        """Return the machine of a point; None if it is not valid."""
+    def _changed(self, number: int) -> BrakedDriveline | Machine | None:
+        """Return the system of a point; None if it is not valid."""
         values = self._values(number)
+        changes = {name: value for name, value in values.items() if name not in INITIAL}
         try:
-            changed = self._plan.system.replace(**self._changes(number))
+            return self._plan.system.replace(**changes)
         except InputError:
             return None
+
+    def _machine(self, number: int, changed: BrakedDriveline | Machine) -> Machine:
+        """Return the machine of a point, at its initial state."""
         if isinstance(changed, Machine):
             return changed
         angle, velocity = self._plan.initial
-        state = {"initial_angle": angle, "initial_velocity": velocity, **values}
+        state = {
+            "initial_angle": angle, "initial_velocity": velocity, **self._values(number)
+        }  # fmt: skip
         return changed.machine_at(state["initial_angle"], state["initial_velocity"])
-
-    def _sliding_damping(self, number: int) -> float:
-        """The smallest damping of steady sliding of a driveline; nan where it is not known."""
-        system = self._plan.system
-        assert isinstance(system, BrakedDriveline)  # noqa: S101 - only its sweeps have it
-        try:
-            changed = system.replace(**self._changes(number))
-            return sliding_damping(changed) if changed.plain else math.nan
-        except InputError:
-            return math.nan
 
     def _store(self, number: int, result: MachineResult) -> None:
         """Store what a run found."""

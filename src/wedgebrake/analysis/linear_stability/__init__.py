@@ -3,7 +3,8 @@
 front             : ``stability``, for a driveline or a machine
 damping           : definition of steady sliding of a driveline and of its damping
 verdict           : eigenvalues, bifurcation points, margins and the verdict in words
-maps              : ``stability_map``: stability over a grid of groups
+maps              : ``stability_map``: stability over a grid of groups or parameters
+machine_map       : the same for a machine
 sliding_contact   : a contact of a machine, linearised about steady sliding
 linear_system     : the linear system of a machine, including sampled controllers
 modes             : its eigenvalues and modes

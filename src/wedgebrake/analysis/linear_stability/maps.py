@@ -1,19 +1,23 @@
-"""Maps of linear stability over normalised groups."""
+"""Maps of linear stability: of drivelines over normalised groups, of machines over parameters."""
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.linear_stability.damping import is_constant
+from wedgebrake.analysis.linear_stability.machine_map import machine_map
 from wedgebrake.analysis.linear_stability.verdict import driveline_stability
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.validation import check_instance, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,27 +28,45 @@ AXES = ("eta", "alpha", "kinetic", "loss_factor")
 """Groups that a map can have as axes: all that linear stability depends on."""
 
 
-def stability_map(system: BrakedDriveline, **axes: ArrayLike) -> xr.Dataset:
-    """Linear stability over a grid of groups, as ``stability`` for each point.
+def stability_map(
+    system: BrakedDriveline | Machine, over: Mapping[str, ArrayLike] | None = None,
+    **axes: ArrayLike,
+) -> xr.Dataset:  # fmt: skip
+    """Linear stability over a grid of groups or parameters, as ``stability`` for each point.
 
-    system : the system whose groups are varied
-    axes   : one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an array of
-             values; the dimensions of the result are in this order. All other groups, the drive
-             speed and the initial actuation force are those of the system.
+    system : the system whose groups or parameters are varied
+    over   : the axes as a mapping, instead of keywords. Of a machine: dotted names, such as
+             {"brake.base_speed": np.linspace(1, 50, 100)} for the stability over the speed of a
+             shaft; any number, in the unit of its field
+    axes   : of a driveline one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an
+             array of values; the dimensions of the result are in this order. All other groups, the
+             drive speed and the initial actuation force are those of the system.
 
-    Returns a dataset with these variables over those dimensions: ``margin`` (smallest margin in
-    eta [1]; nan if the brake is released at the speed of the shaft), ``stable``, ``growth``
+    Returns a dataset with these variables over those dimensions, for a driveline: ``margin``
+    (smallest margin in eta [1]; nan if the brake is released at the speed of the shaft), ``stable``, ``growth``
     (largest real part divided by the natural frequency [1]) and ``locked`` (no forward sliding
     exists, and only backward sliding is evaluated; on a turning shaft, no sliding at its speed).
 
-    With constant friction the whole grid is computed at once, otherwise point by point at about
-    a thousand points per second.
+    For a machine: ``growth_rate`` (largest [1/s]; nan if no sliding exists), ``damping_ratio``
+    (smallest of all modes that are not rigid, negative where one grows), ``frequency`` (of that
+    mode [Hz]), ``stable`` and ``locked`` (no sliding exists), each over all directions of sliding
+    that are possible at the initial speeds.
 
-    Raises ``InputError`` if the system is not a ``BrakedDriveline``, for unknown axes, and for
-    empty or non-finite values.
+    With constant friction the whole grid of a driveline is computed at once, otherwise point by
+    point at about a thousand points per second.
+
+    Raises ``InputError`` for any other system, for unknown axes, and for empty, invalid or
+    non-finite values.
     """
     import xarray as xr
 
+    given = {} if over is None else check_instance("over", over, Mapping, "a mapping of axes")
+    for name in given:
+        if name in axes:
+            raise wrong(name, given[name], "given once", "It is in the mapping and a keyword.")
+    axes = {**given, **axes}
+    if isinstance(system, Machine):
+        return machine_map(system, axes)
     check_driveline(system)
     values = _grid(system, axes)
     sliding = system.brake.radius * abs(system.driveline.drive_speed)

@@ -37,12 +37,13 @@ def sampling(machine: Machine) -> Every | None:
     return Every(1.0 / min(lowest))
 
 
-def crossing(passage: Passage, space: Coordinates) -> Crossing:
-    """The section of a self-excited motion: the scaled speed with the largest range.
+def crossing(passage: Passage, space: Coordinates, inertia: int | None = None) -> Crossing:
+    """The section of a self-excited motion: a speed crosses the middle of its range upwards.
 
     passage : in which the scaled coordinates are watched
+    inertia : number of the inertia; None: that whose scaled speed has the largest range
     """
     ranges = (passage.high - passage.low)[space.speeds]
-    speed = space.speeds.start + int(ranges.argmax())
+    speed = space.speeds.start + (int(ranges.argmax()) if inertia is None else inertia)
     level = 0.5 * float(passage.low[speed] + passage.high[speed])
     return Crossing(tuple(map(float, space.to[speed])), level)

@@ -87,7 +87,7 @@ def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
     }
     options: dict[str, Any] = {"width": PAGE}
     if call.function == "stability_map":
-        return image(plot(stability_map(state.system, **values), **options), kind)
+        return image(plot(stability_map(state.system, values), **options), kind)
     limits = {name: sweep_settings(state)[name] for name in ("max_events", "max_steps")}
     swept = _SWEEPS[call.function](
         following(state.system), **values, **{**call.options, **limits}, progress=progress

@@ -235,7 +235,7 @@ class _Stability(ParameterPlot):
         line = state.system.driveline
         sliding = state.system.brake.radius * abs(line.drive_speed)
         wide, high = _CELLS if is_constant(state.system.friction, sliding) else _FEW_CELLS
-        dataset = stability_map(state.system, **{x.name: x.values(wide), y.name: y.values(high)})
+        dataset = stability_map(state.system, {x.name: x.values(wide), y.name: y.values(high)})
         held = np.zeros(high, dtype=bool)
         if y.name == "alpha" and line.drive_speed == 0.0:
             held = y.values(high) <= (state.system.groups.static_ratio or 1.0)

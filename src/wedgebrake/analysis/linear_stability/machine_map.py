@@ -1,0 +1,91 @@
+"""Linear stability of a machine over any of its parameters."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.linear_stability.machine_stability import (
+    MachineStability,
+    machine_stability,
+)
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.sweep_settings import sweepable
+from wedgebrake.model.units import with_unit
+from wedgebrake.model.validation import unknown, wrong
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+_VARIABLES = {
+    "growth_rate": ("1/s", "largest growth rate"),
+    "damping_ratio": ("1", "smallest damping ratio"),
+    "frequency": ("Hz", "frequency of the mode with the smallest damping ratio"),
+    "stable": ("1", "whether sliding exists and small vibration decays"),
+    "locked": ("1", "whether no sliding exists"),
+}
+
+
+def machine_map(machine: Machine, axes: Mapping[str, Any]) -> xr.Dataset:
+    """``stability_map`` of a machine, point by point."""
+    import xarray as xr
+
+    if not axes:
+        raise InputError(
+            "axes: none given. Give at least one parameter with its values, for example"
+            ' {"brake.base_speed": np.linspace(1, 50, 100)}.'
+        )
+    allowed = sweepable(machine)
+    values = {name: _values(name, given, allowed) for name, given in axes.items()}
+    found = [
+        _point(machine_stability(machine.replace(dict(zip(values, point, strict=True)))))
+        for point in itertools.product(*(one.tolist() for one in values.values()))
+    ]
+    shape = tuple(one.size for one in values.values())
+    columns = zip(*found, strict=True)
+    return xr.Dataset(
+        {
+            name: (tuple(values), np.array(column).reshape(shape), _attributes(*words))
+            for (name, words), column in zip(_VARIABLES.items(), columns, strict=True)
+        },
+        coords={name: (name, one, _attributes(*allowed[name])) for name, one in values.items()},
+        attrs={"system": json.dumps(machine.as_dict())},
+    )
+
+
+def _point(found: MachineStability) -> tuple[float, float, float, bool, bool]:
+    """Values of ``_VARIABLES`` at a point: the worst over the directions of sliding."""
+    modes = [
+        mode for case in found.cases if not case.locked for mode in case.modes if not mode.rigid
+    ]
+    least = min(modes, key=lambda mode: mode.damping_ratio, default=None)
+    growth = math.nan if found.growth_rate is None else found.growth_rate
+    ratio, frequency = (
+        (math.nan, math.nan) if least is None else (least.damping_ratio, least.frequency)
+    )
+    return growth, ratio, frequency, found.stable, found.critical is None
+
+
+def _values(name: str, given: Any, allowed: Mapping[str, tuple[str, str]]) -> FloatArray:
+    """The values of an axis, (k,)."""
+    if name not in allowed:
+        raise unknown(name, given, list(allowed), "not a number of this machine")
+    try:
+        values = np.atleast_1d(np.asarray(with_unit(name, given, allowed[name][0]), dtype=float))
+    except (TypeError, ValueError):
+        raise wrong(name, given, "an array of numbers") from None
+    if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values)):
+        raise wrong(name, given, "one-dimensional, finite and not empty")
+    return values
+
+
+def _attributes(unit: str, meaning: str) -> dict[str, str]:
+    return {"units": unit, "long_name": meaning}

@@ -1,0 +1,141 @@
+"""Returns of a self-excited machine to a section: a speed that rises, or a contact that slips."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.machine_motion.coordinates import coordinates
+from wedgebrake.analysis.machine_motion.section import crossing
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.model.machine import Machine
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Course, Crossing, Passage
+from wedgebrake.solvers.machine.solve import MachineTask, solve_machine
+
+FloatArray = NDArray[np.float64]
+# Periods of the lowest natural vibration in which a motion is first looked at, and in which a
+# return is expected.
+_FIRST_LOOK, _PATIENCE = 8.0, 4.0
+# Fewest returns that are waited for, and most over which the range of a speed is taken.
+_FEWEST, _MEASURED = 16, 16
+
+
+class Start(NamedTuple):
+    """How a run begins, and how it is computed.
+
+    initial : a state, or None: the initial state of the machine at ``time`` [s]
+    """
+
+    initial: FinalState | None
+    time: float
+    method: str
+    max_events: int
+
+
+class Crossings(NamedTuple):
+    """Returns to a section.
+
+    numbers : (k,) of the returns, from 1 on
+    times, states : (k,) [s], (k, states)
+    section : name of the inertia or contact
+    level   : speed of the inertia at the section [rad/s]; nan for a contact
+    """
+
+    numbers: NDArray[np.int64]
+    times: FloatArray
+    states: FloatArray
+    section: str
+    level: float
+    outcome: Outcome
+    final: FinalState
+
+
+def inertia_crossings(
+    machine: Machine, inertia: str | None, first: int, last: int, start: Start
+) -> Crossings:
+    """Times at which the speed of an inertia crosses the middle of its range upwards.
+
+    inertia     : None: the one whose scaled speed has the largest range
+    first, last : numbers of the first and last return; the range is that of the motion shortly
+                  before the first one
+    """
+    space = coordinates(machine)
+    natural = 2.0 * math.pi / space.frequency if space.frequency else 1.0
+    course = Course(
+        machine, start.initial, start=start.time, works=False, method=start.method,
+        watched=space.to,
+    )  # fmt: skip
+    which = None if inertia is None else machine.index(inertia)
+    events = 0
+
+    def advance(section: Crossing | None, returns: int, periods: float) -> Passage:
+        nonlocal events
+        passage = course.advance(
+            section, returns, duration=periods * natural, max_events=start.max_events - events
+        )
+        events += passage.events
+        return passage
+
+    def wait(section: Crossing, returns: int) -> Passage:
+        return advance(section, returns, max(returns, _FEWEST) * _PATIENCE)
+
+    passage = advance(None, 0, _FIRST_LOOK)
+    section = crossing(passage, space, which)
+    # The section is moved to the middle of the motion to which the transient leads.
+    parts = [first - 1 - _MEASURED, _MEASURED] if first > _MEASURED + 1 else [first - 1]
+    for count in parts:
+        if count > 0 and passage.outcome == Outcome.COMPLETED:
+            passage = wait(section, count)
+    if passage.outcome == Outcome.COMPLETED:
+        section = crossing(passage, space, which)
+        passage = wait(section, last - first + 1)
+        times, states = passage.times, passage.states
+    else:
+        times, states = np.empty(0), np.empty((0, space.to.shape[1]))
+    row = np.array(section.row)
+    n = len(machine.inertias)
+    number = int(np.flatnonzero(row)[0])
+    return Crossings(
+        first + np.arange(times.size), times, states, machine.inertias[number - n].name,
+        section.level / float(row[number]), passage.outcome, passage.final,
+    )  # fmt: skip
+
+
+def contact_crossings(
+    machine: Machine, contact: str, first: int, last: int, start: Start
+) -> Crossings:
+    """Times at which a contact begins to slide; arguments as for ``inertia_crossings``."""
+    space = coordinates(machine)
+    natural = 2.0 * math.pi / space.frequency if space.frequency else 1.0
+    which = [one.name for one in machine.contacts].index(contact)
+    state, time, events, done = start.initial, start.time, 0, 0
+    times: list[FloatArray] = []
+    states: list[FloatArray] = []
+    while done < last:
+        end = time + max(last - done, _FEWEST) * _PATIENCE * natural
+        room = start.max_events - events
+        task = MachineTask(time, end, np.empty(0), state, False, room, start.method)
+        answer = solve_machine(machine, task)
+        found = answer.events
+        slips = (found["kind"] == EventKind.SLIP) & (found["contact"] == which)
+        own = found["time"][slips][max(first - 1 - done, 0) : last - done]
+        if own.size:
+            # The same run again, with samples at these instants.
+            again = MachineTask(time, float(own[-1]), own, state, False, room, start.method)
+            times.append(own)
+            states.append(solve_machine(machine, again).observer.states.copy())
+        done += int(slips.sum())
+        events += len(found)
+        state, time = answer.final, answer.final.time
+        if answer.outcome != Outcome.COMPLETED or not slips.any():
+            break
+    reached = np.concatenate(times) if times else np.empty(0)
+    points = np.concatenate(states) if states else np.empty((0, space.to.shape[1]))
+    return Crossings(
+        first + np.arange(reached.size), reached, points, contact, math.nan, answer.outcome,
+        answer.final,
+    )  # fmt: skip
