@@ -19,7 +19,9 @@ REPEATS = ("limit cycle", "synchronous", "periodic")
 _OF_EACH = 6
 QUICK = [
     case
-    for kind in {case["motion"] for case in TRUTH} - {"chaotic", "quasi-periodic", "unknown"}
+    for kind in sorted(
+        {case["motion"] for case in TRUTH} - {"chaotic", "quasi-periodic", "unknown"}
+    )
     for case in sorted(
         (one for one in TRUTH if one["motion"] == kind), key=lambda one: one["units"]
     )[:_OF_EACH]

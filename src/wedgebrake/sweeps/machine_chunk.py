@@ -124,6 +124,9 @@ class MachineChunk:
         """Values over inertias, contacts and exponents."""
         n, found = len(result.final.speeds) if result.final else 0, result.contacts
         points = self._points(result)
+        exponents = np.full(self._results["exponents"].shape[1], math.nan)
+        count = min(exponents.size, result.exponents.size)
+        exponents[:count] = result.exponents[:count]
         return {
             "stick_class": found.stick_class,
             "sticks_forward": found.sticks[:, 0],
@@ -133,11 +136,7 @@ class MachineChunk:
             "friction_power": found.friction_power,
             "lowest_velocity": result.low[n : 2 * n] if result.low.size else math.nan,
             "highest_velocity": result.high[n : 2 * n] if result.low.size else math.nan,
-            "exponents": np.pad(
-                result.exponents,
-                (0, self._results["exponents"].shape[1] - result.exponents.size),
-                constant_values=math.nan,
-            ),
+            "exponents": exponents,
             **({"angle": points[:, :n], "velocity": points[:, n : 2 * n]} if points.size else {}),
         }
 

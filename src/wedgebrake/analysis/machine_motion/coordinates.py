@@ -25,14 +25,26 @@ class Coordinates(NamedTuple):
     """Linear coordinates y = to x of the states x, and the states back y of small deviations.
 
     to, back  : (p, states), (states, p); to back = 1
+    forces    : (f,) units of the forces in the memory of controllers, which derivatives of the flow
+                contain after the states [N s/rad]
     speeds    : the slice of the coordinates that are speeds of inertias
     frequency : lowest natural angular frequency of the shafts [rad/s]; 0 without shafts
     """
 
     to: FloatArray
     back: FloatArray
+    forces: FloatArray
     speeds: slice
     frequency: float
+
+    def scaled(self, matrices: FloatArray) -> FloatArray:
+        """Derivatives of the flow, (k, states + f, states + f), in these coordinates."""
+        p, states = self.to.shape
+        to = np.zeros((p + self.forces.size, states + self.forces.size))
+        back = np.zeros(to.T.shape)
+        to[:p, :states], to[p:, states:] = self.to, np.diag(1.0 / self.forces)
+        back[:states, :p], back[states:, p:] = self.back, np.diag(self.forces)
+        return np.asarray(to @ matrices @ back)
 
     @property
     def size(self) -> int:
@@ -67,4 +79,14 @@ def coordinates(machine: Machine) -> Coordinates:
     natural = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
     positive = natural[natural > _RANK * max(natural[-1], 0.0)]
     lowest = float(np.sqrt(positive[0])) if positive.size else 0.0
-    return Coordinates(to[:row], back[:, :row], slice(p, p + n), lowest)
+    return Coordinates(to[:row], back[:, :row], _forces(machine), slice(p, p + n), lowest)
+
+
+def _forces(machine: Machine) -> FloatArray:
+    """Units of the forces that controllers apply and delay, where they follow from the state."""
+    found: list[float] = []
+    for contact in machine.contacts:
+        given = contact.actuation
+        if given.sample_time is not None and given.slope != 0.0 and not given.resolution:
+            found += [abs(given.slope)] * (1 + given.delay)
+    return np.array(found)

@@ -177,7 +177,7 @@ class _Run:
         if len(window.times) < _FEWEST:
             return False
         points = np.ascontiguousarray(window.states @ self.space.to.T)
-        matrices = self.space.to @ window.matrices[1:] @ self.space.back
+        matrices = self.space.scaled(window.matrices[1:])
         growth = growths(matrices)
         area = float(growth[:, :2].mean(axis=0).sum()) if growth.shape[1] > 1 else -math.inf
         scale, size = np.ones(self.space.size), max(self._range(window), 1e-300)
@@ -237,7 +237,7 @@ class _Run:
             return
         self._describe(orbit)
         result.period = float(orbit.times[-1]) - before
-        matrices = self.space.to @ orbit.matrices @ self.space.back
+        matrices = self.space.scaled(orbit.matrices)
         result.exponents = self._exponents(multipliers(matrices) / result.period)
         result.exponent_error = 0.0
         if self.every is None:
