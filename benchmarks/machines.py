@@ -199,10 +199,10 @@ def basins() -> None:
     start = {
         "mass.angle": np.linspace(-1.5, 2.5, MAP), "mass.speed": np.linspace(-2.0, 2.0, MAP),
     }  # fmt: skip
-    whole = best(lambda: wb.basins(fast, start, threads=1), SECONDS)
+    whole = best(lambda: wb.basins(fast, start, threads=1), least=1, seconds=0.0)
     print(f"\nbasins of {MAP} x {MAP} points on a belt {whole:.2f} s on one core", end="")
     print(f", {1e3 * whole / MAP**2:.2f} ms a point", end="")
-    threads = best(lambda: wb.basins(fast, start), SECONDS)
+    threads = best(lambda: wb.basins(fast, start), least=1, seconds=0.0)
     print(f"; {threads:.2f} s on all")
 
 

@@ -377,6 +377,8 @@ def test_store_resumes_with_the_same_bits(tmp_path) -> None:
     resumed = wb.sweep(belt(0.5), axes, crossings=5, store=path, resume=True)
     xr.testing.assert_identical(resumed.load(), whole)
     with xr.open_dataset(path, engine="wedgebrake") as opened:
+        one = {"belt.base_speed": 3, "mass.angle": 1}
+        xr.testing.assert_identical(opened.isel(one).load(), whole.isel(one))
         xr.testing.assert_identical(opened.load(), whole)
     with pytest.raises(InputError):
         wb.sweep(belt(0.6), axes, crossings=5, store=path, resume=True)

@@ -168,7 +168,7 @@ class _Column(BackendArray):
             own = own[(slice(None),) * axis + (inner[axis],)]
         values = self._results.oindex[(np.atleast_1d(own).ravel(), *points)]
         values = np.moveaxis(values, 0, -1)
-        values = values.reshape(*values.shape[:-1], *np.shape(own))
+        values = values.reshape((*values.shape[:-1], *np.shape(own)))
         if self._fill is not None:
             values = np.where(np.isnan(values), self._fill, values)
         return np.asarray(values, self.dtype)
