@@ -43,9 +43,10 @@ def stability_map(
              drive speed and the initial actuation force are those of the system.
 
     Returns a dataset with these variables over those dimensions, for a driveline: ``margin``
-    (smallest margin in eta [1]; nan if the brake is released at the speed of the shaft), ``stable``, ``growth``
-    (largest real part divided by the natural frequency [1]) and ``locked`` (no forward sliding
-    exists, and only backward sliding is evaluated; on a turning shaft, no sliding at its speed).
+    (smallest margin in eta [1]; nan if the brake is released at the speed of the shaft),
+    ``stable``, ``growth`` (largest real part divided by the natural frequency [1]) and ``locked``
+    (no forward sliding exists, and only backward sliding is evaluated; on a turning shaft, no
+    sliding at its speed).
 
     For a machine: ``growth_rate`` (largest [1/s]; nan if no sliding exists), ``damping_ratio``
     (smallest of all modes that are not rigid, negative where one grows), ``frequency`` (of that
