@@ -21,7 +21,7 @@ import xarray as xr
 import wedgebrake as wb
 from children import started
 from printed import names, strict_json, unwrapped
-from wedgebrake.cli.sweep_report import sweep_text
+from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.dynamics.enums import motion_word
 from wedgebrake.errors import OutputError
 from wedgebrake.model.study import parse_study, schema
@@ -404,6 +404,7 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "with the table": ([*ETA, "--set", "sweep.limit=5"], "--set sweep.limit=5"),
     "limit of nothing": ([*ETA, "--set", "limit=0"], "sweep.limit = 0"),
     "unknown method": ([*ETA, "--method", "exakt"], "--method exakt"),
+    "crossings of a driven system": ([*ETA, "--crossings", "5"], "--crossings"),
 }
 
 

@@ -11,7 +11,8 @@ from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.main import say
 from wedgebrake.cli.output import finish, of_option
 from wedgebrake.cli.progress import Watch
-from wedgebrake.cli.sweep_report import is_self_excited, sweep_report, sweep_text
+from wedgebrake.cli.sweep_report import is_self_excited, sweep_report
+from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.study import Study
 from wedgebrake.model.validation import shown
