@@ -64,7 +64,7 @@ class _Flow:
     def _memory(self, times: FloatArray) -> FloatArray:
         nodes = self.start[:, None] + 0.5 * self.length[:, None] * (1.0 + NODES)
         weighted = 0.5 * self.length[:, None] * WEIGHTS * self.values
-        # At least one length of the interval from its pole, the kernel is smooth enough for the nodes.
+        # At least one interval length from its pole, the kernel is smooth enough for the nodes.
         far = times[:, None] - self.end >= self.length
         gaps = np.where(far[..., None], times[:, None, None] - nodes, np.inf)
         found = np.einsum("pk,tpk->t", weighted, 1.0 / np.sqrt(gaps))
