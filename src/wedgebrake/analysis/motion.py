@@ -176,9 +176,9 @@ def motion(
         Replaces ``periods`` for a system without varying signals, which has no period: number of
         returns to the section of its motion.
     transient : int or "auto"
-        Number of returns discarded as transient. "auto" runs windows, each twice as long as the previous, until the
-        motion has settled or ``limit`` returns have passed (200, with periods=250,
-        is approximately the paper's protocol).
+        Number of returns discarded as transient. "auto" runs windows, each twice as long as the
+        previous, until the motion has settled or ``limit`` returns have passed (200, with
+        periods=250, is approximately the paper's protocol).
     limit : int
         Largest number of returns until the motion must have settled, with "auto".
     initial : (float, float) or FinalState

@@ -166,9 +166,9 @@ def _natural(dataset: xr.Dataset, angle: FloatArray, velocity: FloatArray) -> fl
 
 
 def _averages(dataset: xr.Dataset) -> FloatArray:
-    """Return averages over a whole orbit, (k, n), by which self-excited motions are compared.
+    """Return averages over a whole orbit, (k, n), which compare orbits without their points.
 
-    Their points cannot be compared, because their sections may differ.
+    The points of self-excited motions may differ because their sections differ.
     """
     power = dataset["friction_power"]
     power = power.sum("contact") if "contact" in power.dims else power
