@@ -91,8 +91,8 @@ def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int =
     xarray.Dataset
         stop_time [s]. Over ``inertia``: stop_angle [rad], stop_speed [rad/s], stop_acceleration
         just after the stop and acceleration_step, its jump there [rad/s^2]. Over ``contact``:
-        contact_stop_time [s], nan for a contact that slides at the end; heat [J], sliding_time [s]
-        and sliding_angle [rad] until the stop; mean_torque and peak_torque [N m], the time average
+        contact_stop_time [s], nan for a contact that does not rest at the end; heat [J],
+        sliding_time [s] and sliding_angle [rad] until the stop; mean_torque and peak_torque [N m], the time average
         and the maximum of the magnitude of the torque while the contact slides. Over
         (``phase``, ``inertia``): rms_jerk and peak_jerk [rad/s^3], where the jerk is the derivative
         of the acceleration between its jumps. Over ``window``: judder_speed [rad/s] and
