@@ -92,10 +92,10 @@ def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int =
         stop_time [s]. Over ``inertia``: stop_angle [rad], stop_speed [rad/s], stop_acceleration
         just after the stop and acceleration_step, its jump there [rad/s^2]. Over ``contact``:
         contact_stop_time [s], nan for a contact that does not rest at the end; heat [J],
-        sliding_time [s] and sliding_angle [rad] until the stop; mean_torque and peak_torque [N m], the time average
-        and the maximum of the magnitude of the torque while the contact slides. Over
-        (``phase``, ``inertia``): rms_jerk and peak_jerk [rad/s^3], where the jerk is the derivative
-        of the acceleration between its jumps. Over ``window``: judder_speed [rad/s] and
+        sliding_time [s] and sliding_angle [rad] until the stop; mean_torque and peak_torque [N m],
+        the time average and the maximum of the magnitude of the torque while the contact slides.
+        Over (``phase``, ``inertia``): rms_jerk and peak_jerk [rad/s^3], where the jerk is the
+        derivative of the acceleration between its jumps. Over ``window``: judder_speed [rad/s] and
         judder_torque [N m] (of the torque, which counts as zero while the contact sticks), sqrt(2)
         times the root mean square deviation from a fitted straight line, with the coordinates
         mean_speed and mean_sliding [rad/s] and window_time [s].
