@@ -25,10 +25,10 @@ _AT_ONCE = ("at rest", "steady sliding")
 
 @dataclass(frozen=True)
 class ContactMotion:
-    """What one contact of a machine does in the steady motion.
+    """Sticks, torque and losses of one contact of a machine in the steady motion.
 
     stick_class                     : "non-stick-slip", "unidirectional stick-slip", ...
-    sticks_forward, sticks_backward : sticks in a return, by side of entry
+    sticks_forward, sticks_backward : sticks per return, by side of entry
     stick_share                     : share of time at rest
     peak_torque                     : largest |torque| [N m]
     friction_power                  : mean power that friction turns into heat [W]
@@ -47,8 +47,8 @@ class ContactMotion:
 class Motion(Result):
     """Class of the steady motion of a system, with its evidence.
 
-    A motion is sampled at its returns: once in each period of the signals or, where no signal
-    varies in time, whenever a speed crosses the middle of its range upwards.
+    A motion is sampled at its returns: once per period of the signals or, if no signal varies in
+    time, whenever a speed crosses the middle of its range upwards.
 
     kind              : "synchronous", "periodic", "quasi-periodic", "chaotic", "at rest",
                         "steady sliding", "limit cycle", "diverged", "self-locked", or "undecided"
@@ -56,23 +56,23 @@ class Motion(Result):
     order             : returns in one period of the motion; 0 if it does not repeat
     period            : of the motion [s]; nan if it does not repeat
     self_excited      : whether no signal varies in time
-    stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as in ``sticks``; of
-                        several contacts the one that sticks in most directions
+    stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as in ``sticks``; with
+                        several contacts, that of the contact that sticks in most directions
     status            : how the simulation ended, as ``Status``
     transient         : returns before the record
     settling          : with transient="auto": returns after which the motion stayed within
-                        1e-5 of its final orbit; nan where it has none
-    judged            : returns that decided the class
+                        1e-5 of its final orbit; nan if it has none
+    judged            : returns from which the class was determined
     return_distance   : distance from repetition, relative to the size of the motion
     exponents         : Lyapunov exponents, descending [1/s]; -inf where sticks remove a dimension,
-                        nan where they are not resolved. One of a self-excited vibration is 0
+                        nan where not resolved. A self-excited vibration has one exponent 0
     exponent_error    : standard error of the largest [1/s]; 0 where a periodic orbit's
                         multipliers give it exactly, nan below 16 returns
-    sticks_forward, sticks_backward : sticks in a return, by side of entry, of all contacts
-    stick_share       : share of time at rest relative to the brake; of several contacts the largest
+    sticks_forward, sticks_backward : sticks per return, by side of entry, of all contacts
+    stick_share       : share of time at rest relative to the brake; largest of several contacts
     peak_torque       : largest |R F_mu| [N m]
     friction_power    : mean power that friction turns into heat [W]
-    contacts          : the same for each contact of a ``Machine``
+    contacts          : a ``ContactMotion`` for each contact of a ``Machine``
     """
 
     kind: str
@@ -163,7 +163,7 @@ def motion(
     max_events: int = 10_000_000,
     max_steps: int = 100_000_000,
 ) -> Motion:
-    """The class of the motion that a system settles to (docs/theory.md, section 9).
+    """Class of the motion to which a system settles (docs/theory.md, sections 9 and 15).
 
     Parameters
     ----------
@@ -173,17 +173,17 @@ def motion(
         With a number for ``transient``: number of the last period, default 250. With
         "auto": periods recorded after the transient, default 50.
     crossings : int
-        The same for a system without varying signals, which has no period: number of returns to
-        the section of its motion.
+        Replaces ``periods`` for a system without varying signals, which has no period: number of
+        returns to the section of its motion.
     transient : int or "auto"
-        Returns left out. "auto" runs windows, each twice as long as the previous, until the
-        motion has settled or ``limit`` returns have passed (200, with periods=250,
-        is approximately the paper's protocol).
+        Number of returns discarded as transient. "auto" runs windows, each twice as long as the
+        previous, until the motion has settled or ``limit`` returns have passed (200, with
+        periods=250, is approximately the paper's protocol).
     limit : int
-        Largest number of returns to wait, with "auto".
+        Largest number of returns until the motion must have settled, with "auto".
     initial : (float, float) or FinalState
-        State at t = 0: of a driveline angle [rad] and velocity [rad/s], 0 by default; of a machine
-        as for ``simulate``.
+        State at t = 0. For a driveline: angle [rad] and velocity [rad/s], 0 by default. For a
+        machine: as in ``simulate``.
     method, rtol, step, max_events, max_steps
         As in ``simulate``. Exponents come from the exact derivative of the flow with
         "exact", and from the variational equation with "smooth". The fixed step of
@@ -192,7 +192,7 @@ def motion(
     Returns
     -------
     Motion
-        ``kind``, ``order``, ``stick_class`` and the evidence; ``verdict`` states them in words.
+        ``kind``, ``order``, ``stick_class`` and the evidence; ``verdict`` summarises them.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
 
 
 def returns_name(system: BrakedDriveline, method: str | None) -> str:
-    """The argument that is the number of returns of a driveline: "periods" or "crossings"."""
+    """Name of the argument that counts the returns of a driveline: "periods" or "crossings"."""
     crosses = is_solved_as_machine(system, method) and system.machine.autonomous
     return "crossings" if crosses else "periods"
 
@@ -265,9 +265,9 @@ def as_machine(
 
 
 def returns_of(machine: Machine, periods: int | None, crossings: int | None) -> int | None:
-    """The number of returns of a run, given as periods or as crossings.
+    """Number of returns of a run, given as periods or as crossings.
 
-    Raises ``InputError`` if the machine has no returns of the kind given.
+    Raises ``InputError`` if the machine does not have returns of this kind.
     """
     if machine.autonomous and periods is not None:
         raise wrong(
@@ -282,7 +282,7 @@ def returns_of(machine: Machine, periods: int | None, crossings: int | None) -> 
 
 
 def check_repeats(machine: Machine) -> None:
-    """Raise ``InputError`` for signals that neither repeat nor are constant."""
+    """Raise ``InputError`` if a signal is neither periodic nor constant."""
     from wedgebrake.analysis.machine_motion.section import sampling
 
     sampling(machine)

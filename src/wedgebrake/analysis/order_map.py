@@ -39,13 +39,13 @@ VARIABLES = {
     "actuation_force": "contact",
     "sliding_velocity": "contact",
 }
-"""Variables that have an order map, and the dimension of their parts."""
+"""Variables that have an order map, and the dimension of each."""
 _TURN = 2.0 * np.pi
-# Samples per cycle of the highest order, samples of a turn at least, and most samples of all.
+# Samples per cycle of the highest order, fewest samples per turn, and most samples in total.
 _PER_CYCLE, _LEAST, _MOST = 8, 64, 4_000_000
-# Windows that overlap: steps in the length of a window.
+# Overlap of windows: steps per length of a window.
 _STEPS = 4
-# Times from which angles are interpolated at first; Newton steps that follow; and tolerance [rad].
+# Number of times for the first interpolation of angles, of Newton steps, and tolerance [rad].
 _FIRST, _NEWTON, _TOLERANCE = 4000, 30, 1e-11
 
 
@@ -67,12 +67,12 @@ def order_map(
     start: float | None = None,
     stop: float | None = None,
 ) -> xr.Dataset:
-    """Amplitude of a quantity over speed and order, as in a run-up or a stop.
+    """Amplitude of a quantity over speed and order, for example during a run-up or a stop.
 
-    An order is the number of cycles in a turn of the reference. The run is repeated and sampled at
-    equal steps of the reference's angle, so that orders stay sharp while the speed varies;
-    ``scipy.signal.ShortTimeFFT`` with a Hann window gives the amplitudes. The amplitude of an order
-    that is a multiple of 1/turns is exact if it does not vary in a window.
+    An order is the number of cycles per turn of the reference. The run is repeated and sampled at
+    equal steps of the reference's angle, so that orders stay sharp while the speed varies. The
+    amplitudes are computed by ``scipy.signal.ShortTimeFFT`` with a Hann window. The amplitude of an
+    order that is a multiple of 1/turns is exact if it is constant in a window.
 
     Parameters
     ----------
@@ -84,29 +84,30 @@ def order_map(
     part : str
         Name of the inertia, shaft or contact; default: the only one.
     reference : str or Signal
-        What turns: an inertia, by name, or a speed as a signal [rad/s]. Default: the first
-        inertia; for a driveline its drive_speed.
+        Name of an inertia, or a speed as a signal [rad/s]. Default: the first inertia; for a
+        driveline its drive_speed.
     highest : float
         Highest order of the map.
     turns : int
         Length of a window in turns; windows overlap by three quarters. Orders closer than 2/turns
-        are not told apart.
+        are not resolved.
     start, stop : float
-        First and last time [s]; default: as long as the reference turns in its first direction.
+        First and last time [s]; default: the start of the response, and its end or the time at
+        which the reference comes to rest or reverses.
 
     Returns
     -------
     xarray.Dataset
         amplitude over (``speed``, ``order``), in the unit of the variable; ``speed`` is the mean
-        speed of the reference in each window [rad/s], ascending, ``time`` [s] the middle of the
-        window. Order 0 is the mean. A trend in a window leaks into low orders, falling as the cube
-        of their number of cycles in it.
+        speed of the reference in each window [rad/s], ascending, ``time`` [s] the midpoint of the
+        window. Order 0 is the mean. A trend in a window leaks into low orders; the leakage
+        decreases with the cube of the number of cycles in the window.
 
     Raises
     ------
     InputError
-        For other datasets, unknown names, a reference that stands still or reverses, and less than
-        one window.
+        If ``response`` is another dataset, if a name is unknown, or if the reference turns by less
+        than one window before it comes to rest or reverses.
     """
     check_choice("variable", variable, VARIABLES)
     check_number("highest", highest, 1e-3, 1e4)
@@ -169,7 +170,7 @@ def _of_part(sampled: xr.DataArray, variable: str, part: str | None) -> tuple[Fl
 
 
 class _Reference:
-    """What turns: an inertia, or a speed as a signal."""
+    """Reference of the angle: an inertia, or a speed as a signal."""
 
     def __init__(self, machine: Machine, task: MachineTask, reference: Any) -> None:
         names = [one.name for one in machine.inertias]
@@ -189,10 +190,9 @@ class _Reference:
         return _Turning(states[:, number], states[:, n + number])
 
     def times(self, begin: float, end: float, per_turn: int, turns: int) -> FloatArray:
-        """Times at equal steps of the angle between two times.
+        """Times between two times at equal steps of the angle.
 
-        Raises ``InputError`` if the reference does not turn in one direction, or by less than a
-        window.
+        Raises ``InputError`` if the reference turns by less than a window in one direction.
         """
         rough = np.linspace(begin, end, _FIRST)
         found = self.at(rough)

@@ -68,12 +68,12 @@ class _Stop(NamedTuple):
 def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int = 20) -> xr.Dataset:
     """Time, angle, heat, torque, jerk and judder of a stop.
 
-    The stop is the instant at which the last of the contacts that rest at the end of the response
-    has come to rest for good: the beginning of its last stick or, where its base moves, the
-    instant at which the base has come to rest. "braking" lasts from the start of the response to
-    the stop, "ring-down" from there to the end: inertias that shafts hold go on vibrating.
+    The stop is the instant at which the last of the contacts that stick at the end of the
+    response begins its final stick; if the base of a contact moves, the base must have come to
+    rest too. The phase "braking" lasts from the start of the response to the stop, the phase
+    "ring-down" from the stop to the end of the response or for ``ringdown`` seconds.
 
-    The run is repeated, and all quantities are taken from the exact motion between its events,
+    The run is repeated, and all quantities are computed from the exact motion between its events,
     not from the samples of the response.
 
     Parameters
@@ -81,34 +81,35 @@ def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int =
     response : xarray.Dataset
         As returned by ``simulate`` for a machine, or for a driveline with set-valued friction.
     ringdown : float
-        Length of the ring-down [s]; default: until the end of the response. The run is continued
-        where the response is shorter.
+        Duration of the ring-down [s]; default: until the end of the response. The run is continued
+        if the response is shorter.
     windows : int
-        Number of equal parts of the braking in which judder is measured.
+        Number of windows of equal duration in the phase "braking" in which judder is measured.
 
     Returns
     -------
     xarray.Dataset
         stop_time [s]. Over ``inertia``: stop_angle [rad], stop_speed [rad/s], stop_acceleration
         just after the stop and acceleration_step, its jump there [rad/s^2]. Over ``contact``:
-        contact_stop_time [s], nan for a contact that does not rest at the end; until the stop, heat
-        [J], sliding_time [s], sliding_angle [rad], and of the magnitude of the torque while it
-        slides mean_torque over time and peak_torque [N m]. Over (``phase``, ``inertia``): rms_jerk
-        and peak_jerk [rad/s^3], of the derivative of the acceleration between its jumps. Over
-        ``window``: judder_speed [rad/s] and judder_torque [N m] (zero while the contact sticks),
-        sqrt(2) times the root mean square deviation from the best straight line, with the
-        coordinates mean_speed and mean_sliding [rad/s] and window_time [s].
+        contact_stop_time [s], nan for a contact that does not rest at the end; heat [J],
+        sliding_time [s] and sliding_angle [rad] until the stop; mean_torque and peak_torque [N m],
+        the time average and the maximum of the magnitude of the torque while the contact slides.
+        Over (``phase``, ``inertia``): rms_jerk and peak_jerk [rad/s^3], where the jerk is the
+        derivative of the acceleration between its jumps. Over ``window``: judder_speed [rad/s] and
+        judder_torque [N m] (of the torque, which counts as zero while the contact sticks), sqrt(2)
+        times the root mean square deviation from a fitted straight line, with the coordinates
+        mean_speed and mean_sliding [rad/s] and window_time [s].
 
     Raises
     ------
     InputError
-        For other datasets, where no contact with the ground rests at the end, and where one slips
-        again in the ring-down.
+        If ``response`` is another dataset, if no contact with the ground sticks at the end, or if
+        a contact slips again in the ring-down.
     """
     check_whole("windows", windows, 1, _MOST_WINDOWS)
     machine, task = run_of_response(response)
     end = task.end
-    # A little further than the stop, for what happens there and the acceleration after it.
+    # A little beyond the stop, for the events there and the acceleration after it.
     sticks = response["stick_start"].to_numpy()[response["stick_exit"].to_numpy() == 0]
     task = _prolonged(machine, task, max(sticks, default=task.start))
     answer = solved(machine, task)
@@ -148,7 +149,7 @@ def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int =
 
 
 def _stop_of(machine: Machine, task: MachineTask, answer: MachineAnswer) -> _Stop:
-    """The stop of a run; raises ``InputError`` where no contact with the ground stops."""
+    """Find the stop of a run; raise ``InputError`` if no contact with the ground stops."""
     times = np.full(len(machine.contacts), np.nan)
     for begin, _, contact, _, left in stick_rows(answer):
         if left == 0:
@@ -170,7 +171,7 @@ def _stop_of(machine: Machine, task: MachineTask, answer: MachineAnswer) -> _Sto
 
 
 def _base_stop(contact: Contact, task: MachineTask) -> float:
-    """Time from which the base of a contact is at rest until the end [s]; nan: it moves."""
+    """Time from which the base of a contact stays at rest [s]; nan if it moves at the end."""
     signal = as_signal(contact.base_speed)
     if not signal.varies:
         return task.start if float(signal(task.start)) == 0.0 else np.nan
@@ -184,7 +185,7 @@ def _base_stop(contact: Contact, task: MachineTask) -> float:
 
 
 def _prolonged(machine: Machine, task: MachineTask, stop: float) -> MachineTask:
-    """The task, until a little after a stop if all signals are known until then."""
+    """Extend the task to a little after a stop if all signals are defined until then."""
     end = max(task.end, stop + _AHEAD * (stop - task.start))
     try:
         machine.check_times(task.start, end)
@@ -214,7 +215,7 @@ def _end_values(part: MachineSeries, place: int) -> FloatArray:
 
 
 def _braking(part: MachineSeries) -> dict[str, FloatArray]:
-    """Heat, sliding and torque of each contact."""
+    """Heat, time and angle of sliding, and torque of each contact."""
     magnitude = np.where(part.slides[:, None], np.abs(part.torque), 0.0)
     time = np.sum(part.length[:, None] * part.slides, axis=0)
     impulse = part.integral(magnitude).sum(axis=0)
@@ -241,7 +242,7 @@ def _jerks(*parts: MachineSeries) -> dict[str, list[FloatArray]]:
 
 
 class _Judder(NamedTuple):
-    """Amplitudes in each window, mean speeds, and middles of the windows [s]."""
+    """Amplitudes and mean speeds in each window, and midpoints of the windows [s]."""
 
     speed: FloatArray
     torque: FloatArray
@@ -251,7 +252,7 @@ class _Judder(NamedTuple):
 
 
 def _judder(part: MachineSeries, edges: FloatArray) -> _Judder:
-    """Deviations from the best straight line in each window, as amplitudes."""
+    """Amplitudes of the deviations from a straight line fitted in each window."""
     middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
     places = np.searchsorted(edges, part.start + 0.5 * part.length) - 1
     torque = np.where(part.slides[:, None], np.abs(part.torque), 0.0)

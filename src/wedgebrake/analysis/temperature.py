@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# Pairs of a time and a node that are evaluated at once.
+# Number of pairs of a time and a node that are evaluated at once.
 _BLOCK = 4_000_000
 # Tolerance of the time of the peak, as a share of the time between its neighbours.
 _TOLERANCE = 1e-10
@@ -45,16 +45,16 @@ class _Flow:
         self.before = np.cumsum(np.sum(self.integrals, axis=1)) - np.sum(self.integrals, axis=1)
 
     def power(self, times: FloatArray) -> FloatArray:
-        """The flow; at a jump, after it."""
+        """The heat flow; at a jump, the value after it."""
         return self._values(self.series, *self._places(times))
 
     def heat(self, times: FloatArray) -> FloatArray:
-        """The integral from the beginning."""
+        """The integral of the heat flow from the beginning."""
         at, x = self._places(times)
         return np.asarray(self.before[at] + self._values(self.integrals, at, x))
 
     def memory(self, times: FloatArray) -> FloatArray:
-        """The integral of the flow over sqrt(time - s) up to each time."""
+        """The integral of flow(s) / sqrt(time - s) up to each time."""
         found = np.zeros(times.size)
         block = max(1, _BLOCK // max(self.values.size, 1))
         for first in range(0, times.size, block):
@@ -64,11 +64,11 @@ class _Flow:
     def _memory(self, times: FloatArray) -> FloatArray:
         nodes = self.start[:, None] + 0.5 * self.length[:, None] * (1.0 + NODES)
         weighted = 0.5 * self.length[:, None] * WEIGHTS * self.values
-        # One length or more from its pole the kernel is smooth enough for the nodes.
+        # At least one interval length from its pole, the kernel is smooth enough for the nodes.
         far = times[:, None] - self.end >= self.length
         gaps = np.where(far[..., None], times[:, None, None] - nodes, np.inf)
         found = np.einsum("pk,tpk->t", weighted, 1.0 / np.sqrt(gaps))
-        # Nearer, u = sqrt(time - s) makes the integrand a polynomial.
+        # Closer to the pole, u = sqrt(time - s) makes the integrand a polynomial.
         number, at = np.nonzero(~far & (times[:, None] > self.start))
         here = times[number]
         low = np.sqrt(np.maximum(here - self.end[at], 0.0))
@@ -80,7 +80,7 @@ class _Flow:
         return np.asarray(found)
 
     def _places(self, times: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-        """The interval of each time, and the place in it, -1 to 1."""
+        """The interval of each time, and the position in it, -1 to 1."""
         at = np.clip(np.searchsorted(self.start, times, side="right") - 1, 0, self.start.size - 1)
         x = 2.0 * (times - self.start[at]) / self.length[at] - 1.0
         return at, np.clip(x, -1.0, 1.0)
@@ -99,31 +99,33 @@ def temperature(
 ) -> xr.Dataset:
     """Temperature rise of a disc from the heat of a contact.
 
-    The coupling is one-way: the temperature changes neither friction nor anything else of the
-    motion. There is no cooling. The run is repeated, and the heat flow is that of the exact
-    motion, not of the samples.
+    The coupling is one-way: the temperature affects neither the friction nor the motion. Cooling
+    is not modelled. The run is repeated, and the heat flow is computed from the exact motion, not
+    from the samples of the response.
 
     Parameters
     ----------
     response : xarray.Dataset
         As returned by ``simulate`` for a machine, or for a driveline with set-valued friction.
     disc : LumpedDisc or SemiInfiniteDisc
-        The disc.
+        Thermal model of the disc.
     contact : str
         Name of the contact; default: the only one.
     share : float
-        Part of the heat that flows into this disc, 0 to 1; the rest heats pads or another disc.
+        Fraction of the heat that flows into this disc, 0 to 1; the rest heats the pads or another
+        disc.
 
     Returns
     -------
     xarray.Dataset
-        Over the times of the response: power [W] and heat [J] into the disc, temperature [K], the
-        rise at its surface; peak_temperature [K] and peak_time [s], also between the samples.
+        Over the times of the response: power [W] and heat [J] into the disc, and temperature [K],
+        the rise at its surface. peak_temperature [K] and peak_time [s] are those of the exact
+        motion, also between the samples.
 
     Raises
     ------
     InputError
-        For other datasets, an unknown contact and anything else than a disc.
+        If ``response`` is another dataset, ``contact`` is unknown, or ``disc`` is not a disc.
     """
     example = "a disc, for example wb.LumpedDisc(mass=8.0, specific_heat=500.0)"
     check_instance("disc", disc, LumpedDisc | SemiInfiniteDisc, example)

@@ -1,7 +1,7 @@
-"""Bifurcations at which the events of an orbit change, where the equations are the flow itself.
+"""Bifurcations at which the events of an orbit change, for equations that are the flow itself.
 
 The return map is continuous there, unless a static peak makes the motion jump; its derivative
-jumps. So the branch goes on, or turns back (a non-smooth fold), with another direction.
+jumps. The branch therefore continues, or turns back (a non-smooth fold), in another direction.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _MOST, _TRIED = 4, 64
 class Segments(NamedTuple):
     """Slips and sticks of a contact in an orbit.
 
-    sides     : direction of each slip, 0 for a stick, in cyclic order, the least tuple
+    sides     : direction of each slip, 0 for a stick, in cyclic order: the smallest such tuple
     durations : [s]
     """
 
@@ -37,16 +37,16 @@ class Segments(NamedTuple):
 
     @classmethod
     def of(cls, sides: tuple[int, ...], durations: FloatArray) -> Segments:
-        """Segments from any of them on."""
+        """Segments in cyclic order, from a list that may begin with any of them."""
         first = min(range(len(sides)), key=lambda k: sides[k:] + sides[:k])
         return cls(sides[first:] + sides[:first], np.roll(durations, -first))
 
 
 def first_change(step: Step[OrbitCurve]) -> tuple[float, float]:
-    """Positions just before and behind the first change of the events within a step.
+    """Positions just before and beyond the first change of the events within a step.
 
-    Raises ``NotConvergedError`` where the points there are not neighbours: where a branch turns
-    back, Newton's method may find either side of it.
+    Raises ``NotConvergedError`` if the points there are not neighbours: where a branch turns back,
+    Newton's method may converge to either side.
     """
     begin = step.curve.solution(step.start.y).sides
     low, high = 0.0, step.length
@@ -67,7 +67,7 @@ def first_change(step: Step[OrbitCurve]) -> tuple[float, float]:
 def bifurcation_of(
     before: Sequence[Segments], after: Sequence[Segments], names: Sequence[str], scenario: Scenario
 ) -> Bifurcation | None:
-    """The bifurcation by the events on both sides; None if it has no name."""
+    """Classify a bifurcation by the events on both sides; None if it has no name."""
     for name, old, new in zip(names, before, after, strict=True):
         if old.sides == new.sides:
             continue
@@ -82,10 +82,10 @@ def bifurcation_of(
 
 
 class _Removal(NamedTuple):
-    """What is left without some segments.
+    """Remaining segments after some have been removed.
 
     longest : duration of the longest segment that has been removed [s]
-    kind    : bifurcation at which such segments have the length zero
+    kind    : bifurcation at which such segments have zero duration
     """
 
     left: Segments
@@ -94,7 +94,7 @@ class _Removal(NamedTuple):
 
 
 def _kind(short: Segments, long: Segments) -> Kind | None:
-    """The bifurcation at which the longer sequence has segments of length zero."""
+    """Bifurcation at which the additional segments of the longer sequence have zero duration."""
     level = [_Removal(long, 0.0, None)]
     for _ in range(_MOST):
         level = [
@@ -108,7 +108,7 @@ def _kind(short: Segments, long: Segments) -> Kind | None:
 
 
 def _removals(given: _Removal) -> Iterator[_Removal]:
-    """What is left without one more segment."""
+    """Yield the removals of one more segment."""
     sides, durations = given.left
     count = len(sides)
     for i, side in enumerate(sides):
@@ -135,10 +135,10 @@ def _removals(given: _Removal) -> Iterator[_Removal]:
 
 
 def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[Segments]] | None:
-    """The branch beyond a corner where its events change and it turns back.
+    """Find the branch beyond a corner at which its events change and it turns back.
 
-    Returns its first point and the events there; no point if the motion jumps. None if the events
-    do not change near the point.
+    Returns the first point of the branch and the events there; no point if the motion jumps. None
+    if the events do not change near the point.
     """
     before = curve.solution(at.y).sides
     for reach in _BEYOND:
@@ -166,7 +166,7 @@ def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[S
 
 
 def corner(at: CurvePoint, beyond: CurvePoint) -> FloatArray:
-    """Where the tangents of a branch on both sides of a corner are nearest to each other."""
+    """Point at which the tangents on both sides of a corner are nearest to each other."""
     lines = np.column_stack((at.direction, -beyond.direction))
     shares = np.linalg.lstsq(lines, beyond.y - at.y, rcond=None)[0]
     return np.asarray(at.y + shares[0] * at.direction)

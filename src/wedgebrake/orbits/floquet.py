@@ -1,4 +1,4 @@
-"""Floquet multipliers of an orbit, and functions that vanish where they leave the unit circle."""
+"""Floquet multipliers of an orbit, and test functions for crossings of the unit circle."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _LOST = 1e-12
 class Floquet(NamedTuple):
     """Linear stability of an orbit.
 
-    multipliers : the largest modulus first; without the one of a shift in time
-    tests       : functions that vanish where a multiplier is 1, -1, or a pair has the product 1
-    growth      : size of what a deviation becomes in one orbit
+    multipliers : largest modulus first; without the multiplier 1 of a shift in time
+    tests       : functions that vanish where a multiplier is 1 or -1, or a pair has the product 1
+    growth      : factor by which deviations grow in one orbit
     oscillates  : whether the pair whose product is nearest to 1 is complex
     """
 
@@ -29,7 +29,7 @@ class Floquet(NamedTuple):
 
     @classmethod
     def of_plane(cls, trace: float, determinant: float) -> Floquet:
-        """That of a 2 x 2 monodromy matrix with this trace and determinant."""
+        """Linear stability from the trace and determinant of a 2 x 2 monodromy matrix."""
         tests = {
             "one": 1.0 - trace + determinant,
             "minus one": 1.0 + trace + determinant,
@@ -39,9 +39,9 @@ class Floquet(NamedTuple):
 
     @classmethod
     def of_matrices(cls, matrices: list[FloatArray]) -> Floquet:
-        """That of the product of the derivatives from return to return, the first one first.
+        """Linear stability from the derivatives from return to return, in the order of time.
 
-        Factors of the test functions are at most about 1, so that large multipliers do not hide
+        Factors of the test functions are limited to about 1, so that large multipliers do not hide
         the change of another one.
         """
         whole = np.eye(len(matrices[0]))

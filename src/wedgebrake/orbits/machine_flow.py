@@ -1,4 +1,4 @@
-"""Returns of a machine to a section, in coordinates of the section."""
+"""Return map of a machine on a section, in coordinates of the section."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ _REMEMBERED = 64
 class MachineFlow:
     """Map from the section of a machine to itself, with its exact derivative.
 
-    Points of the section are u, with the scaled coordinates of the state ``origin + basis u``.
+    A point of the section has the coordinates u; the scaled coordinates of its state are
+    ``origin + basis u``.
 
-    machine : without sampled controllers
+    machine : machine without sampled controllers
     space   : scaled coordinates of the state; they need not be those of this machine
-    section : a crossing; None: once in each period of the signals
+    section : a crossing; None for one return per period of the signals
     longest : longest time until a return [s]
     method  : "exact" or "smooth", see ``simulate``
     """
@@ -61,7 +62,7 @@ class MachineFlow:
         return self.basis.shape[1]
 
     def states(self, points: FloatArray) -> FloatArray:
-        """States (..., states) of points (..., size); nothing is rotated freely."""
+        """States (..., states) of points (..., size), without free rotation."""
         return np.asarray((self.origin + points @ self.basis.T) @ self.space.back.T)
 
     def points(self, states: FloatArray) -> FloatArray:
@@ -69,7 +70,7 @@ class MachineFlow:
         return np.asarray((states @ self.space.to.T - self.origin) @ self.basis)
 
     def next_return(self, point: FloatArray, *, derivative: bool = True) -> Passage:
-        """The passage to the next return; raises ``NoOrbitError`` if there is none."""
+        """Passage to the next return; raises ``NoOrbitError`` if there is none."""
         key = point.tobytes()
         found = self._remembered.get(key)
         if found is None or (derivative and not len(found.matrices)):
@@ -81,7 +82,7 @@ class MachineFlow:
         return found
 
     def matrix(self, passage: Passage) -> FloatArray:
-        """Derivative of the end of a passage, by its beginning."""
+        """Derivative of the end of a passage with respect to its beginning."""
         space = self.space
         return np.asarray(self.basis.T @ space.to @ passage.matrices[0] @ space.back @ self.basis)
 
@@ -107,12 +108,12 @@ class MachineFlow:
         return passage
 
     def initial(self, point: FloatArray) -> FinalState:
-        """The state from which ``simulate`` begins at a point."""
+        """State at a point, as an initial state of ``simulate``."""
         self._start(point)
         return self.course.advance(None, duration=0.0).final
 
     def _start(self, point: FloatArray) -> None:
-        """Begin at a point; contacts with a sliding speed of rounding are at rest."""
+        """Start at a point; contacts whose sliding speed is rounding are set to rest."""
         if not np.all(np.isfinite(point)):
             raise NoOrbitError
         states, problem = self.states(point), self.course.assembled.problem

@@ -1,4 +1,4 @@
-"""Guesses of the orbits of a machine: the motion that settles, and its near returns."""
+"""Initial guesses of orbits of a machine, from its settled motion or from close returns."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _ONE_PERIOD, _ROUNDING = 1.0 - 1e-6, 1e-9
 
 
 class Guesses(NamedTuple):
-    """Where Newton's method begins.
+    """Initial guesses of Newton's method.
 
     status  : FOUND, or why there is no orbit
     problem : the machine with its section
-    order   : returns in the orbit
+    order   : number of returns in the orbit
     record  : (k, size) points of the section, the last one on the orbit if ``settled``
     stuck   : whether a contact never slides
     """
@@ -48,9 +48,9 @@ def guesses(
     machine: Machine, order: int | None, initial: FinalState | None, limit: int,
     *, method: str, rtol: float, section: Crossing | None = None,
 ) -> Guesses:  # fmt: skip
-    """Points of the section of a machine near an orbit.
+    """Find points near an orbit on a section of a machine.
 
-    section : of a self-excited machine; None: one that suits the motion
+    section : section of a self-excited machine; None to choose one from the motion
 
     Raises ``InputError`` for signals without a common period.
     """
@@ -93,7 +93,7 @@ _STEADY = {
 def _problem(
     plain: OrbitProblem, state: FinalState, period: float, section: Crossing | None
 ) -> OrbitProblem:
-    """The same with the section that suits a motion from a state on."""
+    """The problem with a section chosen from the motion that begins at a state."""
     machine = plain.base
     if not isinstance(machine, Machine) or not machine.autonomous:
         return plain
@@ -106,17 +106,17 @@ def _problem(
 
 
 def _course(problem: OrbitProblem, state: FinalState, watched: FloatArray | None = None) -> Course:
-    """The motion from a state on."""
+    """Run of the motion that begins at a state."""
     machine = problem.system(())
     return Course(machine, state, works=False, method=problem.method, watched=watched)
 
 
 def _choose(machine: Machine, plain: OrbitProblem, state: FinalState, period: float) -> Crossing:
-    """The section of a self-excited motion.
+    """Choose the section of a self-excited motion.
 
-    The rate of an angle that shafts restrain has the mean zero in every orbit, so that each orbit
-    crosses this level, also on a branch. Of these, the one with the fewest crossings is taken,
-    where no contact sticks, and then the one with the largest range.
+    The rate of an angle that shafts restrain has a mean of zero over every orbit, so that every
+    orbit of a branch crosses this level. Of these rates, the one with the fewest crossings is
+    chosen; among equals, the one with the fewest sticks there, and then with the largest range.
     """
     space = plain.space
     n, states = len(machine.inertias), space.to.shape[1]
@@ -150,7 +150,7 @@ def _crossings(problem: OrbitProblem, state: FinalState, period: float) -> int:
 
 
 def _record(problem: OrbitProblem, state: FinalState, returns: int) -> FloatArray:
-    """Points of the section from a state on, which is the first one if it is on the section."""
+    """Points of the section after a state, which itself is the first if it is on the section."""
     flow = problem.kernel_problem(())
     course = _course(problem, state)
     section, begin = flow.section, course.state.z[0, : flow.space.to.shape[1]].copy()

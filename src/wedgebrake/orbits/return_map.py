@@ -1,4 +1,4 @@
-"""The equations of an orbit of a machine: multiple shooting from return to return."""
+"""Equations of an orbit of a machine: multiple shooting from return to return."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _ROUNDING = 1e-9
 
 
 class ReturnMap:
-    """An orbit of a machine as its points on the section.
+    """Equations of an orbit of a machine for its points on the section.
 
     The flow is exact and misses no event, so that every solution is an orbit. Where its events
-    change, the map is continuous, or the motion jumps.
+    change, the map is continuous or the motion jumps.
     """
 
     def __init__(self, order: int, dimension: int) -> None:
@@ -35,7 +35,7 @@ class ReturnMap:
         return self.order * self.dimension
 
     def scales(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
-        """The size of the orbit: half the ranges of its scaled coordinates, added [rad/s]."""
+        """Size of the orbit: sum of half the ranges of its scaled coordinates [rad/s]."""
         spread = self._ranges(unknowns, problem)[: problem.space.size]
         return np.full(self.size, 0.5 * float(spread.sum()) or 1.0)
 
@@ -61,7 +61,7 @@ class ReturnMap:
         return np.asarray((ends - np.roll(points, -1, axis=0)).ravel())
 
     def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
-        """Floquet multipliers."""
+        """Floquet multipliers and test functions."""
         return Floquet.of_matrices(
             [problem.matrix(passage) for passage in self._passages(unknowns, problem)]
         )
@@ -71,11 +71,11 @@ class ReturnMap:
         return float(sum(one.duration for one in self._passages(unknowns, problem)))
 
     def margins(self, unknowns: FloatArray, problem: Any) -> Records:  # noqa: ARG002
-        """Return no margins: the equations are the flow."""
+        """Return no margins, because the equations are the flow itself."""
         return np.empty(0, dtype=MARGINS)
 
     def follows_flow(self, unknowns: FloatArray, problem: Any, growth: float) -> bool:  # noqa: ARG002
-        """Return True: the equations are the flow itself."""
+        """Return True, because the equations are the flow itself."""
         return True
 
     def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
@@ -97,7 +97,7 @@ class ReturnMap:
         return segments
 
     def sequence_at(self, unknowns: FloatArray, problem: MachineFlow) -> str:
-        """The segments of each contact: "brake: + 0 -"; of a single one without its name."""
+        """Segments of each contact as text: "brake: + 0 -"; of a single one without its name."""
         found = self.segments(unknowns, problem)
         words = [" ".join(_SIGNS[side] for side in one.sides) for one in found]
         if len(words) == 1:
@@ -106,7 +106,7 @@ class ReturnMap:
         return "; ".join(f"{one.name}: {word}" for one, word in zip(contacts, words, strict=True))
 
     def points(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
-        """(order, states) states at the section."""
+        """States at the section, (order, states)."""
         return problem.states(self._points(unknowns))
 
     def measures(self, unknowns: FloatArray, problem: MachineFlow, system: Any) -> Measures:  # noqa: ARG002
@@ -129,11 +129,11 @@ class ReturnMap:
         )
 
     def halved(self, unknowns: FloatArray) -> tuple[ReturnMap, FloatArray]:
-        """The same equations: nothing is gained by symmetry."""
+        """Return the same equations, because symmetry is not used."""
         return self, unknowns
 
     def whole(self, unknowns: FloatArray) -> tuple[ReturnMap, FloatArray]:
-        """The same equations: they assume no symmetry."""
+        """Return the same equations, because they do not assume symmetry."""
         return self, unknowns
 
     def doubled(self, unknowns: FloatArray) -> tuple[ReturnMap, FloatArray]:
@@ -141,7 +141,7 @@ class ReturnMap:
         return ReturnMap(2 * self.order, self.dimension), np.tile(unknowns, 2)
 
     def mirror_difference(self, unknowns: FloatArray, system: Any, tolerance: float) -> FloatArray:  # noqa: ARG002
-        """Return nothing: symmetry of machines is not used."""
+        """Return nothing, because symmetry of machines is not used."""
         return np.zeros(0)
 
     def _points(self, unknowns: FloatArray) -> FloatArray:

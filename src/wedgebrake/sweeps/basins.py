@@ -42,26 +42,26 @@ _MEMBERS = 20
 def basins(
     system: BrakedDriveline | Machine, over: Mapping[str, Any] | None = None, **options: Any
 ) -> xr.Dataset:
-    """Compute the map over two initial conditions of the attractor reached.
+    """Compute the attractor reached from each point of a grid of two initial conditions.
 
     Parameters
     ----------
     system : BrakedDriveline or Machine
-        The system.
+        The system to simulate.
     over : mapping
         Swept values by name, instead of keywords.
     **options
-        ``initial_angle`` [rad] and ``initial_velocity`` [rad/s] with their values; of a machine
-        two of the initial angles and speeds of its inertias, such as "disc.angle". Arguments of
-        ``sweep``; ``limit`` is 20 000 by default.
+        ``initial_angle`` [rad] and ``initial_velocity`` [rad/s] with their values; for a machine,
+        two of the initial angles and speeds of its inertias, such as "disc.angle". Also arguments
+        of ``sweep``; ``limit`` is 20 000 by default.
 
     Returns
     -------
     xarray.Dataset
         As ``sweep``, with ``attractor``, the number of the attractor of each point (-1
-        undecided, -2 diverged, -3 self-locked, -4 not computed), and over ``attractor_id``
-        its class, order, share of the points, and Poincare points. A store contains
-        the points only: attractors are identified in the returned dataset.
+        undecided, -2 diverged, -3 self-locked, -4 not computed), and, over ``attractor_id``,
+        the class and order of each attractor, its share of the points and its Poincare points. A
+        store contains the points only; attractors are identified in the returned dataset.
 
     Raises ``InputError`` as ``sweep``, and unless both initial conditions are swept.
     """
@@ -92,11 +92,11 @@ def initial_conditions(system: BrakedDriveline | Machine) -> set[str]:
 
 
 def label(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the dataset of ``basins`` with its attractors.
+    """Return the dataset of ``basins`` with attractors identified.
 
-    Rest is one attractor, whatever the angle at which the brake holds. Motions of the same class
-    and order belong to one attractor if their points coincide; quasi-periodic and chaotic ones if
-    their points cover the same set.
+    Rest is a single attractor, regardless of the angle at which the brake holds. Motions of the
+    same class and order belong to one attractor if their points coincide; quasi-periodic and
+    chaotic motions if their points cover the same set.
     """
     import xarray as xr
 
@@ -152,12 +152,12 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _returns(dataset: xr.Dataset) -> str:
-    """The dimension of the recorded returns."""
+    """Return the name of the dimension of the recorded returns."""
     return CROSSING if CROSSING in dataset.dims else PERIOD
 
 
 def _natural(dataset: xr.Dataset, angle: FloatArray, velocity: FloatArray) -> float:
-    """Factor that makes angles as large as velocities [rad/s]."""
+    """Return the factor that scales angles to the size of velocities [rad/s]."""
     if "inertia" in dataset.dims:
         spans = [float(np.nanmax(one) - np.nanmin(one)) for one in (velocity, angle)]
         return spans[0] / spans[1] if spans[1] > 0.0 else 1.0
@@ -166,9 +166,9 @@ def _natural(dataset: xr.Dataset, angle: FloatArray, velocity: FloatArray) -> fl
 
 
 def _averages(dataset: xr.Dataset) -> FloatArray:
-    """(k, n) averages over a whole orbit, by which orbits are compared without their points.
+    """Return averages over a whole orbit, (k, n), which compare orbits without their points.
 
-    The sections of self-excited motions may differ, so that their points do too.
+    The points of self-excited motions may differ because their sections differ.
     """
     power = dataset["friction_power"]
     power = power.sum("contact") if "contact" in power.dims else power
@@ -182,7 +182,7 @@ def _averages(dataset: xr.Dataset) -> FloatArray:
 
 
 class _Motions(NamedTuple):
-    """Properties of n motions by which they are compared.
+    """Properties of n motions that are used to compare them.
 
     points    : (n, record, k) Poincare points, as speeds [rad/s]
     size      : (n,) size of the motion [rad/s]

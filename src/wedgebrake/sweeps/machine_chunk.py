@@ -1,4 +1,4 @@
-"""Results of some points of a sweep of machines, or of drivelines that are solved as machines."""
+"""Computation of a chunk of a sweep of machines, or of drivelines solved as machines."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _BATCH = 8
 
 
 class MachineChunk:
-    """Some points of a plan, divided into batches that threads may compute in any order.
+    """Points of a plan, divided into batches that threads may compute in any order.
 
-    where : dimension of the points -> slice of it
+    where : slice of each dimension of the points, by name
     """
 
     def __init__(self, plan: Plan, where: Mapping[str, slice]) -> None:
@@ -51,7 +51,7 @@ class MachineChunk:
         ]
 
     def results(self) -> dict[str, Any]:
-        """Return the variables over the chunk, once all its work is done."""
+        """Return the variables of the chunk after all batches have been computed."""
         shape = tuple(self._sizes.values())
         return {
             name: values.reshape(*shape, *values.shape[1:])
@@ -59,7 +59,7 @@ class MachineChunk:
         }
 
     def _run(self, numbers: NDArray[np.int64]) -> None:
-        """Compute a batch point by point; with ``follow`` each from the end of the one before."""
+        """Compute a batch, point by point; with ``follow`` each from the previous final state."""
         before: FinalState | None = None
         for number in numbers:
             changed = self._changed(int(number))
@@ -83,7 +83,7 @@ class MachineChunk:
         }
 
     def _changed(self, number: int) -> BrakedDriveline | Machine | None:
-        """Return the system of a point; None if it is not valid."""
+        """Return the system of a point; None if it is invalid."""
         values = self._values(number)
         changes = {name: value for name, value in values.items() if name not in INITIAL}
         try:
@@ -92,7 +92,7 @@ class MachineChunk:
             return None
 
     def _machine(self, number: int, changed: BrakedDriveline | Machine) -> Machine:
-        """Return the machine of a point, at its initial state."""
+        """Return the machine of a point with its initial state."""
         if isinstance(changed, Machine):
             return changed
         angle, velocity = self._plan.initial
@@ -102,7 +102,7 @@ class MachineChunk:
         return changed.machine_at(state["initial_angle"], state["initial_velocity"])
 
     def _store(self, number: int, result: MachineResult) -> None:
-        """Store what a run found."""
+        """Store the result of a run."""
         own = isinstance(self._plan.system, Machine)
         values = {
             **(self._of_machine(result) if own else self._of_driveline(result)),
@@ -121,7 +121,7 @@ class MachineChunk:
             self._results[name][number] = value
 
     def _of_machine(self, result: MachineResult) -> dict[str, Any]:
-        """Values over inertias, contacts and exponents."""
+        """Return values over inertias, contacts and exponents."""
         n, found = len(result.final.speeds) if result.final else 0, result.contacts
         points = self._points(result)
         exponents = np.full(self._results["exponents"].shape[1], math.nan)
@@ -141,7 +141,7 @@ class MachineChunk:
         }
 
     def _of_driveline(self, result: MachineResult) -> dict[str, Any]:
-        """Values of a driveline, which has one contact and one inertia."""
+        """Return values of a driveline, which has one contact and one inertia."""
         found, exponents = result.contacts, [*result.exponents, math.nan][:2]
         points = self._points(result)
         final = result.final
@@ -160,7 +160,7 @@ class MachineChunk:
         }
 
     def _points(self, result: MachineResult) -> NDArray[np.float64]:
-        """The recorded returns, (record, states), with nan where there are fewer; or none."""
+        """Return the recorded returns, (record, states), padded with nan; nothing without any."""
         size = self._plan.record_size
         if not size or not result.points.size:
             return np.empty((0, 0))

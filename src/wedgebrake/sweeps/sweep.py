@@ -1,4 +1,4 @@
-"""Sweeps over any number of parameters, diagrams over one, maps over two."""
+"""Sweeps over any number of parameters, bifurcation diagrams over one, regime maps over two."""
 
 from __future__ import annotations
 
@@ -74,31 +74,33 @@ def sweep(
     system : BrakedDriveline or Machine
         The system whose parameters are changed.
     over : mapping
-        Swept values by name, instead of keywords. Of a machine: dotted names, "brake.slope".
+        Swept values by name, instead of keywords. For a machine: dotted names, as "brake.slope".
     **parameters : array of float
         The swept values by name: SI parameters (``slope``, ``frequency``, ...), groups
         (``eta``, ``f``, ``F0``, ``alpha``), ``initial_angle``, ``initial_velocity``. Several
-        span a grid.
+        parameters span a grid.
     periods, crossings, transient, limit
-        As for ``motion``: by default each point is recorded for 50 returns after it has settled, or
-        after ``limit`` returns. With a number for ``transient``, numbers of the last and of the
-        first recorded return; 250 and 200 are approximately the paper's protocol.
+        As for ``motion``. By default each point is recorded for 50 returns after it has settled or
+        ``limit`` returns have passed. With a number for ``transient``, ``periods`` and
+        ``transient`` are the numbers of the last and of the first recorded return; 250 and 200 are
+        approximately the paper's protocol.
     initial : (angle [rad], velocity [rad/s])
         State of a driveline at t = 0, where it is not swept.
     follow : str
-        Name of a swept parameter along which each point starts where its neighbour ended,
-        once in the order given ("up") and once back ("down"), along a dimension ``branch``.
+        Name of a swept parameter along which each point starts from the final state of its
+        neighbour, once in the order given ("up") and once in reverse ("down"). The result then has
+        the dimension ``branch``.
     method, rtol, step, max_events, max_steps
         As in ``simulate``.
     keep_points : bool
         Include the Poincare points in the result.
     store : path
-        A folder (zarr) to which the result is written chunk by chunk. Later,
+        A folder (zarr) to which the result is written chunk by chunk;
         ``xarray.open_dataset(path, engine="wedgebrake")`` reads it.
     resume : bool
-        Continue in a store that exists; its results stay as they are, bit for bit.
+        Continue an existing store; its results are kept, bit for bit.
     threads : int
-        Number of threads; default one for each processor.
+        Number of threads; default: one per processor.
     client : distributed.Client
         Distribute the chunks over a Dask cluster (extra ``cluster``).
     progress : bool or callable
@@ -112,9 +114,9 @@ def sweep(
         [rad/s] at t = period/f_e; and for each point its ``status``, class of ``motion``
         and of stick-slip, exponents and the other variables of ``wedgebrake.sweeps.results``.
         With a store, values are read when they are used. ``status`` marks points that diverge,
-        lock or are not valid. Where no signal varies in time, ``crossing`` replaces ``period``
-        and ``motion_period`` is the period of the motion [s]. Variables of a machine have the
-        dimensions ``inertia`` or ``contact`` too.
+        lock or are invalid. If no signal varies in time, ``crossing`` replaces ``period``, and
+        ``motion_period`` is the period of the motion [s]. Variables of a machine also have the
+        dimension ``inertia`` or ``contact``.
 
     Raises
     ------
@@ -152,8 +154,8 @@ def bifurcation(
     over : mapping
         Swept values by name, instead of keywords.
     follow : bool
-        Each point starts where its neighbour ended, once up and once down: branches that
-        differ show hysteresis.
+        Start each point from the final state of its neighbour, once up and once down. Branches
+        that differ show hysteresis.
     **options
         The parameter with its values, for example ``eta=np.linspace(-60, 12, 400)``, and
         arguments of ``sweep``.
@@ -178,7 +180,7 @@ def bifurcation(
 def regime_map(
     system: BrakedDriveline | Machine, over: Mapping[str, Any] | None = None, **options: Any
 ) -> xr.Dataset:
-    """Compute the map over two parameters of motion, stick-slip, exponent and peak torque.
+    """Compute a map of motion, stick-slip, exponent and peak torque over two parameters.
 
     The zero line of ``sliding_damping`` is the limit of linear stability. The Poincare
     points are not kept (``keep_points=True`` keeps them).
@@ -365,7 +367,7 @@ def _in_store(
 
 
 def _chunk_size(plan: Plan) -> int:
-    """Return the number of points of a chunk: work that may be lost against number of files."""
+    """Return the number of points of a chunk, a balance of lost work and number of files."""
     slow = plan.method != "exact" or plan.as_machine or plan.protocol.automatic
     share = max(_FEWEST_POINTS, plan.grid.points // _FEWEST_CHUNKS)
     record = max(1, 16 * plan.record_size)
@@ -373,7 +375,7 @@ def _chunk_size(plan: Plan) -> int:
 
 
 def _check_memory(plan: Plan) -> None:
-    """Refuse a result that would fill the memory of this machine."""
+    """Raise an error if the result would not fit into the memory of this computer."""
     point = sum(np.dtype(one.dtype).itemsize * plan.width(one) for one in plan.variables)
     needed = point * plan.grid.points
     if needed > _memory() / 2:
@@ -386,7 +388,7 @@ def _check_memory(plan: Plan) -> None:
 
 
 def _memory() -> float:
-    """Return the memory of this machine [bytes]; if it is unknown, a modest one."""
+    """Return the memory of this computer [bytes]; a modest value if it is unknown."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):

@@ -1,10 +1,11 @@
 """The class of a motion of any machine, driven or self-excited (docs/theory.md, section 15).
 
 coordinates   scaled coordinates of the state, in which distances are measured
-section       the returns that are counted: periods of the signals, or crossings of a speed
+section       definition of the returns: periods of the signals, or crossings of a speed
+crossings     crossings of a given speed, and instants at which a contact begins to slide
 steady        proof that a motion ends in steady sliding or at rest
 growth        growth of small deviations, exponents and multipliers
 tori          tori of two or more dimensions
 run           the run: transient, windows, record
-result        what a run found; a table of results serves sweeps
+result        result of a run
 """

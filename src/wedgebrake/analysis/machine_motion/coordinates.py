@@ -1,9 +1,9 @@
 """Scaled coordinates of the state of a machine, in which distances are measured.
 
-Of the angles only those count that shafts restrain: a rotation that no shaft restrains changes
-nothing. In these coordinates half the square of the norm is the energy of shafts and inertias over
-the largest inertia, so that all of them are speeds [rad/s]. The states of an actuator's lag are
-divided by its slope; without a slope they follow the signals alone and are left out.
+Free rotations, which no shaft restrains, are excluded. In these coordinates half the square of the
+norm is the energy of shafts and inertias divided by the largest inertia, so that all coordinates
+are speeds [rad/s]. The states of an actuator's lag are divided by its slope; without a slope they
+depend on the signals alone and are excluded.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ _RANK = 1e-10
 
 
 class Coordinates(NamedTuple):
-    """Linear coordinates y = to x of the states x, and the states back y of small deviations.
+    """Linear maps from states x to scaled coordinates, y = to x, and back for small deviations.
 
     to, back  : (p, states), (states, p); to back = 1
     forces    : (f,) units of the forces in the memory of controllers, which derivatives of the flow
                 contain after the states [N s/rad]
-    speeds    : the slice of the coordinates that are speeds of inertias
+    speeds    : slice of the coordinates that belong to the speeds of inertias
     frequency : lowest natural angular frequency of the shafts [rad/s]; 0 without shafts
     """
 

@@ -1,4 +1,4 @@
-"""Returns of a self-excited machine to a section: a speed that rises, or a contact that slips."""
+"""Returns of a self-excited machine: a speed crosses a level, or a contact begins to slide."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _FEWEST, _MEASURED = 16, 16
 
 
 class Start(NamedTuple):
-    """How a run begins, and how it is computed.
+    """Initial state, initial time and method of a run.
 
-    initial : a state, or None: the initial state of the machine at ``time`` [s]
+    initial : state, or None for the initial state of the machine at ``time`` [s]
     """
 
     initial: FinalState | None
@@ -39,7 +39,7 @@ class Start(NamedTuple):
 class Crossings(NamedTuple):
     """Returns to a section.
 
-    numbers : (k,) of the returns, from 1 on
+    numbers : (k,) numbers of the returns, from 1
     times, states : (k,) [s], (k, states)
     section : name of the inertia or contact
     level   : speed of the inertia at the section [rad/s]; nan for a contact
@@ -59,9 +59,9 @@ def inertia_crossings(
 ) -> Crossings:
     """Times at which the speed of an inertia crosses the middle of its range upwards.
 
-    inertia     : None: the one whose scaled speed has the largest range
-    first, last : numbers of the first and last return; the range is that of the motion shortly
-                  before the first one
+    inertia     : its name; None for the one whose scaled speed has the largest range
+    first, last : numbers of the first and last return; the range is determined shortly before the
+                  first one
     """
     space = coordinates(machine)
     natural = 2.0 * math.pi / space.frequency if space.frequency else 1.0
@@ -108,7 +108,7 @@ def inertia_crossings(
 def contact_crossings(
     machine: Machine, contact: str, first: int, last: int, start: Start
 ) -> Crossings:
-    """Times at which a contact begins to slide; arguments as for ``inertia_crossings``."""
+    """Times at which a contact begins to slide; arguments as in ``inertia_crossings``."""
     space = coordinates(machine)
     natural = 2.0 * math.pi / space.frequency if space.frequency else 1.0
     which = [one.name for one in machine.contacts].index(contact)

@@ -15,7 +15,9 @@ _RESOLVED = 1e-9
 
 
 def growths(matrices: FloatArray, frame: FloatArray | None = None) -> FloatArray:
-    """(k, p) logarithmic growth of p orthogonal deviations from return to return; -inf: lost.
+    """Logarithmic growth of p orthogonal deviations from return to return, (k, p).
+
+    -inf where a direction is lost.
 
     matrices : (k, p, p) derivatives of the return map, in scaled coordinates
     """
@@ -32,7 +34,7 @@ def growths(matrices: FloatArray, frame: FloatArray | None = None) -> FloatArray
 
 
 def multipliers(matrices: FloatArray) -> FloatArray:
-    """(p,) logarithms of the moduli of the multipliers of an orbit, descending.
+    """Logarithms of the moduli of the multipliers of an orbit, (p,), descending.
 
     -inf where a stick or the section removes a direction; nan where rounding hides the multiplier.
     """
@@ -50,7 +52,7 @@ def multipliers(matrices: FloatArray) -> FloatArray:
 
 
 def mean_exponents(growth: FloatArray, duration: float) -> FloatArray:
-    """(p,) exponents [1/s] from the growths over a duration, descending."""
+    """Exponents [1/s] from the growths over a duration, (p,), descending."""
     if growth.size == 0 or duration <= 0.0:
         return np.full(growth.shape[1], math.nan)
     return np.sort(growth.sum(axis=0) / duration)[::-1]

@@ -1,4 +1,4 @@
-"""What the run of a machine found."""
+"""Result of the run of a machine: class of motion, returns, and sums over contacts."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _NO_SLIP = 1e-9
 
 @dataclass
 class ContactSums:
-    """What the contacts did, in arrays over the contacts.
+    """Sticks, torques and losses, in arrays over the contacts.
 
     stick_class : (m,) of ``StickClass``
-    sticks      : (m, 2) sticks in a return, entered from v > 0 and from v < 0
+    sticks      : (m, 2) sticks per return, entered from v > 0 and from v < 0
     stick_share, peak_torque, friction_power : (m,) share of time, [N m], [W]
     """
 
@@ -34,7 +34,7 @@ class ContactSums:
 
     @classmethod
     def none(cls, contacts: int) -> ContactSums:
-        """Nothing is known of the contacts."""
+        """Placeholder where nothing is known about the contacts."""
         unknown = np.full(contacts, math.nan)
         classes = np.full(contacts, int(StickClass.NONE), np.int64)
         return cls(classes, np.full((contacts, 2), math.nan), unknown, unknown, unknown)
@@ -64,10 +64,10 @@ class MachineResult:
 
     period      : of the motion [s]
     exponents   : (p,) Lyapunov exponents, descending [1/s]
-    size        : half the ranges of the scaled coordinates, added [rad/s]
+    size        : sum of half the ranges of the scaled coordinates [rad/s]
     low, high   : (states,) extremes of the states
     points, times : (r + 1, states), (r + 1,) recorded returns
-    self_excited : whether returns are crossings, not periods of signals
+    self_excited : whether returns are crossings instead of periods of signals
     """
 
     exponents: FloatArray

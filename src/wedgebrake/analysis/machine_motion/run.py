@@ -51,13 +51,13 @@ def classify_machine(
 
     method : "exact" or "smooth", see ``simulate``
 
-    Raises ``InputError`` for signals that do not repeat, and as ``simulate``.
+    Raises ``InputError`` if a signal is neither periodic nor constant, and as ``simulate``.
     """
     return _Run(machine, protocol, initial, method).classified()
 
 
 class _Run:
-    """A run, continued window by window."""
+    """A run that is continued window by window."""
 
     def __init__(
         self, machine: Machine, protocol: Protocol, initial: FinalState | None, method: str
@@ -99,7 +99,7 @@ class _Run:
         return self._finished()
 
     def _start(self) -> bool:
-        """Look at a self-excited motion, and choose its section; False if it is steady."""
+        """Choose the section of a self-excited motion; return False if it is steady."""
         look = self._advance(0, duration=_FIRST_LOOK * self.natural)
         if self.result.outcome != Outcome.COMPLETED or self._is_steady(look):
             return False
@@ -132,7 +132,7 @@ class _Run:
     def _advance(
         self, returns: int, *, duration: float = math.inf, derivatives: bool = False
     ) -> Passage:
-        """Continue the run, until so many returns or, of a self-excited motion, long enough."""
+        """Continue by a number of returns; a self-excited motion for a limited time."""
         if self.every is None:
             duration = min(duration, max(returns, _FIRST_WINDOW) * _PATIENCE * self.natural)
         room = self.protocol.max_events - self.result.events
@@ -172,7 +172,7 @@ class _Run:
         return True
 
     def _judge(self, window: Passage) -> bool:
-        """Set class, order and exponents from a window; return whether it ends the transient."""
+        """Set class, order and exponents from a window; return True if it ends the transient."""
         result = self.result
         if len(window.times) < _FEWEST:
             return False
@@ -204,7 +204,7 @@ class _Run:
         return not classify.is_resonant(view, verdict)
 
     def _judge_modulated(self, growth: FloatArray) -> None:
-        """Set the class under signals without a common period, which let no motion repeat."""
+        """Set the class if the signals have no common period, so that no motion repeats."""
         total, error = classify.mean_growth(np.ascontiguousarray(growth[:, 0]))
         if self.result.motion == MotionClass.UNDECIDED and total * len(growth) < -_DECAYED:
             # All deviations decay: the motion has the frequencies of the signals.
@@ -213,7 +213,7 @@ class _Run:
             )
 
     def _record(self, window: Passage | None) -> None:
-        """Set what describes the settled motion: over one orbit, or over a window."""
+        """Set the properties of the settled motion, over one orbit or over a window."""
         result = self.result
         if window is not None:
             self._keep(window.states, window.times)
@@ -250,7 +250,7 @@ class _Run:
             self._keep(orbit.states[number % result.order], times)
 
     def _approach(self) -> None:
-        """Continue to a limit cycle until its period no longer changes, at most as long as so far.
+        """Continue until the period of a limit cycle has converged, at most as long as so far.
 
         The distance of a return decreases by the largest multiplier in each orbit.
         """
@@ -265,7 +265,7 @@ class _Run:
         return still and bool(np.all(orbit.stick_time >= (1.0 - _STILL) * orbit.duration))
 
     def _keep(self, states: FloatArray, times: FloatArray) -> None:
-        """Set the recorded returns."""
+        """Store the recorded returns in the result."""
         self.result.points, self.result.times = states, times
 
     def _describe(self, passage: Passage) -> None:
@@ -277,9 +277,10 @@ class _Run:
         result.size = self._range(passage)
 
     def _exponents(self, of_returns: FloatArray) -> FloatArray:
-        """The exponents of a motion; that of a self-excited one has the neutral one as well.
+        """Exponents of a motion from those of its return map.
 
-        The section has removed the direction of the flow from the exponents of the return map.
+        The map of a section has no deviation along the flow, so that a self-excited motion has an
+        additional exponent 0.
         """
         if self.every is not None:
             return of_returns
@@ -291,7 +292,7 @@ class _Run:
         return np.append(known, of_returns[known.size - 1 : -1])
 
     def _range(self, passage: Passage) -> float:
-        """Half the ranges of the scaled coordinates, added [rad/s]."""
+        """Sum of half the ranges of the scaled coordinates [rad/s]."""
         return 0.5 * float((passage.high - passage.low)[: self.space.size].sum())
 
     def _speed(self, passage: Passage) -> float:

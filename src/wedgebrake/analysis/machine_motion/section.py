@@ -1,7 +1,7 @@
-"""The returns of a motion that are counted.
+"""Sections at which the returns of a motion are counted.
 
-The motion of a driven machine is sampled once in a period of its signals. That of a self-excited
-machine returns to a section of its own: a speed crosses the middle of its range upwards.
+The motion of a driven machine is sampled once per period of its signals. That of a self-excited
+machine is sampled whenever a speed crosses the middle of its range upwards.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from wedgebrake.solvers.machine.passage import Crossing, Every, Passage
 
 
 def sampling(machine: Machine) -> Every | None:
-    """The sampling of a driven machine; None for a self-excited one.
+    """Section of a driven machine; None for a self-excited one.
 
     If the signals have no common period, the longest of their periods is used.
 
-    Raises ``InputError`` for a signal that neither repeats nor is constant.
+    Raises ``InputError`` if a signal is neither periodic nor constant.
     """
     period = machine.period
     if period == 0.0:
@@ -38,10 +38,10 @@ def sampling(machine: Machine) -> Every | None:
 
 
 def crossing(passage: Passage, space: Coordinates, inertia: int | None = None) -> Crossing:
-    """The section of a self-excited motion: a speed crosses the middle of its range upwards.
+    """Section of a self-excited motion: a speed crosses the middle of its range upwards.
 
-    passage : in which the scaled coordinates are watched
-    inertia : number of the inertia; None: that whose scaled speed has the largest range
+    passage : passage with the extremes of the scaled coordinates
+    inertia : number of the inertia; None for the one whose scaled speed has the largest range
     """
     ranges = (passage.high - passage.low)[space.speeds]
     speed = space.speeds.start + (int(ranges.argmax()) if inertia is None else inertia)

@@ -1,8 +1,8 @@
 """Proof that a motion ends in steady sliding or at rest.
 
-Between events a machine without varying signals is linear. Its state is then an equilibrium and
-a sum of modes. If no mode grows, the sum of their sizes bounds every guard: if none can reach zero,
-the mode of the contacts never changes again.
+Between events a machine without varying signals is linear. Its state is then the sum of an
+equilibrium and modes of vibration. If none of these grows, the sum of their sizes bounds every
+guard. If no guard can reach zero, the modes of the contacts never change again.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ _CONDITION = 1e8
 
 
 class Steady(NamedTuple):
-    """What a motion tends to.
+    """State to which a motion tends.
 
     sliding   : (m,) sliding speed of each contact, 0 at rest [rad/s]
     torque    : (m,) brake torque on its first inertia [N m]
     states    : (states,)
-    ringing   : size of a vibration that nothing damps [rad/s]
+    ringing   : size of the undamped vibration that remains [rad/s]
     exponents : (p,) Lyapunov exponents, descending; -inf for each contact at rest [1/s]
     """
 
@@ -44,9 +44,10 @@ class Steady(NamedTuple):
 
 
 def _linearized(problem: MachineProblem, run: Run, slot: int) -> tuple[FloatArray, FloatArray]:
-    """The present state with its inputs, (z,), and the derivative of its rates by the states.
+    """Present state with its inputs, (z,), and the Jacobian of its rates.
 
-    The torques of contacts that slide on curves are inputs, whose values are of the last cell.
+    The torques of contacts that slide on curves are inputs; their values are those of the last
+    cell.
     """
     states, z = problem.states, run.z[0].copy()
     slopes = run.systems.rates[slot, :, :states].copy()
@@ -65,9 +66,9 @@ def _linearized(problem: MachineProblem, run: Run, slot: int) -> tuple[FloatArra
 
 
 def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Steady | None:
-    """What a motion tends to without another event; None if that is not certain.
+    """State to which a motion tends without another event; None if this is not proved.
 
-    problem : of a machine whose signals do not vary, without controllers
+    problem : problem of a machine without varying signals and controllers
     """
     slot, states = select_system(problem, run), problem.states
     systems = run.systems

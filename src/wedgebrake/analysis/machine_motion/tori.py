@@ -1,6 +1,6 @@
-"""Tori of two or more dimensions, told from transients and from chaos by the averages on them.
+"""Detection of tori of two or more dimensions by averages over their returns.
 
-The returns of a machine with several vibrations of its own may fill such a torus. Its first
+The returns of a machine with several self-excited vibrations may fill such a torus. Its first
 exponents all vanish, so that areas do not shrink, and it has no single rotation number.
 """
 

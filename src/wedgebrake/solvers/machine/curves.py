@@ -1,9 +1,9 @@
-"""Contacts whose torque is a curve over the sliding speed: Taylor series of their torques.
+"""Taylor series of the torques of contacts whose torque is a curve over the sliding speed.
 
 Such a torque is T = -P(s) F on the first inertia, with the force F and a polynomial P of
 s = offset + slope |v| for each piece of the curve. T is an input of the machine, which is linear
-otherwise. As its coefficient of order k follows from those of v and F up to this order, series of
-the states and of T are computed order by order.
+otherwise. As the coefficient of order k of T follows from those of v and F up to this order, the
+series of the states and of T are computed order by order.
 """
 
 import math
@@ -49,9 +49,9 @@ def expand_curves(problem, run, slot, terms, longest):
 
     Returns the length of the cell within which they are resolved, at most ``longest``.
 
-    The torques are not linear, so that no bound of the coefficients is known beforehand. The cell
-    ends where the last two terms of a speed, of a state of an actuator or of a torque are rounding
-    relative to its first terms. (An angle is resolved where its speed is.)
+    The torques are not linear, so that no bound of the coefficients is known in advance. The
+    length is such that the last two terms of each speed, state of an actuator and torque are
+    rounding relative to its first terms. (An angle is resolved where its speed is.)
     """
     z, rates, half = run.z, run.systems.rates[slot], problem.inverse.size
     for curve in run.curves:
@@ -103,8 +103,8 @@ def _extend(problem, run, curve, force, terms, k):
 
     force : row of its force
 
-    Stage j of Horner's rule is about[j] + argument stage[j + 1]. It is needed to the order
-    terms - j only (of the derivative too), as the argument has no constant term.
+    Stage j of Horner's rule is about[j] + argument stage[j + 1]. It is required only to the order
+    terms - j (of the derivative too), as the argument has no constant term.
     """
     z, contact, mode = run.z, problem.contacts[curve.contact], run.modes[curve.contact]
     one, sliding = problem.lines[contact.first_line + mode.line], problem.sliding[curve.contact]
@@ -147,9 +147,10 @@ def _resolved(series, terms):
 
 @borrowing
 def differentiate(problem, run, terms):
-    """Store dT/dv and dT/dF of the torques of contacts that slide on curves, after their series.
+    """Store the series of dT/dv and dT/dF for contacts on curves, once those of T are stored.
 
-    v is the row ``problem.sliding`` of a contact, F its row ``systems.force`` of the mode.
+    v is given by the row ``problem.sliding`` of a contact, F by the row ``systems.force`` of its
+    mode.
     """
     for curve in run.curves:
         mode = run.modes[curve.contact]

@@ -1,4 +1,4 @@
-"""A cell of a passage: its first return, the derivative of the flow, and sums."""
+"""Recording of a cell of a passage: first return, derivative of the flow, extremes and sums."""
 
 from wedgebrake.dynamics.jit import borrowing, chosen_by_class, inlined
 from wedgebrake.solvers.machine.cells import combine, polynomial
@@ -12,12 +12,12 @@ _TURNS = 8
 
 @borrowing
 def _follow(watch, problem, run, slot, terms, clock, tau, event):
-    """Record a cell that ends at tau, where an event may happen, or at a return before it.
+    """Record a cell that ends at tau, where an event may occur, or at a return before it.
 
-    event : (number of the guard, -1: none, and whether it has jumped beyond zero)
+    event : (number of the guard, -1 if none; whether it has jumped beyond zero)
 
-    Returns (time until the end of the cell, number of the guard, whether no return is wanted any
-    more).
+    Returns (time until the end of the cell, number of the guard, whether all requested returns
+    have been recorded).
     """
     state = watch.state[0]
     first, jumped = event
@@ -84,9 +84,9 @@ def _add(watch, run, slot, terms, tau):
 
 @borrowing
 def _widened(work, g, terms, tau, low, high):
-    """A range that contains a series on [0, tau] too.
+    """Extend a range such that it contains the values of a series on [0, tau].
 
-    work : workspace for its derivative
+    work : workspace for the derivative of the series
     """
     reach = 0.0
     for k in range(terms - 1, 0, -1):

@@ -1,7 +1,7 @@
-"""Lines of the torque of a contact over its sliding speed: straight ones, or pieces of its curve.
+"""Lines of the torque of a contact over its sliding speed: straight lines or polynomials.
 
-A curve is the torque over the force, R g(+-mu(v)). It is divided into pieces, each a polynomial
-that differs from the curve by about rounding.
+A curve is the torque divided by the force, R g(+-mu(v)), as a function of the sliding speed. It is
+approximated to rounding by polynomials on consecutive pieces.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _CHECKS = -np.cos(np.pi * (np.arange(2 * MOST_DEGREE) + 0.5) / (2 * MOST_DEGREE)
 
 
 class Line(NamedTuple):
-    """A line of the torque, as ``problem.LINE``, with the polynomial of a curved one."""
+    """A line of the torque, as ``problem.LINE``, with the polynomial of a curved line."""
 
     start: float
     offset: float
@@ -58,14 +58,14 @@ class Line(NamedTuple):
 
 
 def lag_order(given: Actuation) -> int:
-    """Order of the lag; 0 also where the command never changes."""
+    """Order of the lag; 0 also if the command never changes."""
     if given.slope == 0.0 and not as_signal(given.initial_force).varies:
         return 0
     return 2 if given.frequency is not None else int(given.lag > 0.0)
 
 
 def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
-    """Straight lines of the torque forwards and backwards where friction depends on the speed."""
+    """Straight lines of the torque forwards and backwards, if friction depends on the speed."""
     friction, given = contact.friction, contact.actuation
     if friction.constant or not isinstance(friction, SetValuedFriction):
         return [], []
@@ -95,7 +95,7 @@ def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
 
 
 class _Curve:
-    """The torque over the force, against the sliding speed in m/s."""
+    """The torque divided by the force, as a function of the sliding speed in m/s."""
 
     def __init__(self, contact: Contact, friction: SetValuedFriction, side: float) -> None:
         self.name = f"{contact.name}.friction"
@@ -124,10 +124,10 @@ class _Curve:
         return np.array([self(float(one)) for one in speeds])
 
     def room(self, speed: float, values: FloatArray) -> float:
-        """Largest error allowed of a piece.
+        """Largest error allowed in a piece.
 
-        It is relative to the curve, there or at rest. Near self-locking g grows like 1/(m_0 - m),
-        and with it the share of rounding in it.
+        It is relative to the value of the curve, there or at rest. Near self-locking g grows like
+        1/(m_0 - m), and its relative rounding error grows with it.
         """
         largest, mu = float(np.max(np.abs(values))), self.coefficient(speed)
         steep = largest / (self.brake.radius * mu) if mu > 0.0 else 0.0
@@ -135,7 +135,7 @@ class _Curve:
 
 
 def curved_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
-    """Pieces of the curve forwards and backwards where friction depends on the speed."""
+    """Pieces of the curve forwards and backwards, if friction depends on the speed."""
     return _pieces(contact, 1.0), _pieces(contact, -1.0)
 
 
@@ -158,7 +158,7 @@ def _pieces(contact: Contact, side: float) -> list[Line]:
 
 
 def _append_pieces(curve: _Curve, low: float, high: float, found: list[Line]) -> None:
-    """Append the pieces of a curve between two speeds, about as long as possible."""
+    """Append the pieces of a curve between two speeds, each nearly as long as possible."""
     at, width, bends = low, high - low, low > 0.0
     while at < high:
         if high == _FASTEST and _is_constant(curve, at):
@@ -179,7 +179,7 @@ def _append_pieces(curve: _Curve, low: float, high: float, found: list[Line]) ->
 
 
 def _is_constant(curve: _Curve, low: float) -> bool:
-    """Return True if a curve does not change from a speed on."""
+    """Return True if a curve is constant from a speed on."""
     step = max(low, _SHORTEST)
     count = math.ceil(math.log(_FASTEST / step) / math.log(_RATIO))
     value = curve(low)
@@ -200,7 +200,7 @@ def _piece(curve: _Curve, low: float, high: float, factors: FloatArray, bends: b
 
 
 def _fit(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, float]:
-    """The polynomial between two speeds, and its error over what is allowed."""
+    """The polynomial between two speeds, and the ratio of its error to the error allowed."""
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     values = curve.values(middle + half * _POINTS)
     checks = curve.values(np.append(middle + half * _CHECKS, _nearer(low, high)))
@@ -218,16 +218,16 @@ def _fit(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, flo
 
 
 def _nearer(low: float, high: float) -> FloatArray:
-    """Speeds of a long piece that approach its lower end, where curves change the most."""
+    """Speeds in a long piece, denser towards its lower end, where curves change the most."""
     nearest = max(0.25 * low, 1e-3 * _SHORTEST * high, 1e3 * _SHORTEST)
     count = max(math.ceil(math.log((high - low) / nearest) / math.log(_RATIO)), 1)
     return low + (high - low) * _RATIO ** -np.arange(1.0, count)
 
 
 def _locked(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, float]:
-    """The piece from a speed on in which the brake locks itself, and its width.
+    """The self-locking piece that begins at a speed, and its width.
 
-    Raises ``InputError`` where the curve jumps instead.
+    Raises ``InputError`` if the curve jumps instead.
     """
     inside, width = low, _SHORTEST * max(low, 1.0)
     while math.isfinite(curve(inside + width)):
@@ -248,7 +248,7 @@ def _locked(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, 
 
 
 def _not_smooth(curve: _Curve, speed: float) -> InputError:
-    """The error of a law that is no smooth curve."""
+    """The exception for a friction law that is not a smooth curve."""
     return InputError(
         f"{curve.name}.kinetic_at: is not smooth near the sliding speed {speed:g} m/s. State the"
         " speeds of its kinks in bends; a jump must become a short slope.",

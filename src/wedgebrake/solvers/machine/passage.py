@@ -1,4 +1,4 @@
-"""A run of a machine that is continued passage by passage, with its returns to a section."""
+"""Runs of a machine in consecutive parts (passages), with their returns to a section."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ class Every(NamedTuple):
 
 
 class Crossing(NamedTuple):
-    """Section of a self-excited machine: a row of the states reaches a level from below.
+    """Section of a self-excited machine: a linear quantity of the state crosses a level upwards.
 
-    row : over the states: angles, speeds, states of the actuators
+    row : factors of the states (angles, speeds, states of the actuators) in this quantity
     """
 
     row: tuple[float, ...]
@@ -62,17 +62,17 @@ class Passage:
 
     outcome   : COMPLETED if the wanted number of returns, or the duration, was reached
     times     : (k,) of the returns [s];  states: (k, states) at them
-    matrices  : (k, memory, memory) derivative of the state at a return by the state at the return
-                before, at the first one by the state at the beginning; (0, memory, memory) if not
-                wanted. The state is followed by what each controller remembers that a linear
-                function of the sliding speed sets: the force it applies and those in its delay.
-                At a ``Crossing``: projected onto the section along the flow.
-    low, high : (r,) extremes of the quantities that the run watches, by default the states
+    matrices  : (k, memory, memory) derivative of the state at a return with respect to the state
+                at the previous return, for the first one to the state at the beginning;
+                (0, memory, memory) if not requested. The state is followed by the memory of each
+                controller whose samples are linear in the sliding speed: the force it applies and
+                those in its delay. At a ``Crossing``: projected onto the section along the flow.
+    low, high : (r,) extremes of the watched quantities, by default the states
     peak_torque : (contacts,) largest magnitude of the brake torque [N m]
     stick_time : (contacts,) [s];  sticks: (contacts, 2) entered from v > 0 and from v < 0
     work      : (parts,) as ``power_rows`` orders them [J]
-    last_slip : last time at which any contact slid in the whole run [s], -inf: never
-    log       : of dtype ``EVENT``, events in order; empty if not wanted
+    last_slip : last time at which any contact slid in the whole run [s]; -inf if none did
+    log       : events in order, of dtype ``EVENT``; empty if not requested
     """
 
     outcome: Outcome
@@ -103,15 +103,15 @@ class Passage:
 class Course:
     """A run of a machine that is continued passage by passage.
 
-    initial : where it begins; None: at the initial state of the machine
-    start   : time of the beginning without ``initial`` [s]
-    stop    : (1,) ends a passage at its next event when another thread sets it to True
+    initial : initial state; None for that of the machine
+    start   : initial time [s] if ``initial`` is None
+    stop    : (1,) flag; a passage ends at its next event when another thread sets it to True
     method  : "exact" or "smooth", see ``simulate``
     works   : whether passages contain the work of every part
-    watched : (r, states) factors of the states in the quantities whose extremes are wanted
+    watched : (r, states) factors of the states in the quantities whose extremes are recorded
     logs    : whether passages contain their events
 
-    Raises ``InputError`` for what the method cannot solve.
+    Raises ``InputError`` if the method cannot solve the machine.
     """
 
     def __init__(
@@ -150,9 +150,9 @@ class Course:
         machine.check_times(start, start)
 
     def restart(self, states: FloatArray) -> None:
-        """Go back to the time of the beginning, in other states.
+        """Return to the initial time with other states.
 
-        The modes of the contacts follow from the states, and controllers sample anew.
+        The modes of the contacts follow from the states, and controllers take new samples.
         """
         problem, run = self.assembled.problem, self._run
         run.z[:] = 0.0
@@ -171,21 +171,21 @@ class Course:
 
     @property
     def state(self) -> Run:
-        """The present state, as the kernels have it."""
+        """The present state in the form used by the kernels."""
         return self._run
 
     def advance(
         self, section: Section | None, returns: int = 0, *, duration: float = math.inf,
         derivatives: bool = False, max_events: int = _MOST_EVENTS,
     ) -> Passage:  # fmt: skip
-        """Continue to the wanted number of returns, or for a duration, whichever is first.
+        """Continue for a number of returns or for a duration, whichever ends first.
 
-        section  : None: no returns, to the end of the duration
-        returns  : 0: all in the duration
+        section  : section of the returns; None to continue for the duration without returns
+        returns  : number of returns; 0 for all within the duration
         duration : [s]
 
-        A state on the section at the beginning is no return. Raises ``InputError`` for a run
-        without end, or beyond the end of a table.
+        A state that is on the section at the beginning does not count as a return. Raises
+        ``InputError`` for a run without end, or beyond the end of a table.
         """
         begin, run = self.time, self._run
         if section is None and returns != 0:
@@ -232,7 +232,7 @@ class Course:
         return self._passage(outcome, parts, logs, (events, cells, ended - begin))
 
     def _begin_at(self, section: Section | None, derivatives: bool) -> None:
-        """Prepare the watch for a passage."""
+        """Prepare the ``Watch`` for a passage."""
         watch, state = self._watch, self._watch.state[0]
         if section != self._section:
             self._section = section
@@ -248,7 +248,7 @@ class Course:
         watch.entered[:] = 0
 
     def _fields(self, section: Section | None) -> dict[str, Any]:
-        """The fields of a watch that describe a section."""
+        """The fields of a ``Watch`` that describe a section."""
         problem = self.assembled.problem
         if isinstance(section, Every):
             period, origin = float(section.period), float(section.origin)
@@ -276,20 +276,20 @@ class Course:
         return number
 
     def _last_time(self, section: Section | None, returns: int, end: float) -> float:
-        """Time at which a passage ends, as far as it is known; otherwise the present time [s]."""
+        """Time at which a passage ends, if it is known; otherwise the present time [s]."""
         if isinstance(section, Every) and returns > 0:
             last = int(self._watch.state[0]["next"]) + returns - 1
             return min(end, section.origin + last * section.period)
         return self.time if math.isinf(end) or returns > 0 else end
 
     def _room(self, section: Section | None, begin: float, end: float) -> int:
-        """Number of returns for which there is room at a time."""
+        """Number of returns for which memory is allocated at a time."""
         if isinstance(section, Every):
             return 2 + math.floor((end - begin) / section.period)
         return 0 if section is None else _CHUNK
 
     def _with_room(self, section: Section | None, room: int, derivatives: bool) -> Watch:
-        """The watch with room for returns."""
+        """The ``Watch`` with memory for a number of returns."""
         watch = self._watch
         count = 0 if section is None else room
         memory = watch.shift.size
@@ -305,7 +305,7 @@ class Course:
         self, outcome: Outcome, parts: list[Watch], logs: list[NDArray[np.void]],
         sums: tuple[int, int, float],
     ) -> Passage:  # fmt: skip
-        """What a passage has recorded."""
+        """Collect what has been recorded as a ``Passage``."""
         watch, run = parts[-1], self._run
         count = int(watch.state[0]["count"])
         ends = [*([one.times.size for one in parts[:-1]]), count]
@@ -327,7 +327,7 @@ class Course:
 
 
 def _kept(run: Run) -> Run:
-    """A run whose state no longer changes."""
+    """Copy of a run whose state no longer changes."""
     return run._replace(
         clock=run.clock.copy(), z=run.z[:1].copy(), modes=run.modes.copy(),
         queues=run.queues.copy(),

@@ -1,4 +1,4 @@
-"""Returns of a machine to a section: in time, or of a row of its states through a level."""
+"""Returns of a machine to a section: at given times, or where a quantity crosses a level."""
 
 import math
 
@@ -14,7 +14,7 @@ _TURNS = 8
 
 @borrowing
 def next_return(watch, run, terms, clock, tau, event):
-    """Time from the beginning of a cell of length tau to its first return; inf: there is none.
+    """Time from the beginning of a cell of length tau to its first return; inf if there is none.
 
     event : whether an event ends the cell
     """
@@ -27,9 +27,9 @@ def next_return(watch, run, terms, clock, tau, event):
 
 @borrowing
 def _next_crossing(watch, run, terms, tau, event):
-    """``next_return`` for a row that crosses its level upwards.
+    """``next_return`` for a quantity that crosses its level upwards.
 
-    It must have been below the level by more than rounding since it crossed it before.
+    Since its previous crossing, it must have been below the level by more than rounding.
     """
     state, g = watch.state[0], watch.work[0]
     scale = combine(watch.row, run.z, terms, g)
@@ -91,9 +91,9 @@ def _move(g, terms, tau):
 
 @borrowing
 def next_turn(g, terms, tau):
-    """Time at which a series next changes its sign; inf: not before tau.
+    """Time at which a series next changes its sign; inf if it does not before tau.
 
-    Its origin is moved there, where it then counts as zero.
+    The origin of the series is moved to this time, where its value then counts as zero.
     """
     scale = abs(g[0])
     reach = 0.0

@@ -1,10 +1,11 @@
-"""The derivative of the flow of a machine (docs/theory.md, section 14).
+"""Derivative of the flow of a machine (docs/theory.md, section 14).
 
 Its columns obey the homogeneous equation of a mode, x' = A x, and are advanced through each cell
-by Taylor series. At an event the neighbouring motion changes its mode earlier by (h X)/h', with
-the guard h and its rate h', which adds the difference of the rates times this row (saltation;
-Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 8).
-Knots and samplings are at fixed times: there a controller's sample only depends on the state.
+by Taylor series. At an event with the guard g, its gradient h and its rate g', a neighbouring
+motion changes its mode earlier by (h X)/g'. This adds the difference of the rates of the state
+times this row (saltation; Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
+Systems, 2004, ch. 8). Knots and samplings occur at fixed times, at which a controller's sample
+depends on the state only.
 """
 
 import math
@@ -46,9 +47,9 @@ def vary(watch, problem, run, slot, terms, tau):
 
 @borrowing
 def _expand_column(watch, problem, run, slot, column, terms):
-    """Store the series of a column of the derivative.
+    """Store the Taylor series of a column of the derivative.
 
-    The torque of a contact that slides on a curve is a further column of the series.
+    The torque of a contact that slides on a curve is an additional column of the series.
     """
     d, half, states = watch.series, problem.inverse.size, problem.states
     rates = run.systems.rates[slot]
@@ -78,7 +79,7 @@ def _expand_column(watch, problem, run, slot, column, terms):
 def _extend_torque(watch, problem, run, slot, curve, column, k):
     """Store the coefficient of order k of the derivative of the torque of a contact on a curve.
 
-    From those of its sliding speed and force up to this order, which are stored too.
+    It follows from those of its sliding speed and force up to this order, which are stored too.
     """
     d, states = watch.series, problem.states
     sliding, force = problem.sliding[curve.contact], run.systems.force[slot, curve.contact]
@@ -98,7 +99,7 @@ def _extend_torque(watch, problem, run, slot, curve, column, k):
 
 @borrowing
 def _by_curves(watch, problem, run, slot, row, column, terms, tau):
-    """Derivative of a row by way of the torques of contacts on curves, at tau in a cell."""
+    """Part of the derivative of a row due to torques of contacts on curves, at tau in a cell."""
     total = 0.0
     for curve in run.curves:
         place = problem.states + problem.contacts[curve.contact].curve
@@ -117,7 +118,7 @@ def _by_curves(watch, problem, run, slot, row, column, terms, tau):
 
 @borrowing
 def _by_held(watch, problem, row, column):
-    """Derivative of a row by way of the forces that controllers hold."""
+    """Part of the derivative of a row due to the forces that controllers hold."""
     total = 0.0
     for number in range(watch.held.size):
         if watch.held[number] >= 0:
@@ -128,10 +129,10 @@ def _by_held(watch, problem, row, column):
 
 @borrowing
 def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
-    """Keep what the jump at the event that ends a cell needs.
+    """Store the data for the jump of the derivative at the event that ends a cell.
 
     jumped : a signal or another event at this instant has carried the guard beyond zero, so that
-             the time of the event is that of the cause
+             the time of the event is that of this cause
     """
     z, states = run.z, problem.states
     for i in range(states):
@@ -168,7 +169,7 @@ def _slope(series, terms, tau):
 def store_matrix(watch, problem, run, terms, tau):
     """Store the derivative at a return at tau.
 
-    That of a crossing is projected onto the section along the flow.
+    At a crossing it is projected onto the section along the flow.
     """
     state, x = watch.state[0], watch.variation
     if watch.kind == SectionKind.CROSSING:
@@ -211,9 +212,9 @@ def _memory_row(watch, problem, run, number, place):
 
 @borrowing
 def begin(watch, problem, run):
-    """Let the derivative begin with the identity, projected onto the present sticks.
+    """Start the derivative with the identity, projected onto the present sticks.
 
-    A small sliding speed of a contact at rest vanishes at once, by an impulse of its torque.
+    A small sliding speed of a contact at rest is removed at once by an impulse of its torque.
     """
     state, x, states = watch.state[0], watch.variation, problem.states
     x[:] = 0.0
@@ -236,11 +237,11 @@ def begin(watch, problem, run):
 
 @borrowing
 def _project(watch, problem, run):
-    """Let the sliding speeds of the contacts at rest vanish in the derivative.
+    """Remove the sliding speeds of the contacts at rest from the derivative.
 
-    The momentum that their torques transfer is orthogonal to the remaining motion in the sense of
-    the kinetic energy: Gram and Schmidt's process on the contacts, in which those that depend on
-    others vanish.
+    The velocities that impulses of their torques cause are orthogonal to the remaining motion in
+    the inner product of the kinetic energy. They are orthonormalised by the Gram-Schmidt process,
+    in which contacts that depend on others drop out.
     """
     x, n, d = watch.variation, problem.inverse.size, watch.series
     count = 0
@@ -260,7 +261,7 @@ def _project(watch, problem, run):
 def _is_new_direction(problem, number, d, count):
     """Store the velocities by a unit impulse of a contact, orthonormal to the rows before.
 
-    Returns False if they depend on these.
+    Returns False if they depend linearly on these rows.
     """
     contact, new = problem.contacts[number], d[count]
     for i in range(problem.inverse.size):
@@ -291,9 +292,9 @@ def _product(problem, one, other):
 
 @borrowing
 def vary_samples(watch, problem, run):
-    """Derivative of the forces that controllers have just sampled, at a knot.
+    """Store the derivative of the forces that controllers have just sampled, at a knot.
 
-    The sliding speeds are on the side of the last cell.
+    The directions of the sliding speeds are those of the last cell.
     """
     if watch.state[0].pending == 0:
         watch.shift[:] = 0.0
@@ -306,7 +307,7 @@ def vary_samples(watch, problem, run):
 
 @borrowing
 def _vary_sample(watch, problem, run, number):
-    """Derivative of the forces in the memory of a controller that has just sampled."""
+    """Store the derivative of the forces in the memory of a controller that has just sampled."""
     contact, mode, x = problem.contacts[number], run.modes[number], watch.variation
     first, places = watch.held[number], contact.delay + 1
     if mode.samples == 1:

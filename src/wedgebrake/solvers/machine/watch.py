@@ -1,4 +1,4 @@
-"""What is recorded of a passage: returns to a section, the derivative of the flow, and sums."""
+"""Recording of a passage: returns to a section, derivative of the flow, extremes and sums."""
 
 from enum import IntEnum
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ class SectionKind(IntEnum):
 
 
 class Anew(IntEnum):
-    """Whether the derivative of the flow begins at the next cell."""
+    """Whether the derivative of the flow starts anew at the next cell."""
 
     NO = 0
     YES = 1
@@ -35,7 +35,7 @@ WATCH = record("scale last_slip", whole="next count below anew pending")
 
 
 class NoWatch(NamedTuple):
-    """The ``Watch`` of a run of which nothing is recorded.
+    """Replacement of ``Watch`` in runs of which nothing is recorded.
 
     on : False
     """
@@ -44,22 +44,22 @@ class NoWatch(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What is recorded of a passage.
+    """Record of a passage.
 
-    derivative : whether the derivative of the flow is
+    derivative : whether the derivative of the flow is recorded
     kind    : a ``SectionKind``
     period, origin : of a section in time [s]
-    row     : (z,) of a crossing, positive above its level
+    row     : (z,) factors of the quantity of a crossing, which is positive above its level
     state   : (1,) of dtype ``WATCH``
     times, states : (k,) and (k, states) of the returns; the run ends when they are full
     matrices : (k, memory, memory) derivatives from return to return, or (0, ...)
     variation : (rows, memory) derivative of the states and of the memory of controllers
     shift   : (memory,) minus the derivative of the time of the last event
     before  : (states,) rates before that event
-    series  : (TERMS, z) of a column of ``variation``
-    held    : (m,) first row of ``variation`` of the controller of a contact, -1: none
+    series  : (TERMS, z) Taylor series of a column of ``variation``
+    held    : (m,) first row of ``variation`` of the controller of a contact; -1 if none
     samples : (m,) number of samples of the controllers so far
-    rows    : (r, z) of the quantities whose extremes are wanted
+    rows    : (r, z) factors of the quantities whose extremes are recorded
     low, high : (r,) their extremes
     peak    : (m,) largest magnitude of the torque of a contact
     rest    : (m,) time at rest [s]
@@ -94,9 +94,9 @@ class Watch(NamedTuple):
 
 
 def watch_of(problem: Any, factors: Any) -> Watch:
-    """Room for what is recorded of passages, without a section.
+    """Allocate the record of passages, without a section.
 
-    factors : (r, states) of the quantities whose extremes are wanted
+    factors : (r, states) factors of the states in the quantities whose extremes are recorded
     """
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
     held, rows, memory = np.full(m, -1), states, states
