@@ -36,9 +36,9 @@ class Stribeck(wb.SetValuedFriction):
 
     kind = "own-stribeck"
 
-    kinetic: float
-    static: float
-    speed: float
+    kinetic: float = wb.parameter("kinetic coefficient", example=0.5, ge=0)
+    static: float = wb.parameter("static coefficient", example=1.0, ge=0)
+    speed: float = wb.parameter("decay of the peak", unit="m/s", example=0.5, gt=0)
 
     @property
     def breakaway(self) -> float:

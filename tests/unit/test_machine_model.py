@@ -449,7 +449,7 @@ class TestBrakedDrivelineWithSignals:
         assert not system.plain
 
     @pytest.mark.parametrize("name", SIGNALS)
-    @pytest.mark.parametrize("function", [wb.stability_map, wb.orbit, wb.poincare, wb.motion])
+    @pytest.mark.parametrize("function", [wb.stability_map, wb.orbit])
     def test_what_needs_numbers_refuses_signals(self, name: str, function: Any) -> None:
         with pytest.raises(wb.InputError) as raised:
             function(self.SYSTEM.replace(**{name: SIGNALS[name]}))
@@ -475,7 +475,13 @@ class TestBrakedDrivelineWithSignals:
             system = self.SYSTEM.replace(**changes)
             assert not system.plain
             with pytest.raises(wb.InputError):
-                wb.motion(system)
+                wb.orbit(system)
+
+    @pytest.mark.parametrize("function", [wb.motion, wb.poincare])
+    def test_a_ramp_has_no_steady_motion(self, function: Any) -> None:
+        with pytest.raises(wb.InputError) as raised:
+            function(self.SYSTEM.replace(drive_speed=RAMP))
+        assert raised.value.name == "brake.base_speed"
 
     def test_linear_stability_depends_on_no_torque(self) -> None:
         torque = {"excitation": SIGNALS["excitation"]}

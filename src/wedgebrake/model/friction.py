@@ -12,9 +12,9 @@ import bisect
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, Strict, model_validator
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.part import Chosen, parameter
@@ -360,7 +360,7 @@ class CustomFriction(SmoothFriction):
         "half width of the steep part", symbol="v_0", unit="m/s", example=0.01, gt=0, le=1e6
     )
     kinetic: float = _kinetic(default=0.0)
-    narrow: tuple[tuple[float, float], ...] = Field(
+    narrow: tuple[Annotated[tuple[float, float], Strict(False)], ...] = Field(
         description="narrow features of the law away from rest: (sliding speed, half width) [m/s]",
         json_schema_extra={"symbol": "-", "unit": "m/s", "example": [[0.5, 0.002]]},
         default=(), max_length=1000, strict=False,

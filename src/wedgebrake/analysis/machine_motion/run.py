@@ -13,7 +13,7 @@ from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.machine_motion.growth import growths, mean_exponents, multipliers
 from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult
 from wedgebrake.analysis.machine_motion.section import crossing, sampling
-from wedgebrake.analysis.machine_motion.steady import steady_state
+from wedgebrake.analysis.machine_motion.steady import is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
@@ -151,7 +151,13 @@ class _Run:
         if self.course.state.curves.size and self._range(passage) > _SMALL * self._speed(passage):
             # Only of a small vibration the decay is that of the linear machine.
             return False
-        found = steady_state(self.course.assembled.problem, self.course.state, self.space)
+        problem, state = self.course.assembled.problem, self.course.state
+        found = steady_state(problem, state, self.space)
+        if found is None and is_locked(problem, state):
+            # Moving bases wind up shafts for ever.
+            self.result.motion = MotionClass.SELF_LOCKED
+            self._describe(passage)
+            return True
         sliding = found is not None and bool(found.sliding.any())
         if found is None or (sliding and found.ringing > _STILL * self._speed(passage)):
             return False

@@ -108,3 +108,17 @@ def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Stead
         sliding, systems.contact[slot] @ end, end[:states], ringing,
         np.concatenate([exponents, lost]),
     )  # fmt: skip
+
+
+def is_locked(problem: MachineProblem, run: Run) -> bool:
+    """Return True if all contacts stay at rest for ever while moving bases wind up shafts.
+
+    All speeds are constant, and no guard approaches zero.
+    """
+    slot, states, n = select_system(problem, run), problem.states, problem.inverse.size
+    rates, z = run.systems.rates[slot], run.z[0]
+    changes = rates @ z
+    accelerates = np.abs(changes[n:]) > _ROUNDING * (np.abs(rates[n:]) @ np.abs(z))
+    guards = run.systems.guards[slot, : run.systems.counts[slot], :states]
+    approach = guards @ changes < -_ROUNDING * (np.abs(guards) @ np.abs(changes))
+    return not (run.modes["side"].any() or accelerates.any() or approach.any())
