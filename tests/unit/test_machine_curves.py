@@ -369,7 +369,7 @@ def test_law_of_a_user() -> None:
 class Rough(wb.SetValuedFriction):
     """A law of |v - 1| to a power, or without a value."""
 
-    kind = "rough"
+    kind = ""
 
     power: float
     known: tuple[float, ...] = ()

@@ -156,7 +156,6 @@ class _Run:
         if found is None and is_locked(problem, state):
             # Moving bases wind up shafts for ever.
             self.result.motion = MotionClass.SELF_LOCKED
-            self._describe(passage)
             return True
         sliding = found is not None and bool(found.sliding.any())
         if found is None or (sliding and found.ringing > _STILL * self._speed(passage)):
