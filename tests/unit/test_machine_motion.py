@@ -442,3 +442,11 @@ def test_bad_input(call, name) -> None:
 def ramped() -> wb.Machine:
     """The pair with a torque that does not repeat."""
     return driven().replace({"wave.signal": RAMP})
+
+
+@pytest.mark.parametrize("machine", [belt(0.5), driven()], ids=["self-excited", "driven"])
+def test_without_a_transient_the_record_begins_at_once(machine) -> None:
+    """All returns asked for are classified, from the first one on."""
+    returns = {"crossings" if machine.autonomous else "periods": 40}
+    found = wb.motion(machine, transient=0, **returns)
+    assert (found.transient, found.judged) == (0, 40)

@@ -89,7 +89,8 @@ class _Run:
         if protocol.automatic:
             self._settle()
         else:
-            self._advance(protocol.first)
+            if protocol.first:
+                self._advance(protocol.first)
             begin, window = self.done, self._advance(protocol.recorded, derivatives=True)
             steady = self.every is None and self._is_steady(window)
             if result.outcome == Outcome.COMPLETED and not steady:
