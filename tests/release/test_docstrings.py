@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cached_property
+from pathlib import Path
 
 import pytest
 from pydantic import BaseModel
@@ -40,6 +42,8 @@ def public_functions() -> Iterator[tuple[str, Callable, str]]:
                 yield f"{name}.{method}", function, "\n".join(one.__doc__ for one in family if one)
 
 
+PACKAGE = Path(wb.__file__).parent
+FOLDERS = sorted(init.parent for init in PACKAGE.rglob("__init__.py") if init.parent != PACKAGE)
 FUNCTIONS = {name: rest for name, *rest in public_functions()}
 
 
@@ -67,3 +71,14 @@ def test_every_field_is_described(name):
         assert [one for one in public if not re.search(rf"\b{one}\b", text)] == []
     elif issubclass(kind, Enum):
         assert all(outcome.sentence for outcome in kind)
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(PACKAGE)))
+def test_every_file_is_in_the_list_of_its_package(folder):
+    """``__init__`` describes the files beside it, or its parent does."""
+    lists = (ast.get_docstring(ast.parse((at / "__init__.py").read_text())) or ""
+             for at in (folder, folder.parent))  # fmt: skip
+    words = set(re.findall(r"\w+", "\n".join(lists)))
+    files = {file.stem for file in folder.glob("*.py")} - {"__init__"}
+    folders = {inner.parent.name for inner in folder.glob("*/__init__.py")}
+    assert (files | folders) - words == set()

@@ -4,6 +4,7 @@ Of a system:
 
 linear_stability       damping, eigenvalues and bifurcation points of steady sliding
 motion                 ``motion``: class of the steady motion and its exponents
+machine_motion         the same for machines
 poincare               ``poincare``: states once in every period of the torque
 
 Of a response, as datasets:
@@ -11,7 +12,12 @@ Of a response, as datasets:
 spectrum               one-sided amplitude spectrum in physical units
 spectral_peaks         lines of a spectrum, named by f_e and f_n
 sticking               intervals of rest and class of stick-slip
-energy                 work, losses and heat in every period
+energy                 work, losses and heat in every period; of a machine: machine_energy
+contacts               sticks and slips of each contact of a machine
+stopping               time, angle, heat, torque, jerk and judder of a stop
+order_map              amplitudes over speed and order
+temperature            temperature of a disc from the heat of a contact
+machine_series         motion of a machine as polynomials, from which these are computed
 torque                 mean and peak of the brake torque
 segments, dense_motion motion and brake torque between the recorded states
 datasets               labels of the results

@@ -7,6 +7,7 @@ ui/         the page in the browser
   request_filter  filter of requests by path and host name
   session         one page: edits change the current state; motion and plots follow
   parameter_plots plots over parameters, computed and drawn
+  machine_page    the page of a machine with several inertias
   widgets/        the widgets of the page, one part per file
 
 core/       state and computations, independent of the browser
@@ -18,6 +19,7 @@ core/       state and computations, independent of the browser
   computation        how motions are computed and classified, in one run and in sweeps
   snapshot           the motion, its class, and the contents of its charts
   verdict            the verdict in words
+  machine_view       the contents of the page of a machine
   formatting         numbers as text, and back
   plots              plots over parameters, by progressive_sweep and attractors
   program            run and open plot as calls of public functions, and as a program

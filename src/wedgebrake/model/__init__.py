@@ -1,12 +1,37 @@
 """The machine, and the study file that describes it.
 
-driveline, brakes, friction, actuation, excitation   its parts, immutable and in SI
+One inertia:
+
+driveline, brakes, friction, stribeck, actuation, excitation
+                 the parts, immutable and in SI
 system           BrakedDriveline, all parts together
 groups           the paper's normalised groups, both ways
 characteristic   brake torque against velocity, all that the exact solver sees
+paper_machines   the machines of the paper as data
+
+Several inertias:
+
+machine          Machine, all parts together
+machine_parts    inertias, shafts, contacts and torques
+machine_matrices how shafts and contacts join the inertias
+machine_names    dotted names of parameters, as "brake.slope"
+signals          torques, forces and speeds as functions of time (signal_base: their base class)
+signal_tables, signal_orders
+                 tables and ramps; frequencies proportional to a speed
+signal_calculus  phases, common periods, sums and integrals of signals
+discs            discs that a contact heats
+
+Common to both:
+
 part             the base of the parts, and `parameter`, which states one of their fields
 validation       the checks of all arguments, by pydantic, and the form of the messages
-study            the same machine as a file, with its run (tables: which part is which table)
+units            numbers with units in texts, as "22 deg"
+
+Study files and results:
+
+study            a system as a file, with its run (tables: which part is which table)
+machine_study    the tables of a machine; records: CSV files that they name
+study_run        the [run] table; study_schema: the JSON schema of study files
 study_text       a study as text (toml: reading and writing, files: complete or not at all)
 sweep_settings   the parameters that can be swept, and the [sweep] table of a study
 display          results in a terminal and a notebook

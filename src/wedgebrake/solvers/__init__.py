@@ -2,11 +2,13 @@
 
 simulate      the front door
 event_driven  closed forms from event to event, set-valued friction
-smooth        adaptive, any smooth friction law
-ode14x        the paper's fixed-step scheme, as a reference
+machine       any number of inertias, contacts and signals, set-valued friction
+smooth        adaptive, any smooth friction law, one inertia
+ode14x        the paper's fixed-step scheme, as a reference; its kernel: ode14x_kernel
 solution      the task of a solver and its answer
 log_reader    events, returns and sticks from the segment log
 response      the answer as a labelled dataset
 status        how a simulation can end
+times         output times of a response
 interrupts    long computations in a thread, interrupted by Ctrl-C
 """

@@ -3,6 +3,7 @@
 grid          swept parameters by SI name, group or initial condition; chunks and batches of points
 plan          the complete definition of a sweep
 compute       the systems as tables of numbers, and the results of a chunk of points
+machine_chunk the results of a chunk of points of machines
 executor      threads of this machine, or a Dask cluster
 results       variables of the result: names, units, meanings
 sweep         ``sweep``, in memory or into a store; ``bifurcation`` and ``regime_map``

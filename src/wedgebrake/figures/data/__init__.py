@@ -7,6 +7,8 @@ bifurcation     bifurcation diagram: points, classes and exponents over one para
 class_map       map over two parameters: class of motion, any other result, linear stability
 basins          basins of attraction, with the attractors
 orbit_branches  branches of periodic orbits, with their bifurcations
+stopping, order_map  measures of a stop; amplitudes over speed and order
+parts           one inertia and one contact of a sweep of machines
 partial         pictures of the page, complete or in part
 
 Shared by all:

@@ -5,6 +5,7 @@ machine         response of a machine: speeds, sticks, torques and forces over t
 modes           shapes of small vibration of a machine, with frequency and damping
 bifurcation     Poincare points against a parameter, with classes of motion and of stick-slip
 maps            over two parameters: regimes, basins, linear stability, curves of bifurcations
+stopping, order_map  measures of a stop; amplitudes over speed and order
 orbit_branches  periodic orbits over a parameter, stable and unstable, with their bifurcations
 
 draw            ``plot(dataset)``: the picture for a kind of dataset

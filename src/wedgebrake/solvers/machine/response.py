@@ -1,4 +1,4 @@
-"""The response of a machine as a labelled dataset, and the energy of its parts."""
+"""The response of a machine as a labelled dataset."""
 
 from __future__ import annotations
 

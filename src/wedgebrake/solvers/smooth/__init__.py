@@ -1,5 +1,7 @@
 """Adaptive solution for smooth friction laws: Taylor series and Runge-Kutta.
 
+For drivelines. Machines with ``method="smooth"`` are solved by ``solvers/machine/curves.py``.
+
 solve                   a system and a task to a trajectory
 solve_periods           motions period by period, alone or several at once
 assemble, laws          from a system to numbers and compiled laws
