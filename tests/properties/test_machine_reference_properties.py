@@ -10,7 +10,7 @@ import pytest
 
 import machine_plain
 import wedgebrake as wb
-from machine_cases import SEEDS, Case, compare_events, compare_states, random_case
+from machine_cases import SEEDS, Case, compare_events, random_case
 from machine_reference import Run, simulate
 
 _STEP = 13  # every 13th of the cases: all take minutes
@@ -20,63 +20,6 @@ _STEP = 13  # every 13th of the cases: all take minutes
 def found(request: pytest.FixtureRequest) -> tuple[Case, Run]:
     case = random_case(request.param)
     return case, case.reference()
-
-
-def test_contacts_keep_coulombs_law(found: tuple[Case, Run]) -> None:
-    """At rest within the limits; in motion against it; forces within their bounds."""
-    case, run = found
-    times = np.linspace(0.0, case.duration, 300)[:-1]
-    seen, machine = run.at(times), run.machine
-    sliding = seen["velocity"] @ machine.w.T - machine.inputs(times).base
-    speed = np.max(np.abs(seen["velocity"]), initial=1e-300)
-    assert np.all(np.abs(sliding[seen["sticking"]]) < 1e-11 * speed)
-    for j, contact in enumerate(machine.plain.contacts):
-        force, torque = seen["actuation_force"][:, j], seen["brake_torque"][:, j]
-        low, high = contact.bounds
-        assert np.all((force >= low - 1e-9) & (force <= high + 1e-9))
-        rest, room = seen["sticking"][:, j], 1e-10 * (1.0 + np.max(np.abs(torque)))
-        down, up = (contact.radius * gain * force[rest] for gain in contact.static)
-        held = force[rest] > 0.0
-        assert np.all(torque[rest][held] >= down[held] - room)
-        assert np.all(torque[rest][held] <= up[held] + room)
-        assert np.all(torque[~rest] * sliding[~rest, j] >= -room * speed)
-
-
-def test_energy(found: tuple[Case, Run]) -> None:
-    """Work of torques and bases = change of energy + loss in shafts and contacts."""
-    case, run = found
-    machine, plain = run.machine, run.machine.plain
-
-    def energy(time: float) -> float:
-        seen = run.at([time])
-        q, w = seen["angle"][0], seen["velocity"][0]
-        return float(0.5 * (plain.inertia * w) @ w + 0.5 * q @ plain.stiffness @ q)
-
-    def powers(_: Any, s: dict[str, np.ndarray]) -> tuple[np.ndarray, ...]:
-        w = s["velocity"]
-        loss = np.einsum("ti,ij,tj->t", w, plain.damping, w)
-        return (
-            (s["torque"] * w).sum(axis=1),
-            loss,
-            (s["brake_torque"] * (w @ machine.w.T)).sum(axis=1),
-        )
-
-    net = run.integral(lambda t, s: powers(t, s)[0] - powers(t, s)[1] - powers(t, s)[2])
-    gross = run.integral(lambda t, s: np.abs(powers(t, s)).sum(axis=0))
-    change = energy(case.duration) - energy(0.0)
-    assert net == pytest.approx(change, abs=1e-12 * (gross + abs(change)))
-
-
-def test_cells_do_not_matter(found: tuple[Case, Run]) -> None:
-    case, run = found
-    longest = 0.37 * float(np.mean([cell.step for cell in run.cells]))
-    other = simulate(case.plain(), case.duration, longest=longest)
-    events = ([e.time for e in other.events], [e.contact for e in other.events])
-    kinds = [e.kind for e in other.events]
-    assert compare_events(run, *events, kinds, breakpoints=True) < 1e-11
-    times = np.linspace(0.0, case.duration, 200)
-    differences = compare_states(run, {"time": times, **other.at(times)})
-    assert max(differences.values()) < 1e-10
 
 
 def test_tables_of_machines_round_trip(found: tuple[Case, Run]) -> None:

@@ -289,6 +289,53 @@ def test_shares_in_circles_are_the_least(seed: int) -> None:
         np.testing.assert_allclose(response["brake_torque"][time], expected.x, atol=1e-6)
 
 
+def test_a_ring_of_dependent_contacts() -> None:
+    """Two inertias with a brake each and a clutch between them: held by 3 + 1 at most.
+
+    The torque on the first is held by its brake and what the clutch transmits, at most 1; the
+    second brake holds 5, so that the second inertia remains at rest.
+    """
+    machine = wb.Machine(
+        inertias=[wb.Inertia("first", 1.0), wb.Inertia("second", 2.0)],
+        contacts=[
+            contact("first", name="one", force=3.0), contact("second", name="other", force=5.0),
+            contact("first", "second", name="clutch"),
+        ],
+        torques=[wb.Torque("first", wb.Ramp(0.0, 6.0, duration=6.0))],
+    )  # fmt: skip
+    response = wb.simulate(machine, 6.0, times=[6.0])
+    np.testing.assert_allclose(times_of(response, SLIP, 0), [4.0], rtol=1e-14)
+    np.testing.assert_allclose(times_of(response, SLIP, 2), [4.0], rtol=1e-14)
+    assert response["sticking"].values[0].tolist() == [False, True, False]
+
+
+def test_static_friction_releases_the_contact_nearest_to_its_limit() -> None:
+    machine = wb.Machine(
+        inertias=[wb.Inertia("first", 1.0), wb.Inertia("second", 1.0)],
+        contacts=[contact("first", name="a", force=2.0, static=1.5),
+                  contact("second", name="b", force=4.0, static=1.5)],
+        torques=[wb.Torque("first", wb.Ramp(0.0, 5.0, duration=5.0)),
+                 wb.Torque("second", wb.Ramp(0.0, 9.0, duration=5.0))],
+    )  # fmt: skip
+    response = wb.simulate(machine, 5.0, times=[4.0])
+    np.testing.assert_allclose(times_of(response, SLIP, 0), [3.0], rtol=1e-14)
+    np.testing.assert_allclose(times_of(response, SLIP, 1), [6.0 / 1.8], rtol=1e-14)
+    # The torque falls to 2 when it slips: v = (t - 3)^2/2 + (t - 3).
+    assert response["velocity"].values[0, 0] == pytest.approx(1.5, rel=1e-13)
+
+
+def test_table_of_friction_bends_the_torque() -> None:
+    """Exponential decay of the speed on each line: v' = -3, then v' = -(5 - v) below 2 rad/s."""
+    radius = 1.0 / FRICTION
+    table = wb.TabulatedFriction(speeds=(0.0, 2.0 * radius), coefficients=(0.5, 0.3))
+    brake = contact("disc", force=10.0 * FRICTION, friction=table)
+    found = wb.simulate(single(brake, speed=5.0), 3.0)
+    assert found["event_kind"].values.tolist() == [BREAKPOINT, STICK]
+    bend, stick = found["event_time"].values
+    assert bend == pytest.approx(1.0, rel=1e-14)
+    assert stick - bend == pytest.approx(math.log(5.0 / 3.0), rel=1e-14)
+
+
 def test_a_brake_that_locks_itself_takes_the_torque_from_others() -> None:
     """Without a limit its share of it is 0, whatever it holds."""
     locking = wb.Contact(
