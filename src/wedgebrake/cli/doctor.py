@@ -6,6 +6,7 @@ import os
 import platform
 import re
 import sys
+import tempfile
 import textwrap
 import warnings
 from importlib import import_module
@@ -14,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import wedgebrake
-from wedgebrake.cli.doctor_kernels import kernels
 from wedgebrake.errors import InputError
 
 EXTRAS = {
@@ -36,7 +36,7 @@ def examine() -> dict[str, Any]:
     """
     needed = packages()
     extras = {name: packages(name) for name in EXTRAS}
-    cache, compiled = kernels()
+    cache = kernel_cache()
     advice = _advice(needed, extras, cache)
     # Like sweeps.executor.processors, whose import would load, and first compile, the kernels.
     affinity = hasattr(os, "sched_getaffinity")
@@ -58,7 +58,6 @@ def examine() -> dict[str, Any]:
         "processors": os.cpu_count(),
         "threads": len(os.sched_getaffinity(0)) if affinity else os.cpu_count() or 1,
         "cache": cache,
-        "kernels": compiled,
         "healthy": not advice,
         "advice": advice,
     }
@@ -114,6 +113,43 @@ def _numbers(text: str) -> tuple[int, ...]:
     return tuple(int(number) for number in re.findall(r"\d+", text.partition("+")[0])[:3])
 
 
+def kernel_cache() -> dict[str, Any]:
+    """The folder in which Numba keeps compiled kernels, None if it has none, and its problem.
+
+    problem: why nothing can be kept or read there, "" if there is none. Nothing is compiled.
+    """
+    folder = None
+    try:
+        from numba.core import config
+        from numba.core.caching import CompileResultCacheImpl
+
+        if vars(config)["DISABLE_JIT"]:  # set when Numba is imported, unknown to type checkers
+            return {"folder": None, "problem": "compilation is switched off"}
+        # Numba uses the path of the source, and some kernels are compiled when they are imported.
+        source = Path(wedgebrake.__file__).parent / "dynamics" / "__init__.py"
+        scope: dict[str, Any] = {}
+        exec(compile("def kernel(): pass", source, "exec"), scope)  # noqa: S102
+        cache = CompileResultCacheImpl(scope["kernel"])  # type: ignore[no-untyped-call]
+        folder = Path(cache.locator.get_cache_path())
+        problem = _unwritable(folder)
+    except Exception as error:  # Numba broken, or no folder for its cache
+        problem = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        if "no locator available" in problem:
+            problem = "no folder for it can be written"
+    return {"folder": str(folder) if folder else None, "problem": problem}
+
+
+def _unwritable(folder: Path) -> str:
+    try:
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        return f"cannot be written ({error.strerror})"
+    wanted = os.environ.get("NUMBA_CACHE_DIR")
+    if wanted and not folder.is_relative_to(Path(wanted).resolve()):
+        return f"is used because NUMBA_CACHE_DIR = {wanted} cannot be written"
+    return ""
+
+
 def _advice(
     needed: list[dict[str, Any]], extras: dict[str, list[dict[str, Any]]], cache: dict[str, Any]
 ) -> list[str]:
@@ -154,7 +190,7 @@ def _way_out(one: dict[str, Any], of: str, wanted: str) -> list[str]:
 
 def text(report: dict[str, Any]) -> str:
     """The report as text."""
-    compiled, cache = report["kernels"], report["cache"]
+    cache = report["cache"]
     lines = [
         f"wedgebrake {report['wedgebrake']} in {report['folder']}",
         f"Python {report['python']} ({report['executable']}) on {report['platform']}",
@@ -165,18 +201,9 @@ def text(report: dict[str, Any]) -> str:
     for name, extra in report["extras"].items():
         state = "complete" if extra["complete"] else "not complete"
         lines += ["", *_listed(f"Extra {name}, {state} ({extra['use']})", extra["packages"])]
-    lines += ["", f"Compiled kernels: {cache['folder'] or 'no folder'}"]
+    lines += ["", f"Cache of compiled kernels: {cache['folder'] or 'no folder'}"]
     if cache["problem"]:
         lines.append(f"  {cache['problem']}")
-    done = len(compiled["compiled"])
-    rest = "; the others are compiled within seconds at their first call, and kept."
-    all_ = done == compiled["all"]
-    lines.append(
-        f"  {done} of {compiled['all']} are compiled for this machine{'.' if all_ else rest}"
-    )
-    if compiled["stale"]:
-        stale = len(compiled["stale"])
-        lines.append(f"  {stale} of them exist from other sources or versions.")
     wrap = textwrap.TextWrapper(
         _WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
     )
