@@ -26,8 +26,9 @@ Of trajectories, compiled:
 
 accumulators           rest, sticks, heat, peak torque and size of a motion
 saltation              derivative of the flow along a trajectory
+growth                 growth of small deviations: exponents and multipliers
 classify               class of a motion from its returns and the growth of deviations
 evaluate_point, batch  evaluation of one system and of many, for sweeps
-classify_run           evaluation of one system by any solver
+classify_driveline     run and class of one driveline, by any solver
 run_settings           transient and record of a run
 """

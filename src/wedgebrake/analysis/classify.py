@@ -157,8 +157,8 @@ def _stays(points, n, now, scale, size):
 
 
 @compiled
-def _fewest(points, n, last, scale, room):
-    """Smallest divisor m of n after which the motion returns to within ``room``: (m, distance).
+def _fewest(points, n, last, scale, tolerance):
+    """(m, distance): smallest divisor m of n after which it returns to within ``tolerance``.
 
     Near a focus the distances after one orbit shrink unevenly, so that those after several
     orbits may be the first to meet the criterion.
@@ -167,7 +167,7 @@ def _fewest(points, n, last, scale, room):
     for m in range(1, n):
         if n % m == 0:
             apart = _farthest_return(points, m, last - look, last, scale)
-            if apart <= room:
+            if apart <= tolerance:
                 return m, apart
     return n, _farthest_return(points, n, last - look, last, scale)
 
@@ -249,7 +249,7 @@ def _trend(points, scale):
 
 
 @compiled
-def _average(values):
+def average(values):
     """Weighted Birkhoff average of a state.
 
     For quasi-periodic motion it converges faster than any power: S. Das, Y. Saiki, E. Sander
@@ -284,11 +284,11 @@ def _aperiodic_class(window, mean, error):
     # The averages of both halves of the points must agree.
     apart = 0.0
     for k in range(window.scale.size):
-        early, late = _average(points[: count // 2, k]), _average(points[count // 2 : count, k])
+        early, late = average(points[: count // 2, k]), average(points[count // 2 : count, k])
         apart += (window.scale[k] * (early - late)) ** 2
     apart = math.sqrt(apart) / window.size
-    room = _APART if count < _LATE else _APART_LATE
-    if _trend(points, window.scale) < -_FALLING or apart > room / count:
+    limit = _APART if count < _LATE else _APART_LATE
+    if _trend(points, window.scale) < -_FALLING or apart > limit / count:
         return MotionClass.UNDECIDED
     return MotionClass.QUASI_PERIODIC
 
@@ -367,7 +367,7 @@ def _rotates_evenly(window):
     """
     turns = _rotations(window)
     half = turns.size // 2
-    early, late = _average(turns[:half]), _average(turns[half : 2 * half])
+    early, late = average(turns[:half]), average(turns[half : 2 * half])
     if min(late, 1.0 - late) < _ROUND:
         return False
     return abs(late - early) <= _SAME_ROTATION * (_RETURNS_THERE / turns.size) ** 5
@@ -398,9 +398,9 @@ def is_final(window, verdict):
 @compiled
 def settling_of(points, order, last, scale, size):
     """Number of returns after which the motion stayed near its final orbit."""
-    room = 10.0 * (SETTLED * size + rounding_of(points[: last + 1], scale, size))
+    tolerance = 10.0 * (SETTLED * size + rounding_of(points[: last + 1], scale, size))
     for k in range(last - order, -1, -1):
-        if distance(points, k, last - (last - k) % order, scale) > room:
+        if distance(points, k, last - (last - k) % order, scale) > tolerance:
             return k + 1
     return 0
 

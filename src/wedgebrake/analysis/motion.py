@@ -211,7 +211,7 @@ def motion(
         name = "crossings" if machine.autonomous else "periods"
         wanted = protocol(returns, transient, limit, name=name, **limits)
         chosen = machine_method(method)
-        from wedgebrake.analysis.machine_motion.run import classify_machine
+        from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
 
         return from_machine(
             machine, interruptible(lambda: classify_machine(machine, wanted, state, chosen))
@@ -223,9 +223,9 @@ def motion(
     chosen = choose_method(system, method)
     start = check_state("initial", (0.0, 0.0) if initial is None else initial)
     wanted = protocol(periods, transient, limit, **limits)
-    from wedgebrake.analysis.classify_run import classify_run
+    from wedgebrake.analysis.classify_driveline import classify_driveline
 
-    result, _ = interruptible(lambda: classify_run(system, start, chosen, wanted))
+    result, _ = interruptible(lambda: classify_driveline(system, start, chosen, wanted))
     return from_result(result, 1.0 / system.excitation.frequency)
 
 

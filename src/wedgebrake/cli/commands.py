@@ -331,12 +331,11 @@ def example(
     epilog="Example: wedgebrake doctor",
 )
 def doctor(as_json: options.AsJson = False) -> None:
-    """Installed packages and compiled kernels, with remedies for problems.
+    """Installed packages, with remedies for problems.
 
     Prints versions of wedgebrake, Python and all packages, which extras are complete, processors
-    and threads, the folder of compiled kernels and which exist, and a sentence for each
-    problem. Each package is imported, which takes some seconds. Exit status: 0 no problem,
-    1 at least one problem.
+    and threads, the folder of compiled kernels, and a sentence for each problem. Each package is
+    imported, which takes some seconds. Exit status: 0 no problem, 1 at least one problem.
     """
     from wedgebrake.cli import doctor as work
 

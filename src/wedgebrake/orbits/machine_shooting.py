@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.machine_motion.run import classify_machine
+from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
 from wedgebrake.analysis.machine_motion.section import crossing
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome

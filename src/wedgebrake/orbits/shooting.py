@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.classify_run import classify_run
+from wedgebrake.analysis.classify_driveline import classify_driveline
 from wedgebrake.analysis.motion import as_machine, machine_method
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
@@ -84,7 +84,7 @@ def orbit(
     problem = OrbitProblem(system, method=chosen, rtol=float(rtol))
     if order is not None and start is not None:
         return _near(problem, order, [np.array(start)])
-    result, record = classify_run(system, start or (0.0, 0.0), chosen, settling)
+    result, record = classify_driveline(system, start or (0.0, 0.0), chosen, settling)
     if result.outcome != Outcome.COMPLETED:
         return Orbit(system, chosen, problem.rtol, OrbitStatus.NO_RUN, order or 0)
     if result.motion == MotionClass.AT_REST:
@@ -128,7 +128,7 @@ def orbit_to_follow(
     problem = OrbitProblem(system, method=found.method, rtol=found.rtol)
     run_for = protocol(_RECORDED, _SKIPPED, rtol=found.rtol)
     start = check_state("initial", initial or (0.0, 0.0))
-    result, record = classify_run(system, start, found.method, run_for)
+    result, record = classify_driveline(system, start, found.method, run_for)
     if result.outcome != Outcome.COMPLETED:
         return found
     for fewest in range(1, _HIGHEST_ORDER + 1):

@@ -213,7 +213,7 @@ class Chunk:
 
     def _run_simulated(self, numbers: NDArray[np.int64]) -> None:
         """Compute a batch point by point, with any solver."""
-        from wedgebrake.analysis.classify_run import classify_run
+        from wedgebrake.analysis.classify_driveline import classify_driveline
 
         plan = self._plan
         systems = {int(number): self._system(int(number)) for number in numbers}
@@ -227,7 +227,7 @@ class Chunk:
             if system is None:
                 self._points[number] = EMPTY[0]
                 continue
-            result, record = classify_run(
+            result, record = classify_driveline(
                 system, initial, plan.method, plan.protocol, transients.get(number)
             )
             self._points[number] = result

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import sliding_damping
+from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
 from wedgebrake.analysis.machine_motion.result import MachineResult
-from wedgebrake.analysis.machine_motion.run import classify_machine
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine

@@ -4,8 +4,7 @@ coordinates   scaled coordinates of the state, in which distances are measured
 section       definition of the returns: periods of the signals, or crossings of a speed
 crossings     crossings of a given speed, and instants at which a contact begins to slide
 steady        proof that a motion ends in steady sliding or at rest
-growth        growth of small deviations, exponents and multipliers
 tori          tori of two or more dimensions
-run           the run: transient, windows, record
+classify_machine  the run: transient, windows, record
 result        result of a run
 """

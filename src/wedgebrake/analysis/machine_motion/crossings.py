@@ -117,15 +117,15 @@ def contact_crossings(
     states: list[FloatArray] = []
     while done < last:
         end = time + max(last - done, _FEWEST) * _PATIENCE * natural
-        room = start.max_events - events
-        task = MachineTask(time, end, np.empty(0), state, False, room, start.method)
+        events_left = start.max_events - events
+        task = MachineTask(time, end, np.empty(0), state, False, events_left, start.method)
         answer = solve_machine(machine, task)
         found = answer.events
         slips = (found["kind"] == EventKind.SLIP) & (found["contact"] == which)
         own = found["time"][slips][max(first - 1 - done, 0) : last - done]
         if own.size:
             # The same run again, with samples at these instants.
-            again = MachineTask(time, float(own[-1]), own, state, False, room, start.method)
+            again = MachineTask(time, float(own[-1]), own, state, False, events_left, start.method)
             times.append(own)
             states.append(solve_machine(machine, again).observer.states.copy())
         done += int(slips.sum())

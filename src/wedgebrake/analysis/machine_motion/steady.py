@@ -83,12 +83,12 @@ def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Stead
     matrix, drive = basis.T @ space.to @ slopes @ space.back @ basis, rates @ z
     size = float(np.abs(matrix).max(initial=0.0))
     values, shapes = np.linalg.eig(matrix)
-    room = _ROUNDING * size
-    if values.size and (np.any(values.real > room) or np.linalg.cond(shapes) > _CONDITION):
+    rounding = _ROUNDING * size
+    if values.size and (np.any(values.real > rounding) or np.linalg.cond(shapes) > _CONDITION):
         return None
     # The deviation u from now on, u' = matrix u + drive, as a sum of modes.
     forces = np.linalg.solve(shapes, drive.astype(complex))
-    still = np.abs(values) <= room
+    still = np.abs(values) <= rounding
     if np.any(np.abs(forces[still]) > _ROUNDING * (np.abs(rates) @ np.abs(z)).max(initial=0.0)):
         return None
     transient = np.zeros_like(forces)
@@ -97,7 +97,7 @@ def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Stead
     reaches = guards[:, :states] @ space.back @ basis @ (shapes * transient)
     if not np.all(guards @ z - reaches.sum(axis=1).real > np.abs(reaches).sum(axis=1)):
         return None
-    lasting = ~still & (values.real >= -room)
+    lasting = ~still & (values.real >= -rounding)
     ringing = float(np.linalg.norm(shapes[:, lasting] @ transient[lasting]))
     end = z.copy()
     end[:states] -= (space.back @ basis @ (shapes @ transient)).real

@@ -11,6 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.classify import average
+
 FloatArray = NDArray[np.float64]
 # Fewest returns.
 _FEWEST = 1000
@@ -30,21 +32,18 @@ def covers_torus(points: FloatArray, growth: FloatArray, size: float) -> bool:
     """
     count, p = growth.shape
     totals = np.sort(growth.sum(axis=0))[::-1]
-    room = 3.0 + math.log(max(count, 1))
-    dimension = int((np.abs(totals) <= room).sum())
-    if count < _FEWEST or not 2 <= dimension < p or totals[0] > room:
+    still = 3.0 + math.log(max(count, 1))  # largest total growth that counts as none
+    dimension = int((np.abs(totals) <= still).sum())
+    if count < _FEWEST or not 2 <= dimension < p or totals[0] > still:
         return False
     if totals[: dimension + 1].sum() > _ATTRACTED:
         return False
     centred = (points - points.mean(axis=0)) / size
     observed = np.hstack([centred, centred**2])
     half = count // 2
-    early, late = _average(observed[:half]), _average(observed[half : 2 * half])
-    return bool(np.abs(late - early).max() <= _APART)
-
-
-def _average(values: FloatArray) -> FloatArray:
-    """Weighted Birkhoff average, as in ``wedgebrake.analysis.classify``."""
-    x = np.arange(1, len(values)) / len(values)
-    weights = np.exp(-1.0 / (x * (1.0 - x)))
-    return np.asarray(weights @ values[1:] / weights.sum())
+    apart = (
+        average(np.ascontiguousarray(values[half : 2 * half]))
+        - average(np.ascontiguousarray(values[:half]))
+        for values in observed.T
+    )
+    return all(abs(one) <= _APART for one in apart)

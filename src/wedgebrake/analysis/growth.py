@@ -14,7 +14,7 @@ _LOST = 1e-12
 _RESOLVED = 1e-9
 
 
-def growths(matrices: FloatArray, frame: FloatArray | None = None) -> FloatArray:
+def growths(matrices: FloatArray) -> FloatArray:
     """Logarithmic growth of p orthogonal deviations from return to return, (k, p).
 
     -inf where a direction is lost.
@@ -23,7 +23,7 @@ def growths(matrices: FloatArray, frame: FloatArray | None = None) -> FloatArray
     """
     count, p = matrices.shape[:2]
     # Any frame that no direction of the machine is likely to be orthogonal to.
-    frame = np.linalg.qr(np.cos(np.arange(p * p).reshape(p, p)))[0] if frame is None else frame
+    frame = np.linalg.qr(np.cos(np.arange(p * p).reshape(p, p)))[0]
     found = np.empty((count, p))
     for k, matrix in enumerate(matrices):
         frame, triangle = np.linalg.qr(matrix @ frame)
@@ -33,7 +33,7 @@ def growths(matrices: FloatArray, frame: FloatArray | None = None) -> FloatArray
     return found
 
 
-def multipliers(matrices: FloatArray) -> FloatArray:
+def log_multipliers(matrices: FloatArray) -> FloatArray:
     """Logarithms of the moduli of the multipliers of an orbit, (p,), descending.
 
     -inf where a stick or the section removes a direction; nan where rounding hides the multiplier.

@@ -18,6 +18,7 @@ from wedgebrake.analysis import classify, evaluate_point
 from wedgebrake.analysis.classify import Verdict, Window
 from wedgebrake.analysis.energy import energy
 from wedgebrake.analysis.evaluate_point import report, report_sums
+from wedgebrake.analysis.growth import growths, log_multipliers
 from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.analysis.sticking import sticks
@@ -50,7 +51,7 @@ _SPEEDS, _ZOOMS = 200, 4
 _RESTING, _NO_SLIP = 1e-9, 1e-12
 
 
-def classify_run(
+def classify_driveline(
     system: BrakedDriveline,
     initial: State,
     method: str,
@@ -242,22 +243,12 @@ class _SmoothRun(_Run):
         scale = np.array([self.scale[0] or self.system.excitation.angular_frequency, 1.0])
         return np.asarray(self.matrices * scale[:, None] / scale)
 
-    def growth(self, periods: int) -> FloatArray:
-        growth = np.empty((periods, 2))
-        frame = np.array([[1.0, -1.0], [1.0, 1.0]]) / math.sqrt(2.0)
-        for k, derivative in enumerate(self._derivatives()):
-            triangle: FloatArray
-            frame, triangle = np.linalg.qr(derivative @ frame)
-            growth[k] = np.log(np.maximum(np.abs(np.diag(triangle)), _RESOLVED))
-        return growth
+    def growth(self, periods: int) -> FloatArray:  # noqa: ARG002 - one signature
+        return np.maximum(growths(self._derivatives()), math.log(_RESOLVED))
 
     def multipliers(self, order: int) -> tuple[float, float]:
-        whole = np.eye(2)
-        for derivative in self._derivatives()[-order:]:
-            whole = derivative @ whole
-        first, second = np.sort(np.abs(np.linalg.eigvals(whole)))[::-1]
-        resolved = second > _RESOLVED * np.linalg.norm(whole)
-        return math.log(max(first, 1e-300)), math.log(second) if resolved else math.nan
+        first, second = log_multipliers(self._derivatives()[-order:])
+        return float(first), float(second)
 
     def complete_sums(self) -> None:
         drive_speed = self.system.driveline.drive_speed

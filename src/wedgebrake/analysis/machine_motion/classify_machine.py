@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis import classify
 from wedgebrake.analysis.classify import Verdict, Window
+from wedgebrake.analysis.growth import growths, log_multipliers, mean_exponents
 from wedgebrake.analysis.machine_motion.coordinates import coordinates
-from wedgebrake.analysis.machine_motion.growth import growths, mean_exponents, multipliers
 from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult
 from wedgebrake.analysis.machine_motion.section import crossing, sampling
 from wedgebrake.analysis.machine_motion.steady import is_locked, steady_state
@@ -84,7 +84,7 @@ class _Run:
     def classified(self) -> MachineResult:
         """The result."""
         result, protocol = self.result, self.protocol
-        if self.every is None and not self._start():
+        if self.every is None and not self._choose_section():
             return self._finished()
         if protocol.automatic:
             self._settle()
@@ -92,17 +92,17 @@ class _Run:
             if protocol.first:
                 self._advance(protocol.first)
             begin, window = self.done, self._advance(protocol.recorded, derivatives=True)
-            steady = self.every is None and self._is_steady(window)
+            steady = self.every is None and self._ends_steadily(window)
             if result.outcome == Outcome.COMPLETED and not steady:
-                self._judge(window)
+                self._classify(window)
                 result.transient, result.judged = begin, self.done - begin
                 self._record(window)
         return self._finished()
 
-    def _start(self) -> bool:
+    def _choose_section(self) -> bool:
         """Choose the section of a self-excited motion; return False if it is steady."""
         look = self._advance(0, duration=_FIRST_LOOK * self.natural)
-        if self.result.outcome != Outcome.COMPLETED or self._is_steady(look):
+        if self.result.outcome != Outcome.COMPLETED or self._ends_steadily(look):
             return False
         self.section = crossing(look, self.space)
         return True
@@ -116,14 +116,14 @@ class _Run:
             window = self._advance(target - begin, derivatives=True)
             if result.outcome != Outcome.COMPLETED:
                 return
-            if self.every is None and self._is_steady(window):
+            if self.every is None and self._ends_steadily(window):
                 return
             if self.done < target:
                 # It does not return to this section: take one of its present motion.
                 self.section, self.done = crossing(window, self.space), target
                 continue
             result.judged, result.transient = self.done - begin, self.done
-            final = self._judge(window)
+            final = self._classify(window)
             result.settling = float(begin)
             if final:
                 break
@@ -136,19 +136,23 @@ class _Run:
         """Continue by a number of returns; a self-excited motion for a limited time."""
         if self.every is None:
             duration = min(duration, max(returns, _FIRST_WINDOW) * _PATIENCE * self.natural)
-        room = self.protocol.max_events - self.result.events
+        most = self.protocol.max_events - self.result.events
         passage = self.course.advance(
-            self.section, returns, duration=duration, derivatives=derivatives, max_events=room
+            self.section,
+            returns,
+            duration=duration,
+            derivatives=derivatives,
+            max_events=most,
         )
         self.done += len(passage.times)
         self.result.events += passage.events
         self.result.outcome, self.result.final = passage.outcome, passage.final
         return passage
 
-    def _is_steady(self, passage: Passage) -> bool:
-        """Set the result of a motion that ends in steady sliding or at rest."""
+    def _ends_steadily(self, passage: Passage) -> bool:
+        """Set the result of a motion that ends in steady sliding or at rest; False for others."""
         if not self.linear:
-            return self._has_stopped(passage)
+            return self._ends_constant(passage)
         if self.course.state.curves.size and self._range(passage) > _SMALL * self._speed(passage):
             # Only of a small vibration the decay is that of the linear machine.
             return False
@@ -168,8 +172,8 @@ class _Run:
         result.low = result.high = found.states
         return True
 
-    def _has_stopped(self, passage: Passage) -> bool:
-        """Set the result of a motion that has come to a constant state."""
+    def _ends_constant(self, passage: Passage) -> bool:
+        """Set the result of a motion that has come to a constant state; False for others."""
         if self._range(passage) > _STILL * self._speed(passage):
             return False
         sliding = bool(self.course.state.modes["side"].any())
@@ -177,7 +181,7 @@ class _Run:
         self._describe(passage)
         return True
 
-    def _judge(self, window: Passage) -> bool:
+    def _classify(self, window: Passage) -> bool:
         """Set class, order and exponents from a window; return True if it ends the transient."""
         result = self.result
         if len(window.times) < _FEWEST:
@@ -190,7 +194,7 @@ class _Run:
         view = Window(points, scale, size, np.ascontiguousarray(growth[:, 0]), area, False)
         verdict: Verdict = classify.classify(view)
         if verdict.order:
-            first, second = [*multipliers(matrices[-verdict.order :]), -math.inf][:2]
+            first, second = [*log_multipliers(matrices[-verdict.order :]), -math.inf][:2]
             verdict = classify.conclude(view, verdict, first, second)
             self.decay = -first
         result.motion, result.order = MotionClass(verdict.motion), int(verdict.order)
@@ -200,7 +204,7 @@ class _Run:
         if math.isfinite(verdict.error):
             result.exponent_error = verdict.error / interval
         if not self.has_period:
-            self._judge_modulated(growth)
+            self._classify_modulated(growth)
         if classify.is_final(view, verdict):
             return True
         unsettled = (MotionClass.UNDECIDED, MotionClass.QUASI_PERIODIC)
@@ -209,7 +213,7 @@ class _Run:
         result.motion = MotionClass.QUASI_PERIODIC
         return not classify.is_resonant(view, verdict)
 
-    def _judge_modulated(self, growth: FloatArray) -> None:
+    def _classify_modulated(self, growth: FloatArray) -> None:
         """Set the class if the signals have no common period, so that no motion repeats."""
         total, error = classify.mean_growth(np.ascontiguousarray(growth[:, 0]))
         if self.result.motion == MotionClass.UNDECIDED and total * len(growth) < -_DECAYED:
@@ -244,7 +248,7 @@ class _Run:
         self._describe(orbit)
         result.period = float(orbit.times[-1]) - before
         matrices = self.space.scaled(orbit.matrices)
-        result.exponents = self._exponents(multipliers(matrices) / result.period)
+        result.exponents = self._exponents(log_multipliers(matrices) / result.period)
         result.exponent_error = 0.0
         if self.every is None:
             result.motion = MotionClass.LIMIT_CYCLE
