@@ -3,7 +3,7 @@
 from . import paper as paper
 from ._version import __version__
 from .analysis.energy import energy
-from .analysis.linear_stability import hopf, stability, stability_map
+from .analysis.linear_stability import hopf, stability, stability_limits, stability_map
 from .analysis.motion import Motion, motion
 from .analysis.order_map import order_map
 from .analysis.poincare import poincare
@@ -130,6 +130,7 @@ __all__ = [
     "spectral_lines",
     "spectrum",
     "stability",
+    "stability_limits",
     "stability_map",
     "sticks",
     "stopping",

@@ -7,12 +7,16 @@ import tomllib
 from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.sweep_settings import (
     INITIAL,
     SWEEP_SETTINGS,
+    expanded,
     sweepable,
     swept_values,
 )
@@ -167,6 +171,17 @@ def parse_axes(
         where, unit = f"--over {as_typed(text)}: ", sweepable(system)[name][0]
         axes[name] = swept_values(_read(where, name, values, unit), where, unit)
     return tuple(axes.items())
+
+
+def parse_speeds(text: str) -> NDArray[np.float64]:
+    """The speeds of the option ``--speeds`` [rad/s].
+
+    Raises ``InputError`` for a text of another form.
+    """
+    where, unit = f"--speeds {as_typed(text)}: ", "rad/s"
+    if ":" not in text and "," not in text:
+        return np.array([_number(where, text, unit)])
+    return expanded(swept_values(_read(where, "speeds", text, unit), where, unit))
 
 
 def parse_range(option: str, text: str, system: BrakedDriveline) -> Range:

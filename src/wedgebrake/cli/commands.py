@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -48,41 +48,28 @@ def _root(
 
 @app.command(
     short_help="Is steady sliding stable, and from which slope on?",
-    epilog="Example: wedgebrake stability paper.toml --set eta=-3",
+    epilog="Example: wedgebrake stability belt.toml --speeds 0.1:2:40 --plot limits.png",
 )
 def stability(
-    study: options.StudyPath, changes: options.Changes = None, as_json: options.AsJson = False
+    study: options.StudyPath,
+    changes: options.Changes = None,
+    speeds: options.Speeds = None,
+    plot: options.StabilityPicture = None,
+    as_json: options.AsJson = False,
 ) -> None:
     """Linear stability of sliding, forwards and backwards.
 
     Prints the eigenvalues, the bifurcation points (Hopf and node-focus, in eta and as slopes of
     the actuation force), for a wedge also the angles of Hopf points and of self-locking, and a
     verdict. For a machine with several inertias, prints the modes at the initial speeds, with
-    frequency, damping and shape. Nothing is simulated.
+    frequency, damping and shape, and the limits of the actuation slopes, the friction and the
+    damping of each shaft at which the verdict changes. Nothing is simulated.
+
+    --plot draws damping ratios and limits over the sliding speed.
     """
-    from wedgebrake.analysis.linear_stability import stability as evaluate
-    from wedgebrake.cli.output import put
-    from wedgebrake.cli.overrides import load_any
-    from wedgebrake.cli.report import stability_report, stability_text
+    from wedgebrake.cli.stability_command import run
 
-    loaded = load_any(study, changes)
-    if loaded.of_machine:
-        from wedgebrake.cli.machine_report import (
-            machine_stability_report,
-            machine_stability_text,
-        )
-
-        machine: Any = loaded.system
-        found = evaluate(machine)
-        put(
-            as_json,
-            machine_stability_report(machine, found),
-            lambda: machine_stability_text(machine, found),
-        )
-        return
-    system = loaded.system
-    verdict = evaluate(system)
-    put(as_json, stability_report(system, verdict), lambda: stability_text(system, verdict))
+    run(study, changes, speeds, plot, as_json)
 
 
 @app.command(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,11 +11,11 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.contacts import contact_sentences, contact_summary
-from wedgebrake.analysis.linear_stability import MachineStability
+from wedgebrake.analysis.linear_stability import MachineStability, ParameterLimit
 from wedgebrake.analysis.machine_energy import machine_energy
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.stopping import stopping
-from wedgebrake.cli.output import finish, versions
+from wedgebrake.cli.output import finish, versions, with_unit
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import final_state
@@ -35,12 +36,21 @@ _MOST_RETURNS = 256
 _ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
 
 
-def machine_stability_report(machine: Machine, found: MachineStability) -> dict[str, Any]:
+def machine_stability_report(
+    machine: Machine, found: MachineStability, limits: Sequence[ParameterLimit]
+) -> dict[str, Any]:
     """The data of ``stability --json`` for a machine."""
-    return {"wedgebrake": __version__, "system": machine.as_dict(), **found.as_dict()}
+    return {
+        "wedgebrake": __version__,
+        "system": machine.as_dict(),
+        **found.as_dict(),
+        "limits": [one.as_dict() for one in limits],
+    }
 
 
-def machine_stability_text(machine: Machine, found: MachineStability) -> str:
+def machine_stability_text(
+    machine: Machine, found: MachineStability, limits: Sequence[ParameterLimit]
+) -> str:
     """The text of ``stability`` for a machine."""
     lines = [describe_machine(machine), "", f"Linear stability: {found.verdict}"]
     case = found.critical
@@ -59,7 +69,26 @@ def machine_stability_text(machine: Machine, found: MachineStability) -> str:
             lines.append("    " + ", ".join(f"{name} {_complex(one)}" for name, one in shape))
     if len(case.modes) > _MOST_MODES:
         lines.append(f"  ... and {len(case.modes) - _MOST_MODES} more; --json lists all")
-    return "\n".join(lines)
+    return "\n".join([*lines, *_limits_text(limits)])
+
+
+def _limits_text(limits: Sequence[ParameterLimit]) -> list[str]:
+    """The limits of stability as lines of text."""
+    if not limits:
+        return []
+    lines = ["", "Limits of stability at these speeds, one parameter at a time:"]
+    width = max(len(one.parameter) for one in limits)
+    for one in limits:
+        unit = with_unit(one.unit)
+        value = f"{one.present:.6g}{unit}"
+        if one.limit is None:
+            found = f"sliding is stable {one.stable}, no limit"
+        else:
+            found = f"limit {one.limit:.6g}{unit}, stable {one.stable} it"
+            found += f" ({one.frequency:.4g} Hz)" if one.frequency else ""
+        also = "; static friction alike" if one.also_static else ""
+        lines.append(f"  {one.parameter:{width}}  {value}: {found}{also}")
+    return lines
 
 
 def _complex(value: complex) -> str:

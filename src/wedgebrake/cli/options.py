@@ -83,6 +83,14 @@ SweepPicture = Annotated[
     Path | None,
     _option("PICTURE.png", "Draw the bifurcation diagram, map or basins" + _SUFFIX),
 ]
+StabilityPicture = Annotated[
+    Path | None,
+    _option(
+        "PICTURE.png",
+        "Draw damping ratios and the limits of slope, friction and damping over the sliding speed"
+        + _SUFFIX,
+    ),
+]
 OrbitData = Annotated[
     Path | None,
     _option(
@@ -106,6 +114,16 @@ PictureKind = Annotated[str, _option("KIND", "Format of the figures: png, svg or
 NewStudy = Annotated[
     Path | None,
     _option("STUDY.toml", "Write the example to this new file instead of printing it."),
+]
+
+# Of stability.
+Speeds = Annotated[
+    str | None,
+    _option(
+        "FROM:TO:COUNT",
+        "Sliding speeds of the picture [rad/s], of the contact that slides fastest: FROM:TO:COUNT,"
+        " FROM:TO:COUNT:log or a list. Default: up to three times the speed of the study.",
+    ),
 ]
 
 # Of sweep.

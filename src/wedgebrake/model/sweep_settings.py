@@ -210,7 +210,7 @@ class Sweep(Part):
 
     def parameters(self) -> dict[str, NDArray[np.float64]]:
         """Return the swept values by name, (n,) each, in order."""
-        return {name: _expanded(values) for name, values in self.axes}
+        return {name: expanded(values) for name, values in self.axes}
 
     def arguments(self) -> dict[str, Any]:
         """Return the keyword arguments of ``wb.sweep`` that are set, without the parameters."""
@@ -221,7 +221,8 @@ class Sweep(Part):
 SWEEP_SETTINGS = tuple(name for name in Sweep.model_fields if name != "axes")
 
 
-def _expanded(values: Part | tuple[float, ...]) -> NDArray[np.float64]:
+def expanded(values: Part | tuple[float, ...]) -> NDArray[np.float64]:
+    """The values that ``swept_values`` has validated, (n,)."""
     if isinstance(values, tuple):
         return np.array(values)
     span = dict(values)

@@ -10,6 +10,7 @@ linear_system     : the linear system of a machine, including sampled controller
 modes             : its eigenvalues and modes
 machine_stability : verdict on every case of steady sliding of a machine
 hopf              : ``hopf``: the value of a parameter at which the verdict changes
+speed_limits      : ``stability_limits``: limits of slope, friction and damping over the speed
 """
 
 from wedgebrake.analysis.linear_stability.damping import damping_at, sliding_damping
@@ -18,6 +19,11 @@ from wedgebrake.analysis.linear_stability.hopf import StabilityLimit, hopf
 from wedgebrake.analysis.linear_stability.machine_stability import MachineStability, SlidingCase
 from wedgebrake.analysis.linear_stability.maps import AXES, stability_map
 from wedgebrake.analysis.linear_stability.modes import Mode
+from wedgebrake.analysis.linear_stability.speed_limits import (
+    ParameterLimit,
+    limits_of,
+    stability_limits,
+)
 from wedgebrake.analysis.linear_stability.verdict import DirectionStability, Stability
 
 __all__ = [
@@ -25,12 +31,15 @@ __all__ = [
     "DirectionStability",
     "MachineStability",
     "Mode",
+    "ParameterLimit",
     "SlidingCase",
     "Stability",
     "StabilityLimit",
     "damping_at",
     "hopf",
+    "limits_of",
     "sliding_damping",
     "stability",
+    "stability_limits",
     "stability_map",
 ]

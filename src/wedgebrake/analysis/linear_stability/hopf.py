@@ -112,10 +112,10 @@ def hopf(
 
     def at(value: float) -> _Value:
         found = machine_stability(machine.replace({parameter: value}), speeds)
-        return _verdict(found), found
+        return verdict_of(found), found
 
     low, high = _bracket(at, parameter, ends)
-    value = _boundary(at, low, high)
+    value = boundary_between(at, low, high)
     return _limit(at, parameter, value, abs(high - low))
 
 
@@ -136,7 +136,7 @@ def _interval(between: Any) -> tuple[float, float]:
     return first, last
 
 
-def _verdict(found: MachineStability) -> int:
+def verdict_of(found: MachineStability) -> int:
     """Return 1 if vibration grows, -1 if it decays, 0 if neither, 2 if no sliding exists."""
     if found.critical is None:
         return 2
@@ -173,7 +173,7 @@ def _said(found: MachineStability) -> str:
     return f"{found.critical.state} ({found.critical.growth_rate:+.4g} 1/s)"
 
 
-def _boundary(at: Callable[[float], _Value], low: float, high: float) -> float:
+def boundary_between(at: Callable[[float], _Value], low: float, high: float) -> float:
     """The value between two others at which the verdict changes."""
     from scipy.optimize import brentq
 

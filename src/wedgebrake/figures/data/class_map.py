@@ -42,7 +42,9 @@ _OUTLIERS = 1.0
 
 
 VARIABLES = ("margin", "stable", "growth", "locked")
-"""Results of ``wb.stability_map``."""
+"""Results of ``wb.stability_map`` for a driveline."""
+OF_MACHINE = ("growth_rate", "damping_ratio", "frequency", "stable", "locked")
+"""Those for a machine."""
 UNSTABLE, STABLE, HELD, LOCKED = range(4)
 """Codes of the regions; HELD: locked at rest, but sliding once moving."""
 REGIONS = (
@@ -213,10 +215,13 @@ def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) ->
 
     Raises ``InputError`` for anything but a map over two parameters of two values each or more.
     """
-    _check_stability(dataset)
-    x, y = (SweptAxis.of(dataset, str(name)) for name in dataset["margin"].dims)
+    of_machine = set(OF_MACHINE) <= set(getattr(dataset, "data_vars", {}))
+    _check_stability(dataset, OF_MACHINE if of_machine else VARIABLES)
+    # Of a machine the damping ratio: the growth rate has its sign, but another scale.
+    measure, word = ("damping_ratio", "damping ratio") if of_machine else ("margin", "margin")
+    x, y = (SweptAxis.of(dataset, str(name)) for name in dataset[measure].dims)
     stable, locked, margin = (
-        arranged(dataset[name], x, y) for name in ("stable", "locked", "margin")
+        arranged(dataset[name], x, y) for name in ("stable", "locked", measure)
     )
     codes = np.where(stable, STABLE, UNSTABLE)
     if held is not None:
@@ -229,7 +234,7 @@ def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) ->
     levels = [(level, line) for level in values for line in level_lines(across, up, known, level)]
     legend = classes.class_entries(codes, REGIONS, shares=False)
     legend += [classes.LIMIT_ENTRY] if limit else []
-    legend += [classes.LegendEntry("equal margin", LEVEL_LINE)] if values else []
+    legend += [classes.LegendEntry(f"equal {word}", LEVEL_LINE)] if values else []
     return ClassMap(x, y, codes, REGIONS, legend, limit, margin=margin, levels=levels)
 
 
@@ -242,13 +247,13 @@ def _levels(margin: FloatArray) -> tuple[float, ...]:
     return tuple(one for one in round_values(low, high, _LINES) if one and low < one < high)
 
 
-def _check_stability(dataset: xr.Dataset) -> None:
+def _check_stability(dataset: xr.Dataset, variables: Sequence[str]) -> None:
     known = getattr(dataset, "data_vars", {})
-    if any(name not in known for name in VARIABLES):
+    if any(name not in known for name in variables):
         raise InputError(
             f"dataset = {type(dataset).__name__}: must be the result of wb.stability_map(...)."
         )
-    sizes = dict(dataset["margin"].sizes)
+    sizes = dict(dataset["stable"].sizes)
     if len(sizes) != 2 or min(sizes.values()) < 2:
         said = ", ".join(f"{size} of {name}" for name, size in sizes.items()) or "one point"
         raise InputError(

@@ -23,7 +23,7 @@ _RESULTS = (
     "wb.simulate(...), wb.stability(machine), wb.poincare(...), wb.spectrum(...),"
     " wb.stopping(...), wb.order_map(...),"
     " wb.bifurcation(...), wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
-    " wb.stability_map(...), or wb.sweep(...) over one or two parameters"
+    " wb.stability_map(...), wb.stability_limits(...), or wb.sweep(...) over one or two parameters"
 )
 
 
@@ -45,7 +45,9 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
     ``basins``                              basins of attraction
     ``branches``                              branches of periodic orbits, bifurcations
     ``boundary``                            line of a bifurcation over two parameters
-    ``stability_map`` (two axes)            map of linear stability
+    ``stability_map`` (two axes)            map of linear stability; of a machine also curves
+                                            over one parameter
+    ``stability_limits``                    damping ratios and limits over the speed
     ``stability`` of a machine              modes: shape, frequency, damping ratio
     ======================================  =============================================
 
@@ -83,6 +85,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     from wedgebrake.analysis.datasets import is_of_machine
     from wedgebrake.analysis.linear_stability import MachineStability
     from wedgebrake.figures.data.axes import swept_parameters
+    from wedgebrake.figures.data.class_map import OF_MACHINE
     from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
     from wedgebrake.figures.matplotlib import (
         bifurcation,
@@ -92,6 +95,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         motion,
         orbit_branches,
         order_map,
+        speed_limits,
         stopping,
     )
 
@@ -99,7 +103,11 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         return modes.modes, (dataset,)
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind")
-    of_kind = {"stopping": stopping.stop, "order_map": order_map.order_map}
+    of_kind = {
+        "stopping": stopping.stop,
+        "order_map": order_map.order_map,
+        "stability_limits": speed_limits.stability_limits,
+    }
     if isinstance(kind, str) and kind in of_kind:
         return of_kind[kind], (dataset,)
     swept = swept_parameters(dataset)
@@ -113,11 +121,14 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         return machine.history, (dataset,)
     if "stick_start" in names and "time" in dataset.coords:
         return motion.overview, (_system(dataset), dataset)
+    of_machine_map = names.issuperset(OF_MACHINE)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
         (kind == "orbits", orbit_branches.orbits),
         (kind == "boundary", maps.boundary),
         (names.issuperset(STABILITY), maps.stability_map),
+        (of_machine_map and len(dataset["stable"].dims) == 1, speed_limits.stability_lines),
+        (of_machine_map, maps.stability_map),
         (len(swept) == 1, bifurcation.bifurcation),
         (len(swept) == 2 and "attractor" in names, maps.basins),
         (len(swept) == 2, maps.regime_map),

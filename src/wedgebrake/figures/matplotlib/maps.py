@@ -87,20 +87,24 @@ def basins(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
 
 
 def stability_map(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
-    """Linear stability over two groups, the first to the right and the second upwards.
+    """Linear stability over two parameters, the first to the right and the second upwards.
 
     dataset : as returned by ``wb.stability_map``
     width   : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
-    The dashed line is the linear stability limit; thin lines are those of equal margin in eta.
-    Returns a new figure.
+    The dashed line is the linear stability limit; thin lines are those of equal margin in eta, or
+    for a machine of equal damping ratio of the least damped mode. Returns a new figure.
 
     Raises ``InputError`` for anything but such a map over two groups, of two values each or
     more.
     """
     data = class_map.stability_map(dataset)
+    names = [data.x.name, data.y.name]
+    if "margin" not in dataset:
+        words = "Linear stability of steady sliding. Numbers: smallest damping ratio of a mode."
+        return _figure([data], [*caption.sentences(dataset, names), words], width)
     sentences = [
-        caption.of_stability(dataset, [data.x.name, data.y.name]),
+        caption.of_stability(dataset, names),
         "Linear stability of sliding in both directions.",
         r"Numbers: margin, $\eta$ less the critical $\eta$ of the worse direction.",
     ]

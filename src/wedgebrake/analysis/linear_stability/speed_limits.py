@@ -1,0 +1,386 @@
+"""``stability_limits``: how far slope, friction and damping are from a loss of stability."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.linear_stability.hopf import boundary_between, verdict_of
+from wedgebrake.analysis.linear_stability.machine_stability import (
+    MachineStability,
+    machine_stability,
+)
+from wedgebrake.analysis.linear_stability.sliding_contact import frozen
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import contact_rows
+from wedgebrake.model.machine_parts import Contact
+from wedgebrake.model.sweep_settings import sweepable
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, wrong
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+SLOPE, FRICTION, DAMPING = "slope", "friction", "damping"
+"""Kinds of parameters whose limits are sought."""
+# Distances from the present value at which the verdict is tried: the nearest and the farthest one
+# as shares of the parameter's scale, and the ratio of neighbours.
+_NEAREST, _FARTHEST, _RATIO = 1e-3, 1e3, 3.0
+# Friction coefficients beyond this one do not occur.
+_MOST_FRICTION = 5.0
+# Speeds by default: their number, the first as a share of the last, the last one as a multiple of
+# the machine's own speed, and the last one of a machine that does not turn [rad/s].
+_COUNT, _FIRST, _BEYOND, _LAST = 41, 0.01, 3.0, 100.0
+_MOST_SPEEDS = 10_000
+_FASTEST = 1e12
+
+
+class _Knob(NamedTuple):
+    """A parameter whose limit is sought.
+
+    name, kind : dotted name; ``SLOPE``, ``FRICTION`` or ``DAMPING``
+    present    : its value
+    scale      : of its effect on the damping of a vibration
+    low, high  : values that it may have
+    also       : further parameters that change in proportion, with their values
+    """
+
+    name: str
+    kind: str
+    present: float
+    scale: float
+    low: float
+    high: float
+    also: dict[str, float]
+
+    def changes(self, value: float) -> dict[str, float]:
+        """The parameters of the machine with another value."""
+        return {self.name: value} | {
+            name: one * value / self.present for name, one in self.also.items()
+        }
+
+
+@dataclass(frozen=True)
+class ParameterLimit:
+    """The limit of linear stability in one parameter, nearest to its present value.
+
+    parameter, unit : dotted name, SI unit
+    kind    : "slope" (of the actuation force over the speed), "friction" (coefficient or scale of a
+              table; static friction changes alike) or "damping" (of a shaft)
+    present : value of the machine
+    limit   : the value at which the verdict changes; None if there is none
+    stable  : "above" or "below" the limit; "everywhere" or "nowhere" without one
+    also_static : whether static friction changes with it
+    frequency : of the mode that is critical at the limit [Hz]; 0 if it does not oscillate; None
+              without a limit
+    """
+
+    parameter: str
+    unit: str
+    kind: str
+    present: float
+    limit: float | None
+    stable: str
+    also_static: bool = False
+    frequency: float | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return dict(vars(self))
+
+
+def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
+    """The limits in slope, friction and damping at the machine's own speeds."""
+    units = sweepable(machine)
+    return tuple(
+        _limit_of(_Evaluation(machine, None), knob, units[knob.name][0]) for knob in _knobs(machine)
+    )
+
+
+def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> xr.Dataset:
+    """Damping ratios of the modes, and limits of slope, friction and damping, over the speed.
+
+    The speeds of all inertias and bases are multiplied by the same factor; a machine that does not
+    turn slides with all inertias at the same speed. At each speed the limit of a parameter is the
+    value nearest to the present one at which the linear verdict on steady sliding changes, with
+    all else as it is.
+
+    system : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
+    speeds : sliding speeds [rad/s] of the contact that slides fastest, (k,), above 0; by default up
+             to three times its own speed
+
+    Returns a Dataset over ``speed``: ``growth_rate`` [1/s] and ``stable``; over ``mode`` too, in
+    the order of the frequencies: ``damping_ratio`` and ``frequency`` [Hz] of the modes that
+    oscillate; and one variable for each parameter with its limit, nan where it has none, in its own
+    unit: "brake.slope", "brake.kinetic" (or "brake.scale"; static friction changes alike) and the
+    damping of each shaft, with the present value in ``attrs["present"]``. ``stable_side`` is 1
+    where sliding is stable above the limit, -1 below it, 0 without limit. ``wb.plot`` draws it.
+
+    Two limits that are closer to each other than their distance from the present value may be
+    missed.
+
+    Raises ``InputError`` for other systems or speeds, and for what ``wb.stability`` does not
+    accept.
+    """
+    import xarray as xr
+
+    machine = system.machine if isinstance(system, BrakedDriveline) else system
+    check_instance("system", machine, Machine, "a BrakedDriveline or a Machine")
+    turning = _Turning(machine)
+    values = turning.values(speeds)
+    knobs = _knobs(machine)
+    found, limits, sides = [], [], []
+    for value in values.tolist():
+        at = turning.at(value)
+        found.append(at(0.0, None)[1])
+        row = [_nearest(at, knob) for knob in knobs]
+        limits.append([math.nan if one is None else one[0] for one in row])
+        sides.append([0 if one is None else one[1] for one in row])
+    units = sweepable(machine)
+    columns = np.array(limits).reshape(values.size, len(knobs))
+    modes = _modes(found)
+    data: dict[str, Any] = {
+        "growth_rate": ("speed", [_rate(one) for one in found], "1/s", "largest growth rate"),
+        "stable": ("speed", [one.stable for one in found], "1", "whether small vibration decays"),
+        "damping_ratio": (("speed", "mode"), modes[0], "1", "damping ratio"),
+        "frequency": (("speed", "mode"), modes[1], "Hz", "frequency"),
+        "stable_side": (
+            ("speed", "parameter"), np.array(sides, np.int8).reshape(columns.shape), "1",
+            "side of the limit on which sliding is stable: 1 above, -1 below, 0 without limit",
+        ),
+    }  # fmt: skip
+    dataset = xr.Dataset(
+        {
+            name: (dims, given, {"units": unit, "long_name": meaning})
+            for name, (dims, given, unit, meaning) in data.items()
+        },
+        coords={
+            "speed": (
+                "speed", values,
+                {"units": "rad/s", "long_name": f"sliding speed of {turning.contact}"},
+            ),
+            "parameter": [knob.name for knob in knobs],
+        },
+        attrs={
+            "kind": "stability_limits", "system": json.dumps(machine.as_dict()),
+            "contact": turning.contact, "own_speed": turning.own,
+        },
+    )  # fmt: skip
+    for knob, column in zip(knobs, columns.T, strict=True):
+        dataset[knob.name] = (
+            "speed", column,
+            {
+                "units": units[knob.name][0], "long_name": f"limit of {units[knob.name][1]}",
+                "present": knob.present, "kind": knob.kind,
+            },
+        )  # fmt: skip
+    return dataset
+
+
+class _Evaluation:
+    """Linear stability with other values of a parameter, at given speeds of the inertias."""
+
+    def __init__(self, machine: Machine, speeds: Mapping[str, float] | None) -> None:
+        self._machine, self._speeds = machine, speeds
+
+    def __call__(self, value: float, knob: _Knob | None) -> tuple[int, MachineStability]:
+        machine = self._machine if knob is None else self._machine.replace(knob.changes(value))
+        found = machine_stability(machine, self._speeds)
+        return verdict_of(found), found
+
+
+class _Turning:
+    """A machine with all its speeds multiplied by one factor.
+
+    contact : name of the contact that slides fastest
+    own     : its sliding speed [rad/s]; 0 if the machine does not turn
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        if not machine.contacts:
+            raise wrong("system", machine, "a machine with contacts")
+        self._machine = machine
+        self._bases = {f"{one.name}.base_speed": frozen(one.base_speed) for one in machine.contacts}
+        self._speeds = {one.name: one.speed for one in machine.inertias}
+        rows = contact_rows(machine)
+        sliding = np.abs(rows @ list(self._speeds.values()) - list(self._bases.values()))
+        self.own = float(sliding.max())
+        if self.own == 0.0:
+            self._speeds = dict.fromkeys(self._speeds, 1.0)
+            sliding = np.abs(rows @ np.ones(len(self._speeds)))
+        self._fastest = float(sliding.max())
+        if self._fastest == 0.0:
+            raise wrong("system", machine, "a machine in which a contact slides")
+        self.contact = machine.contacts[int(sliding.argmax())].name
+
+    def values(self, given: Any) -> FloatArray:
+        """The speeds, by default up to some times the own one."""
+        if given is None:
+            last = _BEYOND * self.own or _LAST
+            return np.linspace(_FIRST * last, last, _COUNT)
+        allowed = f"one to {_MOST_SPEEDS} speeds in rad/s, above 0"
+        try:
+            values = np.atleast_1d(np.asarray(given, dtype=float))
+        except (TypeError, ValueError):
+            raise wrong("speeds", given, allowed) from None
+        if values.ndim != 1 or not 0 < values.size <= _MOST_SPEEDS:
+            raise wrong("speeds", given, allowed)
+        if not np.all((values > 0.0) & (values <= _FASTEST)):
+            raise wrong("speeds", given, allowed)
+        return values
+
+    def at(self, value: float) -> _Evaluation:
+        """The machine at a sliding speed of the contact [rad/s]."""
+        factor = value / self._fastest
+        bases = {name: factor * one for name, one in self._bases.items() if one != 0.0}
+        speeds = {name: factor * one for name, one in self._speeds.items()}
+        return _Evaluation(self._machine.replace(bases), speeds)
+
+
+def _knobs(machine: Machine) -> list[_Knob]:
+    """The parameters whose limits are sought."""
+    known = machine.parameters()
+    damping = _critical_damping(machine)
+    knobs = []
+    for contact in machine.contacts:
+        name = contact.name
+        gain = _gain(contact)
+        if f"{name}.slope" in known and gain > 0.0:
+            present = known[f"{name}.slope"]
+            scale = max(damping / gain, abs(present))
+            knobs.append(_Knob(f"{name}.slope", SLOPE, present, scale, -math.inf, math.inf, {}))
+    for contact in machine.contacts:
+        knobs += _friction(contact.name, known)
+    for shaft in machine.shafts:
+        present = known[f"{shaft.name}.damping"]
+        scale = max(damping, present)
+        knobs.append(_Knob(f"{shaft.name}.damping", DAMPING, present, scale, 0.0, math.inf, {}))
+    return knobs
+
+
+def _friction(contact: str, known: Mapping[str, float]) -> Iterator[_Knob]:
+    """The level of the friction of a contact: the scale of a table, or its coefficients."""
+    for name, most in (("scale", math.inf), ("kinetic", _MOST_FRICTION)):
+        present = known.get(f"{contact}.{name}", 0.0)
+        if present <= 0.0:
+            continue
+        also = {}
+        static = known.get(f"{contact}.static")
+        if name == "kinetic" and static is not None:
+            also[f"{contact}.static"] = static
+            most = min(most, _MOST_FRICTION * present / static)
+        yield _Knob(f"{contact}.{name}", FRICTION, present, present, 0.0, most, also)
+        return
+
+
+def _critical_damping(machine: Machine) -> float:
+    """A damping of the order of the critical one [N m s/rad]."""
+    stiffness = max((one.stiffness for one in machine.shafts), default=0.0)
+    inertia = max(one.inertia for one in machine.inertias)
+    own = max((one.damping for one in machine.shafts), default=0.0)
+    return max(math.sqrt(stiffness * inertia), own) or inertia
+
+
+def _gain(contact: Contact) -> float:
+    """Torque per actuation force, forwards or backwards [m]."""
+    coefficient = contact.friction.reference
+    found = [abs(contact.brake.amplification(side * coefficient)) for side in (1.0, -1.0)]
+    return contact.brake.radius * min(one for one in found if math.isfinite(one))
+
+
+def _nearest(at: _Evaluation, knob: _Knob) -> tuple[float, int] | None:
+    """The limit nearest to the present value, and the side on which sliding is stable."""
+
+    def of(value: float) -> tuple[int, MachineStability]:
+        return at(value, knob)
+
+    try:
+        present = of(knob.present)[0]
+    except InputError:
+        return None
+    if present == 2:
+        return None
+    limits = []
+    for side in (1.0, -1.0):
+        bracket = _bracket(of, knob, present, side)
+        if bracket is None:
+            continue
+        _, outer = bracket
+        # Without any damping, vibration neither grows nor decays: the limit is the bound itself.
+        at_bound = outer in (knob.low, knob.high) and of(outer)[0] == 0
+        limits.append(outer if at_bound else boundary_between(of, *bracket))
+    if not limits:
+        return None
+    limit = min(limits, key=lambda one: abs(one - knob.present))
+    towards = 1 if knob.present > limit else -1
+    if knob.present == limit:
+        towards = 0
+    return limit, towards if present == -1 else -towards
+
+
+def _bracket(
+    of: Callable[[float], tuple[int, MachineStability]], knob: _Knob, present: int, side: float
+) -> tuple[float, float] | None:
+    """Two values on one side of the present one with different verdicts; None without limit."""
+    last, distance = knob.present, _NEAREST * knob.scale
+    while distance <= _FARTHEST * knob.scale:
+        value = min(max(knob.present + side * distance, knob.low), knob.high)
+        if value == last:
+            return None
+        try:
+            verdict = of(value)[0]
+        except InputError:
+            return None
+        if verdict == 2:  # a brake locks itself
+            return None
+        if verdict != present:
+            return last, value
+        last, distance = value, distance * _RATIO
+    return None
+
+
+def _limit_of(at: _Evaluation, knob: _Knob, unit: str) -> ParameterLimit:
+    """The limit in a parameter, with its critical mode."""
+    found = _nearest(at, knob)
+    value, frequency = None, None
+    if found is None:
+        stable = "everywhere" if at(knob.present, knob)[0] == -1 else "nowhere"
+    else:
+        value, side = found
+        modes = at(value, knob)[1].modes
+        stable = "above" if side > 0 else "below"
+        frequency = modes[0].frequency if modes else None
+    return ParameterLimit(
+        knob.name, unit, knob.kind, knob.present, value, stable, bool(knob.also), frequency
+    )
+
+
+def _modes(found: list[MachineStability]) -> tuple[FloatArray, FloatArray]:
+    """Damping ratios and frequencies [Hz] of the oscillating modes, (speed, mode)."""
+    rows = [
+        sorted(
+            (mode.frequency, mode.damping_ratio)
+            for mode in one.modes
+            if mode.frequency > 0.0 and not mode.rigid
+        )
+        for one in found
+    ]
+    shape = (len(rows), max(map(len, rows), default=0))
+    ratios, frequencies = np.full(shape, math.nan), np.full(shape, math.nan)
+    for place, row in enumerate(rows):
+        for number, (frequency, ratio) in enumerate(row):
+            ratios[place, number], frequencies[place, number] = ratio, frequency
+    return ratios, frequencies
+
+
+def _rate(found: MachineStability) -> float:
+    return math.nan if found.growth_rate is None else found.growth_rate

@@ -1,0 +1,183 @@
+"""Limits of slope, friction and damping over the speed, against closed forms and ``hopf``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.analysis.linear_stability import limits_of
+
+BELT = Path(__file__).parents[2] / "examples" / "belt.toml"
+FORCE, DAMPING, KINETIC, STATIC, SPEED = 3.0, 0.1, 0.5, 1.0, 0.5
+
+
+def stribeck(base_speed=0.5, **actuation):
+    """A mass on a belt, R = 1."""
+    return wb.Machine(
+        inertias=[wb.Inertia("mass", 1.0)],
+        shafts=[wb.Shaft("mass", "ground", stiffness=1.0, damping=DAMPING)],
+        contacts=[
+            wb.Contact(
+                "mass", name="belt", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.StribeckFriction(kinetic=KINETIC, static=STATIC, speed=SPEED),
+                actuation=wb.Actuation(**{"initial_force": FORCE, **actuation}),
+                base_speed=base_speed,
+            )
+        ],
+    )  # fmt: skip
+
+
+def falling(speed):
+    """Minus the slope of the Stribeck curve."""
+    return (STATIC - KINETIC) / SPEED * np.exp(-speed / SPEED)
+
+
+def coefficient(speed):
+    return KINETIC + (STATIC - KINETIC) * np.exp(-speed / SPEED)
+
+
+def test_the_limits_of_a_mass_on_a_belt():
+    """Sliding is stable where c + delta mu(v) + (F_a0 + delta v) mu'(v) > 0."""
+    speeds = np.linspace(0.2, 1.8, 9)
+    found = wb.stability_limits(stribeck(), speeds)
+    fall = falling(speeds)
+    np.testing.assert_allclose(found["mass-ground.damping"], FORCE * fall, rtol=1e-9)
+    slope = (FORCE * fall - DAMPING) / (coefficient(speeds) - speeds * fall)
+    np.testing.assert_allclose(found["belt.slope"], slope, rtol=1e-8, atol=1e-10)
+    # With all coefficients multiplied by one factor.
+    np.testing.assert_allclose(found["belt.kinetic"], KINETIC * DAMPING / (FORCE * fall), rtol=1e-9)
+    assert (found.stable_side.sel(parameter="belt.kinetic") == -1).all()
+    assert (found.stable_side.sel(parameter="mass-ground.damping") == 1).all()
+    np.testing.assert_array_equal(found.stable, FORCE * fall < DAMPING)
+    decay = 0.5 * (DAMPING - FORCE * fall)
+    vibrates = np.abs(decay) < 1.0
+    np.testing.assert_allclose(found.damping_ratio[vibrates, 0], decay[vibrates], rtol=1e-9)
+    np.testing.assert_allclose(found.growth_rate[vibrates], -decay[vibrates], rtol=1e-9)
+
+
+def two_inertias(speed=20.0):
+    return wb.Machine(
+        inertias=[wb.Inertia("motor", 0.2, speed=speed), wb.Inertia("disc", 1.0, speed=speed)],
+        shafts=[
+            wb.Shaft("motor", "disc", stiffness=2e4, damping=1.0),
+            wb.Shaft("disc", "ground", stiffness=1e4, damping=0.5),
+        ],
+        contacts=[
+            wb.Contact(
+                "disc", name="brake", brake=wb.WedgeBrake(angle=0.34, radius=0.2),
+                friction=wb.CoulombFriction(kinetic=0.3, static=0.33),
+                actuation=wb.Actuation(initial_force=3000.0, slope=-3.0, lag=2e-3),
+            )
+        ],
+    )  # fmt: skip
+
+
+def test_limits_are_hopf_points():
+    machine = two_inertias()
+    limits = {one.parameter: one for one in limits_of(machine)}
+    for name, between in (("brake.slope", (-3.0, 20.0)), ("disc-ground.damping", (0.5, 50.0))):
+        expected = wb.hopf(machine, name, between=between)
+        assert limits[name].limit == pytest.approx(expected.value, rel=1e-9)
+        assert limits[name].frequency == pytest.approx(expected.frequency, rel=1e-6)
+    assert limits["brake.slope"].present == -3.0
+    # At each limit the largest growth rate is zero, and it changes its sign there.
+    for one in limits.values():
+        if one.limit is None:
+            continue
+        static = {"brake.static": 1.1 * one.limit} if one.also_static else {}
+        rate = wb.stability(machine.replace({one.parameter: one.limit, **static})).growth_rate
+        assert abs(rate) < 1e-7
+
+
+def test_the_dataset_has_the_limits_of_the_own_speed():
+    machine = two_inertias()
+    found = wb.stability_limits(machine, [10.0, 20.0])
+    assert found.attrs["own_speed"] == 20.0
+    for one in limits_of(machine):
+        expected = np.nan if one.limit is None else one.limit
+        assert float(found[one.parameter].sel(speed=20.0)) == pytest.approx(
+            expected, rel=1e-9, nan_ok=True
+        )
+        assert found[one.parameter].attrs["units"] == one.unit
+    own = wb.stability(machine)
+    modes = sorted((m.frequency, m.damping_ratio) for m in own.modes if m.frequency > 0.0)
+    np.testing.assert_allclose(found.frequency.sel(speed=20.0), [f for f, _ in modes])
+    np.testing.assert_allclose(found.damping_ratio.sel(speed=20.0), [d for _, d in modes])
+
+
+def test_a_driveline_has_the_limits_of_its_closed_form():
+    """c + R delta g = 0 with g = mu/(tan(alpha) - mu) forwards (eqs. 11 to 13)."""
+    system = wb.paper.system().replace(drive_speed=-2.0, slope=-1.0)
+    found = wb.stability_limits(system, [2.0])
+    verdict = wb.stability(system)
+    expected = verdict.backward if verdict.forward.speed is None else verdict.forward
+    assert float(found["brake.slope"][0]) == pytest.approx(expected.hopf_slope, rel=1e-9)
+
+
+@pytest.mark.parametrize("speeds", [[0.0], [-1.0], [[1.0]], "fast", [np.inf], []])
+def test_wrong_speeds(speeds):
+    with pytest.raises(wb.InputError) as caught:
+        wb.stability_limits(stribeck(), speeds)
+    assert caught.value.name == "speeds"
+
+
+def test_a_machine_without_sliding():
+    machine = wb.Machine(inertias=[wb.Inertia("disc", 1.0)])
+    with pytest.raises(wb.InputError):
+        wb.stability_limits(machine)
+    assert limits_of(machine) == ()
+
+
+class TestPictures:
+    def test_curves_are_those_of_the_dataset(self):
+        found = wb.stability_limits(stribeck(), np.linspace(0.3, 1.8, 7))
+        figure = wb.plot(found)
+        drawn = [line.get_ydata() for axes in figure.axes for line in axes.lines]
+        for name in ("belt.slope", "belt.kinetic", "mass-ground.damping"):
+            assert any(
+                np.array_equal(np.asarray(one, float), found[name].to_numpy()) for one in drawn
+            )
+
+    def test_unstable_speeds_are_shaded(self):
+        """Up to the Hopf point, to the width of a cell."""
+        speeds = np.linspace(0.5, 2.5, 41)
+        axes = wb.plot(wb.stability_limits(stribeck(), speeds)).axes[0]
+        edge = max(patch.get_extents().x1 for patch in axes.patches)
+        shaded = axes.transData.inverted().transform((edge, 0.0))[0]
+        hopf = SPEED * np.log((STATIC - KINETIC) / SPEED * FORCE / DAMPING)
+        assert shaded == pytest.approx(hopf, abs=0.05)
+
+    def test_map_of_a_machine(self):
+        """The limit in the plane of speed and damping is c = F (mu_s - mu_k)/v0 exp(-v/v0)."""
+        from wedgebrake.figures.data.class_map import stability_map
+
+        axes = {
+            "belt.base_speed": np.linspace(0.4, 2.0, 41),
+            "mass-ground.damping": np.linspace(0.02, 0.6, 41),
+        }
+        found = wb.stability_map(stribeck(), axes)
+        points = np.concatenate(stability_map(found).limit)
+        np.testing.assert_allclose(points[:, 1], FORCE * falling(points[:, 0]), atol=5e-3)
+        assert wb.plot(found).axes
+        line = wb.plot(found.isel({"mass-ground.damping": 5}, drop=True))
+        assert len(line.axes) == 3
+
+
+def test_the_command_prints_and_draws(answer, run, tmp_path):
+    told = answer("stability", BELT)
+    limits = {one["parameter"]: one for one in told["limits"]}
+    machine = wb.load_study(BELT).system
+    name = "mass-ground.damping"
+    expected = wb.hopf(machine, name, between=(machine.parameters()[name], 10.0)).value
+    assert limits[name]["limit"] == pytest.approx(expected, rel=1e-9)
+    status, text, _ = run("stability", BELT)
+    assert status == 0
+    assert f"{limits[name]['limit']:.6g}" in text
+    picture = tmp_path / "limits.png"
+    told = answer("stability", BELT, "--speeds", "0.2:2:5", "--plot", picture)
+    assert told["files"]["picture"] == str(picture)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert run("stability", BELT, "--speeds", "0:2:5", "--plot", picture)[0] == 2
