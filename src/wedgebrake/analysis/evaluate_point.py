@@ -23,6 +23,12 @@ from wedgebrake.analysis.classify import (
     settling_of,
 )
 from wedgebrake.analysis.saltation import propagate
+from wedgebrake.analysis.vibration import (
+    VIBRATION,
+    add_vibration,
+    clear_vibration,
+    report_vibration,
+)
 from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import FlowForm, MotionClass, Outcome, StickClass
 from wedgebrake.dynamics.jit import compiled
@@ -57,6 +63,14 @@ RESULT = record(
         ("settling", np.float64),  # periods until the motion stayed at its final orbit
         ("peak_torque", np.float64),  # [N m]
         ("friction_power", np.float64),  # [W]
+        ("lowest_velocity", np.float64),  # [rad/s]
+        ("highest_velocity", np.float64),
+        ("rms_velocity", np.float64),
+        ("rms_acceleration", np.float64),  # [rad/s^2]
+        ("peak_acceleration", np.float64),
+        ("rms_jerk", np.float64),  # [rad/s^3]
+        ("peak_jerk", np.float64),
+        ("rms_torque", np.float64),  # [N m]
         ("sliding_damping", np.float64),  # [N m s/rad]
         ("final_angle", np.float64),  # [rad]
         ("final_velocity", np.float64),  # [rad/s]
@@ -91,6 +105,7 @@ class Arrays(NamedTuple):
     log    : rows of the segment log, at least two
     points : (n, 2) Poincare points, by number of return;  growth : (n,)
     sums   : (2,) of the window or record, and of one orbit
+    vibration : (1,) of the record or of one orbit, whichever was last
     scale  : (2,) see ``Window``
     """
 
@@ -98,6 +113,7 @@ class Arrays(NamedTuple):
     points: NDArray[np.float64]
     growth: NDArray[np.float64]
     sums: Any
+    vibration: Any
     scale: NDArray[np.float64]
 
 
@@ -123,17 +139,20 @@ def arrays_for(settings, rows):
         np.empty((longest, 2)),
         np.empty(longest),
         np.empty(2, SUMS),
+        np.empty(1, VIBRATION),
         np.ones(2),
     )
 
 
 @compiled
-def _advance(problem, state, last, max_events, arrays, sums, deviations, growth):
+def _advance(problem, state, last, max_events, arrays, sums, measures, deviations, growth):
     """Run to the return number ``last``, with new sums: a ``_Passage``.
 
-    growth : as for ``propagate``, counted from the state's period
+    measures : whether to measure its vibration
+    growth   : as for ``propagate``, counted from the state's period
     """
     clear(sums)
+    clear_vibration(arrays.vibration[0])
     first = state.period
     log, points = arrays.log, arrays.points
     determinant, full_rank, scale, events = 0.0, True, 0.0, 0
@@ -143,6 +162,8 @@ def _advance(problem, state, last, max_events, arrays, sums, deviations, growth)
         state = found.state
         events += found.events
         accumulators.add(problem, log, found.rows, sums)
+        if measures:
+            add_vibration(problem, log, found.rows, arrays.vibration[0])
         there = propagate(problem, log, found.rows, deviations, growth, first)
         deviations = there.deviations
         determinant += there.log_determinant
@@ -156,11 +177,11 @@ def _advance(problem, state, last, max_events, arrays, sums, deviations, growth)
 def _orbit(problem, state, order, max_events, arrays):
     """Logarithms of the moduli of both multipliers of a periodic orbit; -inf: rank lost.
 
-    The second sums receive the sums over one orbit.
+    The second sums and the vibration are those of one orbit.
     """
     weight = angle_weight(problem.driveline, problem.torque)
     there = _advance(
-        problem, state, state.period + order, max_events, arrays, arrays.sums[1],
+        problem, state, state.period + order, max_events, arrays, arrays.sums[1], True,
         Deviations(1.0, 0.0, 0.0, weight), arrays.growth[:0],
     )  # fmt: skip
     if there.outcome != Outcome.COMPLETED:
@@ -305,8 +326,8 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
         )
         deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
         there = _advance(
-            problem, state, last, max_events - result.events, arrays, sums, deviation,
-            arrays.growth,
+            problem, state, last, max_events - result.events, arrays, sums,
+            recording and not settled, deviation, arrays.growth,
         )  # fmt: skip
         outcome, state = there.outcome, there.state
         result.events += there.events
@@ -348,5 +369,6 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     # Sums over one whole orbit if settled, since the record may end within an orbit.
     row, periods = (1, max(verdict.order, 1)) if settled else (0, settings.recorded)
     report_sums(result, arrays.sums[row], periods, interval, verdict.motion == MotionClass.AT_REST)
+    report_vibration(result, arrays.vibration[0])
     result.size = size_of(sums, arrays.scale)
     return begin, state.period + 1

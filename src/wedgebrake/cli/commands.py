@@ -105,7 +105,8 @@ def simulate(
     " wedgebrake sweep paper.toml --over eta=-60:12:300 --over F0=0.01:0.2:200:log"
     " --store map.zarr --plot map.png;"
     " wedgebrake sweep paper.toml --over eta=-40:0:200 --follow eta --json;"
-    " wedgebrake sweep belt.toml --over belt.base_speed=0.1:2:200",
+    " wedgebrake sweep belt.toml --over belt.base_speed=0.1:2:200 --follow belt.base_speed --plot"
+    " response.png --quantity response",
 )
 def sweep(
     study: options.StudyPath,
@@ -121,6 +122,9 @@ def sweep(
     threads: options.Threads = None,
     out: options.SweepData = None,
     plot: options.SweepPicture = None,
+    quantity: options.Quantity = None,
+    inertia: options.Part = None,
+    contact: options.ContactName = None,
     as_json: options.AsJson = False,
 ) -> None:
     """The motion at each point of a grid of parameters: periodic, chaotic, sticking.
@@ -153,7 +157,8 @@ def sweep(
         "transient": transient, "periods": periods, "crossings": crossings, "follow": follow,
     }  # fmt: skip
     asked = load_for_sweep(study, changes, method, over, given)
-    run(asked, store, resume, threads, out, plot, as_json)
+    drawn = {"quantity": quantity, "inertia": inertia, "contact": contact}
+    run(asked, store, resume, threads, out, plot, as_json, drawn)
 
 
 @app.command(

@@ -171,6 +171,21 @@ Follow = Annotated[
         " downwards: branches that differ show hysteresis.",
     ),
 ]
+Quantity = Annotated[
+    str | None,
+    _option(
+        "NAME",
+        "What --plot draws: response (amplitudes of speed, torque and jerk, and the share of time"
+        " stuck, over one parameter), velocity or angle (Poincare points, the default over one"
+        " parameter), or a result: motion, stick_class, rms_velocity, peak_jerk, ...",
+    ),
+]
+Part = Annotated[
+    str | None, _option("NAME", "Inertia of a machine that --plot shows; default the first.")
+]
+ContactName = Annotated[
+    str | None, _option("NAME", "Contact of a machine that --plot shows; default the first.")
+]
 Store = Annotated[
     Path | None,
     _option(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,13 +36,17 @@ def run(
     out: Path | None,
     plot: Path | None,
     as_json: bool,
+    drawn: Mapping[str, str | None],
 ) -> None:
     """Compute the sweep of a study, write and print its results.
+
+    drawn : options of the picture: quantity, inertia, contact
 
     Raises ``InputError``, ``Interrupted`` with a note on kept results, and the errors of
     ``wedgebrake.sweep``.
     """
-    _check(study, store, resume, picture=plot is not None)
+    options = {name: one for name, one in drawn.items() if one is not None}
+    _check(study, store, resume, options, picture=plot is not None)
     kept = {"store": store, "resume": resume, "threads": threads}
     watch = Watch()
     damage: list[str] = []
@@ -69,7 +73,7 @@ def run(
     def picture() -> Figure:
         from wedgebrake.figures.matplotlib.draw import plot as draw
 
-        return draw(dataset)
+        return draw(dataset, **options)
 
     finish(
         as_json,
@@ -81,7 +85,9 @@ def run(
     )
 
 
-def _check(study: Study, store: Path | None, resume: bool, *, picture: bool) -> None:
+def _check(
+    study: Study, store: Path | None, resume: bool, drawn: Mapping[str, str], *, picture: bool
+) -> None:
     """Refuse an impossible sweep, before the computation."""
     names = [name for name, _ in study.sweep.axes]
     if not names:
@@ -104,11 +110,23 @@ def _check(study: Study, store: Path | None, resume: bool, *, picture: bool) -> 
             f"--plot: there are pictures of sweeps over one or two parameters, not over"
             f" {len(names)} ({', '.join(names)}). Leave it out, or sweep fewer."
         )
-    if picture and len(names) == 1 and study.sweep.keep_points is False:
+    points = drawn.get("quantity", "velocity") in ("velocity", "angle")
+    if picture and len(names) == 1 and study.sweep.keep_points is False and points:
         raise InputError(
             "--plot: a bifurcation diagram is drawn from the Poincare points. Leave out"
-            " keep_points = false, or --plot."
+            " keep_points = false, or --plot, or give --quantity response."
         )
+    if drawn and not picture:
+        raise InputError(f"--{next(iter(drawn))}: is of the picture. Give --plot too.")
+    system: Any = study.system
+    known: dict[str, list[str]] = {
+        "inertia": [one.name for one in system.inertias] if study.of_machine else [],
+        "contact": [one.name for one in system.contacts] if study.of_machine else [],
+    }
+    for name, parts in known.items():
+        if name in drawn and drawn[name] not in parts:
+            hint = nearest(drawn[name], parts) if parts else "The study has only one."
+            raise InputError(f"--{name} {drawn[name]}: no such part. {hint}")
 
 
 def _check_returns(study: Study) -> None:

@@ -166,7 +166,7 @@ def named(name: str, meaning: str, unit: str) -> str:
     if not words or re.search(r"[_/=`]", words):
         words = MEANINGS.get(name, words or name.replace("_", " "))
     symbol = SYMBOLS.get(name)
-    unit = unit.replace("^2", "²")
+    unit = unit.replace("^2", "²").replace("^3", "³")
     return words + (f" ${symbol}$" if symbol else "") + f"  [{unit or '1'}]"
 
 

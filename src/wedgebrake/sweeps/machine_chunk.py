@@ -136,6 +136,7 @@ class MachineChunk:
             "friction_power": found.friction_power,
             "lowest_velocity": result.low[n : 2 * n] if result.low.size else math.nan,
             "highest_velocity": result.high[n : 2 * n] if result.low.size else math.nan,
+            **result.vibration._asdict(),
             "exponents": exponents,
             **({"angle": points[:, :n], "velocity": points[:, n : 2 * n]} if points.size else {}),
         }
@@ -152,6 +153,9 @@ class MachineChunk:
             "stick_share": found.stick_share[0],
             "peak_torque": found.peak_torque[0],
             "friction_power": found.friction_power[0],
+            "lowest_velocity": result.low[1] if result.low.size else math.nan,
+            "highest_velocity": result.high[1] if result.low.size else math.nan,
+            **{name: one[0] for name, one in result.vibration._asdict().items()},
             "largest_exponent": exponents[0],
             "second_exponent": exponents[1],
             "final_angle": final.angles["driveline"] if final else math.nan,

@@ -56,6 +56,20 @@ class Variable:
         return attributes
 
 
+def _vibration(contact: tuple[str, ...], inertia: tuple[str, ...]) -> tuple[Variable, ...]:
+    """Amplitudes of a motion, of each contact and of each inertia."""
+    return (
+        Variable("rms_torque", "N m", "rms torque, about its mean", over=contact),
+        Variable("lowest_velocity", "rad/s", "lowest speed", over=inertia),
+        Variable("highest_velocity", "rad/s", "highest speed", over=inertia),
+        Variable("rms_velocity", "rad/s", "rms speed, about its mean", over=inertia),
+        Variable("rms_acceleration", "rad/s^2", "rms acceleration", over=inertia),
+        Variable("peak_acceleration", "rad/s^2", "largest |acceleration|", over=inertia),
+        Variable("rms_jerk", "rad/s^3", "rms jerk, between jumps", over=inertia),
+        Variable("peak_jerk", "rad/s^3", "largest |jerk|, between jumps", over=inertia),
+    )
+
+
 VARIABLES: dict[str, Variable] = {
     one.name: one
     for one in (
@@ -80,6 +94,7 @@ VARIABLES: dict[str, Variable] = {
         ),
         Variable("peak_torque", "N m", "largest |R F_mu|"),
         Variable("friction_power", "W", "mean power turned into heat by the brake"),
+        *_vibration((), ()),
         Variable("sliding_damping", "N m s/rad", "smallest damping of steady sliding"),
         Variable("events", "1", "events of the whole run", "int64", 0),
         Variable("final_angle", "rad", "angle at the end"),
@@ -104,8 +119,7 @@ MACHINE_VARIABLES: dict[str, Variable] = {
         Variable("stick_share", "1", "share of time at rest", over=(CONTACT,)),
         Variable("peak_torque", "N m", "largest |torque|", over=(CONTACT,)),
         Variable("friction_power", "W", "mean power turned into heat", over=(CONTACT,)),
-        Variable("lowest_velocity", "rad/s", "lowest speed", over=(INERTIA,)),
-        Variable("highest_velocity", "rad/s", "highest speed", over=(INERTIA,)),
+        *_vibration((CONTACT,), (INERTIA,)),
         Variable("exponents", "1/s", "Lyapunov exponents, descending", over=(EXPONENT,)),
         VARIABLES["exponent_error"],
         VARIABLES["return_distance"],

@@ -11,7 +11,12 @@ from wedgebrake.analysis import classify
 from wedgebrake.analysis.classify import Verdict, Window
 from wedgebrake.analysis.growth import growths, log_multipliers, mean_exponents
 from wedgebrake.analysis.machine_motion.coordinates import coordinates
-from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult
+from wedgebrake.analysis.machine_motion.result import (
+    ContactSums,
+    MachineResult,
+    Vibration,
+    vibration_rows,
+)
 from wedgebrake.analysis.machine_motion.section import crossing, sampling
 from wedgebrake.analysis.machine_motion.steady import is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
@@ -69,7 +74,11 @@ class _Run:
         self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
         self.states = self.space.to.shape[1]
         watched = np.vstack([self.space.to, np.eye(self.states)])
-        self.course = Course(machine, initial, method=method, watched=watched)
+        self.parts = len(machine.inertias), len(machine.contacts)
+        self.course = Course(
+            machine, initial, method=method, watched=watched,
+            quantities=vibration_rows(*self.parts, self.states),
+        )  # fmt: skip
         self.section: Every | Crossing | None = self.every
         self.natural = 2.0 * math.pi / self.space.frequency if self.space.frequency else 1.0
         self.done = 0
@@ -78,6 +87,7 @@ class _Run:
         self.result = MachineResult(
             np.full(self.space.size, math.nan),
             ContactSums.none(len(machine.contacts)),
+            Vibration.constant(*self.parts, math.nan),
             self_excited=self.every is None,
         )
 
@@ -91,7 +101,8 @@ class _Run:
         else:
             if protocol.first:
                 self._advance(protocol.first)
-            begin, window = self.done, self._advance(protocol.recorded, derivatives=True)
+            begin = self.done
+            window = self._advance(protocol.recorded, derivatives=True, measures=True)
             steady = self.every is None and self._ends_steadily(window)
             if result.outcome == Outcome.COMPLETED and not steady:
                 self._classify(window)
@@ -128,22 +139,22 @@ class _Run:
             if final:
                 break
         if result.outcome == Outcome.COMPLETED:
-            self._record(None if result.order else self._advance(self.protocol.recorded))
+            self._record(
+                None if result.order else self._advance(self.protocol.recorded, measures=True)
+            )
 
     def _advance(
-        self, returns: int, *, duration: float = math.inf, derivatives: bool = False
-    ) -> Passage:
+        self, returns: int, *, duration: float = math.inf, derivatives: bool = False,
+        measures: bool = False,
+    ) -> Passage:  # fmt: skip
         """Continue by a number of returns; a self-excited motion for a limited time."""
         if self.every is None:
             duration = min(duration, max(returns, _FIRST_WINDOW) * _PATIENCE * self.natural)
         most = self.protocol.max_events - self.result.events
         passage = self.course.advance(
-            self.section,
-            returns,
-            duration=duration,
-            derivatives=derivatives,
+            self.section, returns, duration=duration, derivatives=derivatives, measures=measures,
             max_events=most,
-        )
+        )  # fmt: skip
         self.done += len(passage.times)
         self.result.events += passage.events
         self.result.outcome, self.result.final = passage.outcome, passage.final
@@ -169,6 +180,7 @@ class _Run:
         result.motion = MotionClass.STEADY_SLIDING if sliding else MotionClass.AT_REST
         result.exponents, result.exponent_error, result.size = found.exponents, 0.0, 0.0
         result.contacts = ContactSums.steady(found.sliding, found.torque)
+        result.vibration = Vibration.constant(*self.parts, 0.0)
         result.low = result.high = found.states
         return True
 
@@ -233,7 +245,7 @@ class _Run:
         elif self.every is None:
             self._approach()
         before = self.course.time
-        orbit = self._advance(result.order, derivatives=True)
+        orbit = self._advance(result.order, derivatives=True, measures=True)
         if result.outcome != Outcome.COMPLETED or len(orbit.times) < result.order:
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return
@@ -282,6 +294,10 @@ class _Run:
         """Set the extremes and the sums over the contacts."""
         result = self.result
         result.contacts = ContactSums.of(passage)
+        if passage.quantities.rms.size:
+            result.vibration = Vibration.of(passage, self.parts[0])
+        elif result.motion in (MotionClass.STEADY_SLIDING, MotionClass.AT_REST):
+            result.vibration = Vibration.constant(*self.parts, 0.0)
         p = self.space.size
         result.low, result.high = passage.low[p:], passage.high[p:]
         result.size = self._range(passage)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome, StickClass
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
+from wedgebrake.solvers.machine.watch import QuantityRows
 
 FloatArray = NDArray[np.float64]
 # Largest share of slip in a record that counts as rest.
@@ -58,6 +60,49 @@ class ContactSums:
         return cls(classes, passage.sticks / returns, share, passage.peak_torque, power)
 
 
+class Vibration(NamedTuple):
+    """Amplitudes of a motion, of the inertias (n,) and of the contacts (m,).
+
+    rms_velocity, rms_torque : about the mean [rad/s], [N m]
+    rms_acceleration, peak_acceleration, rms_jerk, peak_jerk : [rad/s^2], [rad/s^3]; jerks between
+        the jumps of the acceleration
+    """
+
+    rms_velocity: FloatArray
+    rms_acceleration: FloatArray
+    peak_acceleration: FloatArray
+    rms_jerk: FloatArray
+    peak_jerk: FloatArray
+    rms_torque: FloatArray
+
+    @classmethod
+    def constant(cls, inertias: int, contacts: int, value: float) -> Vibration:
+        """The same value everywhere: 0 in a steady state, nan where nothing is known."""
+        still = np.full(inertias, value)
+        return cls(still, still, still, still, still, np.full(contacts, value))
+
+    @classmethod
+    def of(cls, passage: Passage, inertias: int) -> Vibration:
+        """Those of a passage with the quantities of ``vibration_rows``."""
+        rms, peak = passage.quantities
+        n = inertias
+        return cls(
+            rms[:n], rms[n : 2 * n], peak[n : 2 * n], rms[2 * n : 3 * n], peak[2 * n : 3 * n],
+            rms[3 * n :],
+        )  # fmt: skip
+
+
+def vibration_rows(inertias: int, contacts: int, states: int) -> QuantityRows:
+    """Speeds, accelerations and jerks of the inertias, and torques of the contacts."""
+    n, m = inertias, contacts
+    speeds = np.eye(states)[n : 2 * n]
+    return QuantityRows(
+        np.vstack([speeds, speeds, speeds, np.zeros((m, states))]),
+        np.concatenate([np.full(3 * n, -1), np.arange(m)]),
+        np.concatenate([np.repeat([0, 1, 2], n), np.zeros(m, int)]),
+    )
+
+
 @dataclass
 class MachineResult:
     """Class of the motion of a machine, with its evidence; see ``Motion``.
@@ -72,6 +117,7 @@ class MachineResult:
 
     exponents: FloatArray
     contacts: ContactSums
+    vibration: Vibration
     outcome: Outcome = Outcome.COMPLETED
     motion: MotionClass = MotionClass.UNDECIDED
     order: int = 0

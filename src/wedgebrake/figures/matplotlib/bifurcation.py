@@ -13,8 +13,10 @@ from wedgebrake.figures.data.axes import SweptAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.parts import of_parts
 from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.bands import draw_bands, name_motions
 from wedgebrake.figures.matplotlib.layout import page
-from wedgebrake.figures.matplotlib.maps import draw_cells, draw_classes, draw_hatching, set_axes
+from wedgebrake.figures.matplotlib.maps import draw_cells, set_axes
+from wedgebrake.figures.matplotlib.response_diagram import response_diagram
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,8 +31,6 @@ _MARGINS, _BETWEEN = 0.85, 0.75
 _EXPONENT, _BAND = 0.95, 0.13
 # Share of the exponents that may lie below the axis.
 _DEEP = 0.03
-# Width of a band for each character [pt] from which the motion is named inside the band.
-_CHARACTER = 4.6
 # Height of a cell of points [pt]. Values closer than the second size are drawn as cells, others as
 # marks of at most the third size.
 _CELL, _CLOSE, _MARK = 0.7, 2.2, 1.9
@@ -48,7 +48,8 @@ def bifurcation(
     """Poincare points against the parameter, with their classes of motion: a new figure.
 
     dataset  : as returned by ``wb.bifurcation`` or ``wb.sweep`` for one parameter
-    quantity : "velocity" [rad/s] or "angle" [rad] of the points
+    quantity : "velocity" [rad/s] or "angle" [rad] of the points; "response" or another result, such
+               as "rms_jerk", draws amplitudes instead (``response_diagram``)
     exponent : whether to draw the largest Lyapunov exponent [1/s], with its standard error;
                None: where the dataset has one. The lowest few percent may lie outside
     inertia, contact : of a machine, whose points and sticks are drawn; None for the first
@@ -66,6 +67,8 @@ def bifurcation(
     Raises ``InputError`` for a dataset that is not a sweep over one parameter, or keeps no
     points.
     """
+    if quantity not in style.SECTION:
+        return response_diagram(dataset, quantity, inertia=inertia, contact=contact, width=width)
     dataset = of_parts(dataset, inertia, contact)
     data = BifurcationDiagram.of(dataset, quantity)
     if exponent is None:
@@ -87,9 +90,9 @@ def bifurcation(
             _draw_points(panels[branch], data, branch, (72.0 * inside, 72.0 * height))
         if exponent:
             _draw_exponents(panels[-3], data)
-        _draw_bands(panels[-2], data, data.motions, classes.MOTIONS, "motion")
-        _name_motions(panels[-2], data, 72.0 * inside)
-        _draw_bands(panels[-1], data, data.sticks, classes.STICK_CLASSES, "sticks")
+        draw_bands(panels[-2], data.x, data.branches, data.motions, classes.MOTIONS, "motion")
+        name_motions(panels[-2], data.x, data.motions, data.orders, 72.0 * inside)
+        draw_bands(panels[-1], data.x, data.branches, data.sticks, classes.STICK_CLASSES, "sticks")
         for axes in panels[:-1]:
             axes.tick_params(axis="x", labelbottom=False)
         for axes in panels[-2:]:
@@ -147,44 +150,6 @@ def _draw_exponents(axes: Axes, data: BifurcationDiagram) -> None:
     top, low = float(np.max(finite)), float(np.quantile(finite, _DEEP))
     axes.set_ylim(*style.margins(min(low, 0.0), max(top, 0.0), 0.0, share=0.1))
     style.few_ticks(axes, y=3)
-
-
-def _draw_bands(
-    axes: Axes,
-    data: BifurcationDiagram,
-    codes: np.ndarray,
-    styles: Sequence[classes.ClassStyle],
-    word: str,
-) -> None:
-    """Draw one row of classes for each branch, the first at the top."""
-    rows = len(data.branches)
-    draw_hatching(axes)
-    y = SweptAxis.between(np.arange(rows + 1.0))
-    axes.set_ylim(0.0, rows)
-    draw_classes(axes, data.x, y, codes[::-1], styles)
-    for edge in y.edges[1:-1]:
-        axes.axhline(edge, color="black", linewidth=0.4, zorder=3)
-    labels = [f"{word} {branch.name}".strip() for branch in reversed(data.branches)]
-    axes.set_yticks(y.values, labels=labels)
-    axes.tick_params(axis="y", length=0)
-
-
-def _name_motions(axes: Axes, data: BifurcationDiagram, width: float) -> None:
-    """Write T, 2T, 3T, ... on runs of one periodic motion, on axes of a width [pt]."""
-    edges = data.x.positions(data.x.edges)
-    scale = width / (edges[-1] - edges[0])
-    for branch, codes in enumerate(data.motions):
-        orders = np.where(np.isin(codes, list(classes.PERIODIC)), data.orders[branch], 0)
-        orders[codes == classes.CODES["period_1"]] = 1
-        for first, last in runs(orders):
-            name = classes.period(orders[first])
-            available = scale * (edges[last + 1] - edges[first])
-            if orders[first] < 1 or available < _CHARACTER * (len(name) - 1):
-                continue
-            middle = data.x.at(0.5 * (edges[first] + edges[last + 1]))
-            look: Any = {"ha": "center", "va": "center", "fontsize": 5.5, "zorder": 4}
-            colour = style.ink(classes.MOTIONS[codes[first]].colour)
-            axes.text(middle, len(data.branches) - branch - 0.54, name, color=colour, **look)
 
 
 def _name_sides(axes: Axes, value: float, stable_right: bool) -> None:

@@ -40,7 +40,8 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
     ``spectrum``                            amplitude spectrum
     ``stopping``                            speed, judder and jerk of a stop
     ``order_map``                           amplitudes over speed and order
-    ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram
+    ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram; with quantity="response",
+                                            amplitudes of speed, torque and jerk
     ``regime_map``, ``sweep`` (two axes)    map of a class or another result
     ``basins``                              basins of attraction
     ``branches``                              branches of periodic orbits, bifurcations

@@ -1,5 +1,7 @@
 """Recording of a cell of a passage: first return, derivative of the flow, extremes and sums."""
 
+import numpy as np
+
 from wedgebrake.dynamics.jit import borrowing, chosen_by_class, inlined
 from wedgebrake.solvers.machine.cells import combine, polynomial
 from wedgebrake.solvers.machine.section import next_return, next_turn
@@ -8,6 +10,10 @@ from wedgebrake.solvers.machine.watch import Anew, NoWatch, SectionKind, Watch
 
 # Most extremes of a quantity in a cell.
 _TURNS = 8
+# Squares of series are integrated to rounding by Gauss' rule, as powers in ``observers``; those of
+# derivatives have few terms less.
+_POINTS, _WEIGHTS = (0.5 * numbers for numbers in np.polynomial.legendre.leggauss(14))
+_POINTS = _POINTS + 0.5
 
 
 @borrowing
@@ -80,6 +86,33 @@ def _add(watch, run, slot, terms, tau):
         peak = watch.peak[number]
         low, high = _widened(watch.work[0], g, terms, tau, -peak, peak)
         watch.peak[number] = max(-low, high)
+    for i in range(watch.quantities.order.size):
+        _add_quantity(watch, run, slot, terms, tau, i)
+
+
+@borrowing
+def _add_quantity(watch, run, slot, terms, tau, i):
+    """Add a cell to the integrals and extremes of a quantity."""
+    g, found, contact = run.guard, watch.quantities, watch.quantities.contact[i]
+    if contact < 0:
+        combine(found.rows[i], run.z, terms, g)
+    else:
+        combine(run.systems.contact[slot, contact], run.z, terms, g)
+    g[0] -= found.level[i]
+    for _ in range(found.order[i]):
+        terms -= 1
+        for k in range(terms):
+            g[k] = (k + 1.0) * g[k + 1]
+    total, square = 0.0, 0.0
+    for point in range(_POINTS.size):
+        here = polynomial(g, terms, _POINTS[point] * tau)
+        total += _WEIGHTS[point] * here
+        square += _WEIGHTS[point] * here * here
+    found.sums[i, 0] += total * tau
+    found.sums[i, 1] += square * tau
+    found.low[i], found.high[i] = _widened(
+        watch.work[0], g, terms, tau, found.low[i], found.high[i]
+    )
 
 
 @borrowing

@@ -20,7 +20,15 @@ from wedgebrake.solvers.machine.final_state import FinalState, restore, start_st
 from wedgebrake.solvers.machine.observers import observer_of
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.solve import power_rows
-from wedgebrake.solvers.machine.watch import Anew, SectionKind, Watch, watch_of
+from wedgebrake.solvers.machine.watch import (
+    Anew,
+    Quantities,
+    QuantityRows,
+    SectionKind,
+    Watch,
+    quantities_of,
+    watch_of,
+)
 
 FloatArray = NDArray[np.float64]
 _MOST_EVENTS = 10**12
@@ -56,6 +64,17 @@ class Crossing(NamedTuple):
 Section = Every | Crossing
 
 
+class QuantityStatistics(NamedTuple):
+    """Statistics of quantities over the time of a passage, (q,) each.
+
+    rms  : root mean square of the deviation from the mean; of derivatives, of the value itself
+    peak : largest magnitude
+    """
+
+    rms: FloatArray
+    peak: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class Passage:
     """A part of a run, with its returns to a section.
@@ -73,6 +92,7 @@ class Passage:
     work      : (parts,) as ``power_rows`` orders them [J]
     last_slip : last time at which any contact slid in the whole run [s]; -inf if none did
     log       : events in order, of dtype ``EVENT``; empty if not requested
+    quantities : ``QuantityStatistics`` of those of the ``Course``; empty if not requested
     """
 
     outcome: Outcome
@@ -90,6 +110,7 @@ class Passage:
     duration: float
     last_slip: float
     log: NDArray[np.void]
+    quantities: QuantityStatistics
     _machine: Machine = field(repr=False)
     _problem: Any = field(repr=False)
     _run: Run = field(repr=False)
@@ -110,6 +131,7 @@ class Course:
     works   : whether passages contain the work of every part
     watched : (r, states) factors of the states in the quantities whose extremes are recorded
     logs    : whether passages contain their events
+    quantities : what passages with ``measures`` record in addition
 
     Raises ``InputError`` if the method cannot solve the machine.
     """
@@ -125,6 +147,7 @@ class Course:
         method: str = "exact",
         watched: FloatArray | None = None,
         logs: bool = False,
+        quantities: QuantityRows | None = None,
     ) -> None:
         start = start if initial is None else initial.time
         self.machine = machine
@@ -143,6 +166,7 @@ class Course:
         self._log = np.zeros(_ROWS + problem.contacts.size, EVENT)
         self._watch = watch_of(problem, np.eye(problem.states) if watched is None else watched)
         self._watch.state["last_slip"] = -math.inf
+        self._quantities = quantities
         self._section: Section | None = None
         spans = [one.span for one in machine.signals().values()]
         self._limit = min((last for _, last in spans), default=math.inf)
@@ -176,13 +200,14 @@ class Course:
 
     def advance(
         self, section: Section | None, returns: int = 0, *, duration: float = math.inf,
-        derivatives: bool = False, max_events: int = _MOST_EVENTS,
+        derivatives: bool = False, measures: bool = False, max_events: int = _MOST_EVENTS,
     ) -> Passage:  # fmt: skip
         """Continue for a number of returns or for a duration, whichever ends first.
 
         section  : section of the returns; None to continue for the duration without returns
         returns  : number of returns; 0 for all within the duration
         duration : [s]
+        measures : whether to record the ``quantities``
 
         A state that is on the section at the beginning does not count as a return. Raises
         ``InputError`` for a run without end, or beyond the end of a table.
@@ -193,6 +218,7 @@ class Course:
         if math.isinf(duration) and returns < 1:
             raise wrong("duration", duration, "finite where no number of returns is wanted")
         self._begin_at(section, derivatives)
+        self._begin_quantities(measures)
         watch, end = self._watch, begin + duration
         known = self._last_time(section, returns, end)
         if known > self._limit:
@@ -246,6 +272,19 @@ class Course:
         watch.low[:], watch.high[:] = math.inf, -math.inf
         watch.peak[:] = watch.rest[:] = 0.0
         watch.entered[:] = 0
+
+    def _begin_quantities(self, measures: bool) -> None:
+        """Prepare the record of the quantities."""
+        problem = self.assembled.problem
+        width = problem.torque.shape[1]
+        given = self._quantities if measures else None
+        found = quantities_of(given, problem.states, width)
+        # Near its mean, so that the mean square of a small vibration is not a difference of
+        # large numbers.
+        values = found.rows[:, : problem.states] @ self._run.z[0, : problem.states]
+        found.level[:] = np.where((found.order == 0) & (found.contact < 0), values, 0.0)
+        found.low[:], found.high[:] = math.inf, -math.inf
+        self._watch = self._watch._replace(quantities=found)
 
     def _fields(self, section: Section | None) -> dict[str, Any]:
         """The fields of a ``Watch`` that describe a section."""
@@ -321,9 +360,18 @@ class Course:
             outcome, times, states, matrices, watch.low.copy(), watch.high.copy(),
             watch.peak.copy(), watch.rest.copy(), watch.entered.copy(),
             self._observer.work.copy(), events, cells, duration,
-            float(watch.state[0]["last_slip"]), np.concatenate(logs), self.machine,
+            float(watch.state[0]["last_slip"]), np.concatenate(logs),
+            _statistics(watch.quantities, duration), self.machine,
             self.assembled.problem, _kept(run),
         )  # fmt: skip
+
+
+def _statistics(found: Quantities, duration: float) -> QuantityStatistics:
+    """Statistics of quantities over a duration [s]."""
+    mean, square = found.sums.T / max(duration, 1e-300)
+    centred = np.where(found.order == 0, mean, 0.0)
+    peak = np.maximum(found.high, -found.low)
+    return QuantityStatistics(np.sqrt(np.maximum(square - centred**2, 0.0)), peak)
 
 
 def _kept(run: Run) -> Run:

@@ -43,6 +43,50 @@ class NoWatch(NamedTuple):
     on: bool = False
 
 
+class Quantities(NamedTuple):
+    """Quantities of which mean, mean square and extremes over a passage are recorded.
+
+    A quantity is a row of the state or the torque of a contact, less a level, or a derivative.
+
+    rows    : (q, z) factors
+    contact : (q,) contact whose torque it is instead; -1: none
+    order   : (q,) order of the derivative in time
+    level   : (q,) what is subtracted, before the derivative
+    sums    : (q, 2) integrals of the quantity and of its square
+    low, high : (q,) extremes
+    """
+
+    rows: Any
+    contact: Any
+    order: Any
+    level: Any
+    sums: Any
+    low: Any
+    high: Any
+
+
+class QuantityRows(NamedTuple):
+    """The definition of ``Quantities``: rows of the states, contacts and orders."""
+
+    rows: Any
+    contact: Any
+    order: Any
+
+
+def quantities_of(given: QuantityRows | None, states: int, width: int) -> Quantities:
+    """Allocate ``Quantities``; None: no quantities."""
+    if given is None:
+        given = QuantityRows(np.zeros((0, states)), np.zeros(0), np.zeros(0))
+    count = len(given.order)
+    rows = np.zeros((count, width))
+    rows[:, :states] = given.rows
+    contact, order = (np.asarray(one, np.int64) for one in (given.contact, given.order))
+    return Quantities(
+        rows, contact, order, np.zeros(count), np.zeros((count, 2)), np.zeros(count),
+        np.zeros(count),
+    )  # fmt: skip
+
+
 class Watch(NamedTuple):
     """Record of a passage.
 
@@ -66,6 +110,7 @@ class Watch(NamedTuple):
     entered : (m, 2) sticks entered from v > 0 and from v < 0
     sides   : (m,) directions of sliding in the last cell
     work    : (2, TERMS) workspace
+    quantities : those that are recorded beside the rows
     """
 
     derivative: bool
@@ -91,6 +136,7 @@ class Watch(NamedTuple):
     entered: Any
     sides: Any
     work: Any
+    quantities: Quantities
 
 
 def watch_of(problem: Any, factors: Any) -> Watch:
@@ -113,5 +159,5 @@ def watch_of(problem: Any, factors: Any) -> Watch:
         np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((TERMS, width)),
         held, np.zeros(m, np.int64), quantities, np.zeros(len(factors)), np.zeros(len(factors)),
         np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64), np.zeros(m, np.int64),
-        np.zeros((2, TERMS)),
+        np.zeros((2, TERMS)), quantities_of(None, states, width),
     )  # fmt: skip

@@ -1,0 +1,167 @@
+"""Root mean squares and peaks of sweeps: closed forms, sampled motions, other solvers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+from wedgebrake.figures.data.response_diagram import ResponseDiagram, jumps
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+MEASURES = (
+    "lowest_velocity", "highest_velocity", "rms_velocity", "rms_acceleration",
+    "peak_acceleration", "rms_jerk", "peak_jerk", "rms_torque", "peak_torque",
+)  # fmt: skip
+
+
+def test_a_driveline_without_friction():
+    """J v' + c v + k q = T sin wt: a sine of speed w T/|k - J w^2 + i c w|."""
+    system = wb.paper.system().replace(initial_force=0.0, slope=0.0, damping=20.0)
+    frequencies = np.array([5.0, 11.0, 20.0])
+    found = wb.sweep(system, frequency=frequencies)
+    line, w = system.driveline, 2.0 * np.pi * frequencies
+    receptance = np.abs(line.stiffness - line.inertia * w**2 + 1j * line.damping * w)
+    speed = w * system.excitation.amplitude / receptance
+    for name, expected in (
+        ("highest_velocity", speed), ("lowest_velocity", -speed),
+        ("rms_velocity", speed / np.sqrt(2.0)), ("rms_acceleration", w * speed / np.sqrt(2.0)),
+        ("peak_acceleration", w * speed), ("rms_jerk", w**2 * speed / np.sqrt(2.0)),
+        ("peak_jerk", w**2 * speed), ("rms_torque", 0.0 * w),
+    ):  # fmt: skip
+        np.testing.assert_allclose(found[name], expected, rtol=2e-5, atol=1e-12, err_msg=name)
+
+
+@pytest.mark.parametrize("eta", [-24.0, -3.0, 6.0])
+def test_two_solvers_agree(eta):
+    """The closed forms of one inertia and the Taylor series of machines, on periodic motions."""
+    system = wb.paper.system(eta=eta, f=0.63, F0=0.036)
+    fast = wb.sweep(system, {"eta": [eta]})
+    assert fast["order"].item() > 0
+    machine = system.machine
+    name = "brake.slope"
+    other = wb.sweep(machine, {name: [machine.parameters()[name]]})
+    for measure in MEASURES:
+        assert other[measure].item() == pytest.approx(fast[measure].item(), rel=2e-5), measure
+
+
+def test_a_stick_slip_motion_as_sampled():
+    """Of 20 000 samples of a period, with the acceleration from the equation of motion."""
+    system = wb.paper.system(eta=6.0, f=0.4, F0=0.036)
+    found = wb.sweep(system, {"eta": [6.0]})
+    assert found["stick_share"].item() > 0.1
+    final = found["final_angle"].item(), found["final_velocity"].item()
+    response = wb.simulate(system, periods=1, samples_per_period=20_000, initial=final)
+    time, speed, angle, torque = (
+        response[name][1:].to_numpy() for name in ("time", "velocity", "angle", "brake_torque")
+    )
+    line, drive = system.driveline, system.excitation
+    forcing = drive.amplitude * np.sin(drive.angular_frequency * time)
+    acceleration = (forcing - line.stiffness * angle - line.damping * speed - torque) / line.inertia
+    for name, expected in (
+        ("rms_velocity", speed.std()), ("rms_torque", torque.std()),
+        ("rms_acceleration", np.sqrt(np.mean(acceleration**2))),
+        ("highest_velocity", speed.max()), ("peak_acceleration", np.abs(acceleration).max()),
+    ):  # fmt: skip
+        assert found[name].item() == pytest.approx(expected, rel=2e-3), name
+
+
+@pytest.fixture(scope="module")
+def belt():
+    return wb.load_study(EXAMPLES / "belt.toml").system
+
+
+@pytest.fixture(scope="module")
+def followed(belt):
+    return wb.bifurcation(belt, {"belt.base_speed": np.linspace(0.4, 1.9, 16)}, follow=True)
+
+
+def test_a_limit_cycle_as_its_stopping_would_measure_it(belt):
+    """The Legendre series between events, which ``stopping`` integrates, over one cycle."""
+    from wedgebrake.analysis.machine_series import largest, machine_series, series
+    from wedgebrake.solvers.machine.simulate import solved
+    from wedgebrake.solvers.machine.solve import MachineTask
+
+    found = wb.sweep(belt, {"belt.base_speed": [0.5]})
+    start = wb.final_state(wb.simulate(belt, 400.0))
+    period = found["motion_period"].item()
+    task = MachineTask(start.time, start.time + period, np.empty(0), start, False, 10**6)
+    motion = machine_series(belt, task, solved(belt, task))
+    jerk = motion.jerk()
+
+    def rms(values):
+        return np.sqrt(motion.integral(values**2).sum(axis=0) / period)
+
+    mean = motion.integral(motion.torque).sum(axis=0) / period
+    for name, expected in (
+        ("rms_jerk", rms(jerk)), ("peak_jerk", largest(series(jerk))),
+        ("rms_acceleration", rms(motion.acceleration)), ("rms_velocity", rms(motion.speed)),
+        ("rms_torque", rms(motion.torque - mean)),
+    ):  # fmt: skip
+        np.testing.assert_allclose(found[name][0], expected, rtol=1e-6, err_msg=name)
+
+
+def test_steady_sliding_does_not_vibrate(followed):
+    steady = followed.sel(branch="down").isel({"belt.base_speed": -1})
+    for name in ("rms_velocity", "rms_jerk", "peak_jerk", "rms_acceleration", "rms_torque"):
+        assert (steady[name] == 0.0).all()
+
+
+class TestDiagram:
+    def test_hysteresis_is_shown(self, followed):
+        """Below the Hopf point both branches vibrate; above it only the one that comes up."""
+        data = ResponseDiagram.of(followed)
+        up, down = (
+            next(c for c in data.panels[0].curves if (c.name, c.branch) == ("peak", branch))
+            for branch in (0, 1)
+        )
+        hopf = 0.5 * np.log(10.0)
+        above = data.x.values > hopf + 0.03
+        assert np.all(down.values[above] == 0.0)
+        assert np.all(up.values[above & (data.x.values < 1.6)] > 1.0)
+        np.testing.assert_allclose(
+            down.values[data.x.values < 1.1], up.values[data.x.values < 1.1], rtol=1e-6
+        )
+        place = int(np.flatnonzero(down.jumps)[0])
+        assert data.x.values[place] < hopf < data.x.values[place + 1] + 0.03
+
+    def test_the_amplitude_is_half_the_range(self, followed):
+        data = ResponseDiagram.of(followed)
+        one = followed.isel(inertia=0, branch=0)
+        expected = 0.5 * (one["highest_velocity"] - one["lowest_velocity"])
+        np.testing.assert_array_equal(data.panels[0].curves[0].values, expected)
+
+    def test_jumps(self):
+        smooth = np.sin(np.linspace(0.0, 3.0, 50))
+        assert not jumps(smooth, 1.0).any()
+        broken = smooth + (np.arange(50) > 20)
+        np.testing.assert_array_equal(np.flatnonzero(jumps(broken, 2.0)), [20])
+        assert not jumps(np.array([0.0, np.nan, 1.0]), 1.0).any()
+
+    @pytest.mark.parametrize("quantity", ["response", "rms_jerk", "stick_share"])
+    def test_pictures(self, followed, quantity):
+        assert wb.plot(followed, quantity=quantity).axes
+
+    def test_a_driveline_has_the_same_panels(self):
+        found = wb.sweep(wb.paper.system(eta=6.0), f=np.linspace(0.3, 0.8, 9), keep_points=False)
+        data = ResponseDiagram.of(found)
+        assert len(data.panels) == 4
+        np.testing.assert_array_equal(data.panels[1].curves[1].values, found["rms_torque"])
+        assert wb.plot(found, quantity="response").axes
+
+    def test_an_unknown_quantity(self, followed):
+        with pytest.raises(wb.InputError) as caught:
+            wb.plot(followed, quantity="rms_jork")
+        assert "rms_jerk" in caught.value.allowed
+
+
+def test_the_command_draws_amplitudes(run, tmp_path):
+    picture = tmp_path / "response.png"
+    words = ["sweep", EXAMPLES / "belt.toml", "--over", "belt.base_speed=0.4:1.8:4"]
+    drawn = ["--plot", picture, "--quantity", "response"]
+    assert run(*words, "--follow", "belt.base_speed", *drawn, "--contact", "belt")[0] == 0
+    assert picture.exists()
+    assert run(*words, *drawn, "--contact", "brake")[0] == 2
+    assert run(*words, "--quantity", "response")[0] == 2
