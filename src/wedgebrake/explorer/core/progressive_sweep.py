@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.compute import chunks_of
 from wedgebrake.sweeps.plan import Plan
@@ -40,7 +41,7 @@ class ProgressiveSweep:
 
     def __init__(
         self,
-        system: BrakedDriveline,
+        system: BrakedDriveline | Machine,
         parameters: Mapping[str, NDArray[np.float64]],
         levels: Sequence[tuple[int, ...]],
         **settings: Any,

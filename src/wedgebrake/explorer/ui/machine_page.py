@@ -1,4 +1,4 @@
-"""The page for a machine with several inertias: sentences and a picture of its response."""
+"""The page for a machine with several inertias: its response, sweeps and limits of stability."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from typing import Any
 import panel as pn
 from tornado.ioloop import IOLoop
 
+from wedgebrake.explorer.core.machine_sweep import SweepOrder, SweepPicture, sweep_pictures
 from wedgebrake.explorer.core.machine_view import MachineView, take_machine_view
 from wedgebrake.explorer.core.scheduler import Scheduler, common_scheduler
+from wedgebrake.explorer.ui.widgets.machine_sweep import MachineSweepForm
 from wedgebrake.model.study import Study
 
 _STARTING = "Simulating. The first run on a computer compiles the solver (about a minute)."
@@ -18,6 +20,8 @@ _HOW = (
     "A machine with several inertias cannot be edited here. Change the study file and restart the"
     " explorer."
 )
+_SWEEP = "<h3>Over a parameter</h3>"
+_COMPUTING = "Computing ..."
 
 
 class MachinePage(pn.viewable.Viewer):
@@ -33,13 +37,21 @@ class MachinePage(pn.viewable.Viewer):
         super().__init__()
         self._text = pn.pane.HTML(_paragraphs([_STARTING]), sizing_mode="stretch_width")
         self._picture = pn.pane.PNG(None, sizing_mode="scale_width", max_width=1200)
-        self._page = pn.Column(
-            self._text, self._picture, sizing_mode="stretch_width", margin=(8, 16)
+        self._study = study
+        machine: Any = study.system
+        self._form = MachineSweepForm(machine, self._sweep, self._say)
+        self._said = pn.pane.HTML("", css_classes=["said"], sizing_mode="stretch_width")
+        self._sweep_picture = pn.pane.PNG(
+            None, sizing_mode="scale_width", max_width=1000, css_classes=["sweep-picture"]
         )
+        self._page = pn.Column(
+            self._text, self._picture, pn.pane.HTML(_SWEEP), self._form.view, self._said,
+            self._sweep_picture, sizing_mode="stretch_width", margin=(8, 16),
+        )  # fmt: skip
         self._closed = False
         self._document, self._loop = pn.state.curdoc, IOLoop.current()
         scheduler = common_scheduler() if scheduler is None else scheduler
-        self._slot = scheduler.slot(self._post)
+        self._slot, self._sweep_slot = (scheduler.slot(self._post) for _ in range(2))
         pn.state.onload(lambda: self._slot.start(_views(study), self._show, self._refuse))
 
     def __panel__(self) -> Any:
@@ -48,7 +60,8 @@ class MachinePage(pn.viewable.Viewer):
     def close(self) -> None:
         """Discard all work after the page has been closed."""
         self._closed = True
-        self._slot.stop()
+        for slot in (self._slot, self._sweep_slot):
+            slot.stop()
 
     def _post(self, call: Callable[[], None]) -> None:
         """Call a function on the event loop of the page, from any thread."""
@@ -64,6 +77,19 @@ class MachinePage(pn.viewable.Viewer):
             head = f"<h2>{html.escape(view.headline)}</h2>"
             self._text.object = head + _paragraphs([*view.sentences, _HOW])
             self._picture.object = view.picture
+
+    def _sweep(self, order: SweepOrder) -> None:
+        """Begin a sweep, in place of the current one."""
+        self._say(_COMPUTING)
+        self._sweep_slot.start(sweep_pictures(self._study, order), self._show_sweep, self._say)
+
+    def _show_sweep(self, found: SweepPicture) -> None:
+        with pn.io.hold():
+            self._sweep_picture.object = found.picture
+            self._say(f"{_COMPUTING} {found.progress}" if found.progress else "")
+
+    def _say(self, words: str) -> None:
+        self._said.object = _paragraphs([words] if words else [])
 
     def _refuse(self, words: str) -> None:
         self._text.object = _paragraphs([words, _HOW])

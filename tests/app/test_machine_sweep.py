@@ -1,0 +1,108 @@
+"""Sweeps of machines in the explorer: the numbers of the library, and the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browsing import PATIENCE, Server
+
+import wedgebrake as wb
+from wedgebrake.explorer.core.machine_sweep import (
+    DIAGRAMS,
+    LIMITS,
+    MAPS,
+    SweepOrder,
+    choices,
+    sweep_datasets,
+    sweep_pictures,
+    usual_parameter,
+    usual_range,
+)
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+# With straight lines of friction, which are fast.
+BELT = wb.load_study(EXAMPLES / "belt.toml").changed(method="exact")
+SPEED = "belt.base_speed"
+
+
+def test_all_numbers_of_the_machine_can_be_chosen():
+    study = wb.load_study(EXAMPLES / "driveline.toml")
+    assert set(choices(study.system)) == set(study.system.parameters())
+    assert usual_parameter(BELT.system) == SPEED
+    low, high = usual_range(BELT.system, SPEED)
+    assert low < BELT.system.parameters()[SPEED] < high
+
+
+def test_a_sweep_has_the_numbers_of_the_library():
+    order = SweepOrder("response", SPEED, 0.4, 1.9, follow=True)
+    found = list(sweep_datasets(BELT, order))
+    (*coarse, last), words = zip(*found, strict=True)
+    assert [words[-1], len(coarse) >= 2] == ["", True]
+    assert last.sizes["branch"] == 2
+    own = wb.bifurcation(
+        BELT.system, {SPEED: np.linspace(0.4, 1.9, last.sizes[SPEED])}, follow=True, limit=1000
+    )
+    for name in ("rms_velocity", "motion", "peak_jerk"):
+        np.testing.assert_array_equal(last[name], own[name])
+    fixed = wb.sweep(BELT.system, {SPEED: coarse[0][SPEED].to_numpy()}, limit=1000)
+    np.testing.assert_array_equal(coarse[0]["rms_velocity"], fixed["rms_velocity"])
+
+
+def test_a_map_over_two_parameters():
+    damping = "mass-ground.damping"
+    order = SweepOrder("motion", SPEED, 0.8, 1.8, damping, 0.05, 0.3)
+    dataset, _ = next(sweep_datasets(BELT, order))
+    own = wb.regime_map(
+        BELT.system, {one: dataset[one].to_numpy() for one in (SPEED, damping)}, limit=1000
+    )
+    np.testing.assert_array_equal(dataset["motion"], own["motion"])
+
+
+@pytest.mark.parametrize("picture", [*DIAGRAMS, *MAPS])
+def test_every_picture_is_drawn(picture):
+    more = ("mass-ground.damping", 0.05, 0.3) if picture in MAPS else ()
+    first = next(sweep_pictures(BELT, SweepOrder(picture, SPEED, 0.4, 1.9, *more)))
+    assert first.picture.startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        SweepOrder("response", SPEED, 1.0, 1.0),
+        SweepOrder("response", "belt.speeed", 0.1, 1.0),
+        SweepOrder("motion", SPEED, 0.1, 1.0, SPEED, 0.1, 1.0),
+    ],
+)
+def test_wrong_orders(order):
+    with pytest.raises(wb.InputError):
+        next(sweep_pictures(BELT, order))
+
+
+def test_the_page_computes_a_sweep(chromium):
+    server = Server(str(EXAMPLES / "belt.toml"))
+    page = chromium.new_page()
+    page.set_default_timeout(PATIENCE)
+    try:
+        page.goto(server.url)
+        page.locator("img").first.wait_for()
+        page.locator(".first-from input").fill("1.0")
+        page.locator(".first-to input").fill("0.5")
+        page.locator(".first-to input").press("Enter")
+        page.get_by_role("button", name="Compute").click()
+        page.locator(".said").get_by_text(SPEED).wait_for()
+        page.locator(".first-to input").fill("1.9")
+        page.locator(".first-to input").press("Enter")
+        page.get_by_role("button", name="Compute").click()
+        page.locator(".sweep-picture img").wait_for()
+        page.locator(".picture select").select_option(DIAGRAMS[LIMITS])
+        page.get_by_role("button", name="Compute").click()
+        assert page.locator(".sweep-picture img").bounding_box()["height"] > 200
+        # A second parameter offers maps.
+        page.locator(".second select").select_option(label="mass-ground.damping [N m s/rad]")
+        page.locator(".picture option", has_text="Class of motion").wait_for(state="attached")
+    finally:
+        page.close()
+        server.stop()
+    assert "Traceback" not in server.said, server.said
