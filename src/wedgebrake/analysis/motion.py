@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.model.display import Result
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from wedgebrake.analysis.machine_motion.result import MachineResult
 
 # Classes that need no record of returns.
-_AT_ONCE = ("at rest", "steady sliding")
+_AT_ONCE = (MotionClass.AT_REST.word, MotionClass.STEADY_SLIDING.word)
 
 
 @dataclass(frozen=True)
@@ -293,7 +294,7 @@ def from_result(result: Any, interval: float) -> Motion:
 
     interval : the period of the torque [s]
     """
-    from wedgebrake.dynamics.enums import MotionClass, StickClass
+    from wedgebrake.dynamics.enums import StickClass
     from wedgebrake.solvers.status import Status
 
     order = result["order"].item()

@@ -32,9 +32,8 @@ _ENDS = {
     PointStatus.STEP_LIMIT: "stopped at max_steps",
     PointStatus.INVALID: "cannot be built",
 }
-# Outcomes that have a class of motion; and classes that need no class of stick-slip.
+# Outcomes that have a class of motion.
 _CLASSIFIED = (PointStatus.COMPLETED, PointStatus.DIVERGED, PointStatus.NO_FORWARD_SOLUTION)
-_ENDED = (MotionClass.AT_REST, MotionClass.DIVERGED, MotionClass.SELF_LOCKED)
 # Bisections of a step of an axis to find the limit of linear stability.
 _HALVINGS = 50
 
@@ -110,7 +109,7 @@ def _meaning(status: int, motion: int, stick: int, order: int) -> dict[str, str]
     end, class_ = PointStatus(status), MotionClass(motion)
     classified = end in _CLASSIFIED
     word = motion_word(class_, order) if classified else _ENDS[end]
-    plain = not classified or class_ in _ENDED or stick == StickClass.NONE
+    plain = not classified or not class_.about.vibrates or stick == StickClass.NONE
     sticks = word if plain else StickClass(stick).word
     return {"status": _ENDS[end], "motion": word, "stick_slip": sticks}
 

@@ -5,6 +5,7 @@ written to results and stores must not change.
 """
 
 from enum import IntEnum
+from typing import NamedTuple
 
 
 class Outcome(IntEnum):
@@ -61,34 +62,126 @@ class FlowForm(IntEnum):
     BLOCKED = 3
 
 
-class MotionClass(IntEnum):
-    """Class of motion (docs/theory.md, sections 9 and 15); -1 if not computed."""
+class Comparison(IntEnum):
+    """How motions of a class are recognised as one attractor."""
 
-    NONE = -1
-    UNDECIDED = 0
-    AT_REST = 1
-    SYNCHRONOUS = 2
-    PERIODIC = 3
+    NONE = 0
+    """They are no attractors."""
+    REST = 1
+    """All of them are one."""
+    ORBIT = 2
+    """Their points at the section coincide."""
+    CLOUD = 3
+    """Their points at the section cover the same set."""
+    AVERAGES = 4
+    """Their ranges and averages coincide."""
+
+
+class AboutMotion(NamedTuple):
+    """What reports, pictures and the explorer say of a class of motion.
+
+    word       : name in text; ``motion_word`` adds the order of a periodic motion
+    rank       : place in legends; 0 for none
+    colour     : in pictures, #RRGGBB; each differs from all others also for people with
+                 protanopia, deuteranopia and tritanopia, by lightness where not by hue
+    comparison : of motions as attractors
+    vibrates   : whether a class of stick-slip and a record of returns are worth stating
+    tone       : "good", "warn" or "bad"
+    meaning    : a sentence; empty where the headline says it
+    detail     : a few words in place of the evidence
+    headline   : how the brake moves; continued if it has no full stop, with {order} periods
+    """
+
+    word: str
+    rank: int = 0
+    colour: str = "#FFFFFF"
+    comparison: Comparison = Comparison.NONE
+    vibrates: bool = True
+    tone: str = "warn"
+    meaning: str = ""
+    detail: str = ""
+    headline: str = ""
+
+
+_UNKNOWN = AboutMotion("")
+
+
+class MotionClass(IntEnum):
+    """Class of motion (docs/theory.md, sections 9 and 15); -1 if not computed.
+
+    The only table of classes: each member has its code and what is said of it.
+    """
+
+    about: AboutMotion
+
+    def __new__(cls, code: int, about: AboutMotion = _UNKNOWN) -> "MotionClass":
+        """Create a member from its row; the class is called with the code alone."""
+        member = int.__new__(cls, code)
+        member._value_, member.about = code, about
+        return member
+
+    NONE = -1, AboutMotion("not computed", vibrates=False)
+    UNDECIDED = 0, AboutMotion(
+        "undecided", rank=10,
+        headline="The motion has not settled yet, or the run is too short to tell.",
+    )  # fmt: skip
+    AT_REST = 1, AboutMotion(
+        "at rest", rank=1, colour="#D4D4D4", comparison=Comparison.REST, vibrates=False,
+        tone="good", meaning="The brake holds: nothing moves relative to it.",
+        detail="the brake holds", headline="Stays at rest: the brake holds.",
+    )  # fmt: skip
+    SYNCHRONOUS = 2, AboutMotion(
+        "synchronous", rank=4, colour="#9FC0FF", comparison=Comparison.ORBIT, tone="good",
+        meaning="The motion repeats in every period of the torque.",
+        headline="Moves in step with the torque",
+    )  # fmt: skip
+    PERIODIC = 3, AboutMotion(
+        "periodic", rank=5, colour="#CC79A7", comparison=Comparison.ORBIT,
+        meaning="The motion repeats after several periods of the torque.",
+        headline="Repeats every {order} periods of the torque",
+    )  # fmt: skip
     """With two periods of the torque or more."""
-    QUASI_PERIODIC = 4
-    CHAOTIC = 5
-    DIVERGED = 6
-    SELF_LOCKED = 7
-    STEADY_SLIDING = 8
+    QUASI_PERIODIC = 4, AboutMotion(
+        "quasi-periodic", rank=6, colour="#F0E442", comparison=Comparison.CLOUD,
+        meaning="The motion consists of two frequencies without a common period.",
+        detail="never quite repeats", headline="Moves quasi-periodically, never quite repeating",
+    )  # fmt: skip
+    CHAOTIC = 5, AboutMotion(
+        "chaotic", rank=7, colour="#D55E00", comparison=Comparison.CLOUD, tone="bad",
+        meaning="Small differences grow, so that long predictions are impossible.",
+        headline="Moves chaotically",
+    )  # fmt: skip
+    DIVERGED = 6, AboutMotion(
+        "diverged", rank=9, colour="#000000", vibrates=False, tone="bad",
+        detail="grows without bound",
+        headline="Grows without bound: let the brake release, or make the slope less negative.",
+    )  # fmt: skip
+    SELF_LOCKED = 7, AboutMotion(
+        "self-locked", rank=8, colour="#565656", vibrates=False, tone="bad",
+        detail="no longer slides",
+        headline="Locks itself: lower the friction, or change the brake.",
+    )  # fmt: skip
+    STEADY_SLIDING = 8, AboutMotion(
+        "steady sliding", rank=2, colour="#7FE0A8", comparison=Comparison.AVERAGES, tone="good",
+        meaning="The brake slides evenly.", detail="slides evenly", headline="Slides evenly",
+    )  # fmt: skip
     """At constant speeds, without a varying signal."""
-    LIMIT_CYCLE = 9
+    LIMIT_CYCLE = 9, AboutMotion(
+        "limit cycle", rank=3, colour="#7A2A0A", comparison=Comparison.AVERAGES,
+        meaning="The vibration excites itself and repeats.",
+        headline="Vibrates by itself, without a torque",
+    )  # fmt: skip
     """Periodic without a varying signal."""
 
     @property
     def word(self) -> str:
         """Name in text; ``motion_word`` adds the order of a periodic motion."""
-        names = {
-            MotionClass.NONE: "not computed",
-            MotionClass.AT_REST: "at rest",
-            MotionClass.STEADY_SLIDING: "steady sliding",
-            MotionClass.LIMIT_CYCLE: "limit cycle",
-        }
-        return names.get(self, self.name.lower().replace("_", "-"))
+        return self.about.word
+
+    @classmethod
+    def named(cls, word: str) -> "MotionClass":
+        """The class with a name in text."""
+        return next(one for one in cls if one.word == word)
 
 
 class StickClass(IntEnum):

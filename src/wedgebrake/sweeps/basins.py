@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.run_settings import LIMIT
 from wedgebrake.analysis.spectrum import frequencies
-from wedgebrake.dynamics.enums import MotionClass
+from wedgebrake.dynamics.enums import Comparison, MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import INITIAL, joined
@@ -230,16 +230,14 @@ class _Motions(NamedTuple):
 def _number_all(numbers: NDArray[np.int32], motions: _Motions) -> list[int]:
     """Number the settled motions in place; return the first motion of each attractor."""
     first: list[int] = []
-    resting = np.flatnonzero(motions.motion == MotionClass.AT_REST)
-    if resting.size:
-        numbers[resting] = len(first)
-        first.append(int(resting[0]))
-    kinds = (
-        ((MotionClass.SYNCHRONOUS, MotionClass.PERIODIC), motions.same_orbit),
-        ((MotionClass.QUASI_PERIODIC, MotionClass.CHAOTIC), motions.same_cloud),
-        ((MotionClass.STEADY_SLIDING, MotionClass.LIMIT_CYCLE), motions.same_averages),
-    )
-    for classes, same_as in kinds:
+    compared = {
+        Comparison.REST: lambda _, left: np.ones(left.size, bool),
+        Comparison.ORBIT: motions.same_orbit,
+        Comparison.CLOUD: motions.same_cloud,
+        Comparison.AVERAGES: motions.same_averages,
+    }
+    for comparison, same_as in compared.items():
+        classes = [one for one in MotionClass if one.about.comparison == comparison]
         left = np.flatnonzero(np.isin(motions.motion, classes))
         while left.size:
             seed = int(left[0])

@@ -7,7 +7,6 @@ swept values that affect it; the product of all axes is never built.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
@@ -22,10 +21,12 @@ from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
+from wedgebrake.sweeps.chunk_points import ChunkPoints
 from wedgebrake.sweeps.grid import Axis, batches
 from wedgebrake.sweeps.machine_chunk import MachineChunk
 from wedgebrake.sweeps.plan import Plan
@@ -128,28 +129,23 @@ class Chunk:
     def __init__(self, plan: Plan, parts: Parts, where: Mapping[str, slice]) -> None:
         assert isinstance(plan.system, BrakedDriveline)  # noqa: S101 - machines have other chunks
         self._plan, self._base = plan, plan.system
-        self._sizes = {dim: one.stop - one.start for dim, one in where.items()}
-        count = math.prod(self._sizes.values())
-        places = dict(zip(where, np.indices(tuple(self._sizes.values())), strict=True))
-        self._indices = tuple(
-            (places[axis.dim].ravel() + where[axis.dim].start).astype(np.int64)
-            for axis in plan.grid.axes
-        )
+        self._grid = ChunkPoints(plan, where)
+        count = self._grid.count
         self._points = np.empty(count, dtype=RESULT)
         record = plan.protocol.recorded + 1
         self._record = np.full((count if plan.keep_points else 0, record, 2), np.nan)
         self._states = self._initial_states(count)
         if plan.method == "exact":
-            self._tables, self._choices = parts.tables(self._indices)
+            self._tables, self._choices = parts.tables(self._grid.indices)
         run = self._run_exactly if plan.method == "exact" else self._run_simulated
         self.work: list[Callable[[], None]] = [
             partial(run, numbers)
-            for numbers in batches(self._sizes, plan.grid.follow, self._batch_size())
+            for numbers in batches(self._grid.sizes, plan.grid.follow, self._batch_size())
         ]
 
     def results(self) -> dict[str, Any]:
         """Return the variables over the chunk, once all its work is done."""
-        shape = tuple(self._sizes.values())
+        shape = tuple(self._grid.sizes.values())
         results: dict[str, Any] = {
             one.name: self._points[one.name].astype(one.dtype).reshape(shape)
             for one in self._plan.variables
@@ -186,7 +182,7 @@ class Chunk:
     def _initial_states(self, count: int) -> NDArray[np.float64]:
         states = np.empty((count, 2))
         states[:] = self._plan.initial
-        for axis, numbers in zip(self._plan.grid.axes, self._indices, strict=True):
+        for axis, numbers in zip(self._plan.grid.axes, self._grid.indices, strict=True):
             if axis.name in INITIAL:
                 states[:, list(INITIAL).index(axis.name)] = axis.values[numbers]
         return states
@@ -238,15 +234,9 @@ class Chunk:
 
     def _system(self, number: int) -> BrakedDriveline | None:
         """Return the system of a point; None if it is not valid."""
-        changes = {
-            axis.name: float(axis.values[own[number]])
-            for axis, own in zip(self._plan.grid.axes, self._indices, strict=True)
-            if axis.name not in INITIAL
-        }
-        try:
-            return self._base.replace(**changes)
-        except InputError:
-            return None
+        system = self._grid.system(number)
+        assert not isinstance(system, Machine)  # noqa: S101 - machines have other chunks
+        return system
 
     def _state(self, number: int) -> tuple[float, float]:
         return float(self._states[number, 0]), float(self._states[number, 1])

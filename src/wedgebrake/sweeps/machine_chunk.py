@@ -14,11 +14,10 @@ from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
 from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.sweeps.chunk_points import ChunkPoints
 from wedgebrake.sweeps.grid import batches
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.results import PointStatus
@@ -34,35 +33,25 @@ class MachineChunk:
     """
 
     def __init__(self, plan: Plan, where: Mapping[str, slice]) -> None:
-        self._plan = plan
-        self._sizes = {dim: one.stop - one.start for dim, one in where.items()}
-        count = math.prod(self._sizes.values())
-        places = dict(zip(where, np.indices(tuple(self._sizes.values())), strict=True))
-        self._indices = tuple(
-            places[axis.dim].ravel() + where[axis.dim].start for axis in plan.grid.axes
-        )
+        self._plan, self._points = plan, ChunkPoints(plan, where)
         self._results = {
-            one.name: np.full((count, *plan.shape(one)), one.fill, one.dtype)
+            one.name: np.full((self._points.count, *plan.shape(one)), one.fill, one.dtype)
             for one in plan.variables
         }
         self.work: list[Callable[[], None]] = [
             partial(self._run, numbers)
-            for numbers in batches(self._sizes, plan.grid.follow, _BATCH)
+            for numbers in batches(self._points.sizes, plan.grid.follow, _BATCH)
         ]
 
     def results(self) -> dict[str, Any]:
         """Return the variables of the chunk after all batches have been computed."""
-        shape = tuple(self._sizes.values())
-        return {
-            name: values.reshape(*shape, *values.shape[1:])
-            for name, values in self._results.items()
-        }
+        return {name: self._points.shaped(values) for name, values in self._results.items()}
 
     def _run(self, numbers: NDArray[np.int64]) -> None:
         """Compute a batch, point by point; with ``follow`` each from the previous final state."""
         before: FinalState | None = None
         for number in numbers:
-            changed = self._changed(int(number))
+            changed = self._points.system(int(number))
             if changed is None:
                 self._results["status"][number] = PointStatus.INVALID
                 before = None
@@ -75,31 +64,11 @@ class MachineChunk:
             if isinstance(changed, BrakedDriveline) and changed.plain:
                 self._results["sliding_damping"][number] = sliding_damping(changed)
 
-    def _values(self, number: int) -> dict[str, float]:
-        """Return the swept values of a point."""
-        return {
-            axis.name: float(axis.values[own[number]])
-            for axis, own in zip(self._plan.grid.axes, self._indices, strict=True)
-        }
-
-    def _changed(self, number: int) -> BrakedDriveline | Machine | None:
-        """Return the system of a point; None if it is invalid."""
-        values = self._values(number)
-        changes = {name: value for name, value in values.items() if name not in INITIAL}
-        try:
-            return self._plan.system.replace(**changes)
-        except InputError:
-            return None
-
     def _machine(self, number: int, changed: BrakedDriveline | Machine) -> Machine:
         """Return the machine of a point with its initial state."""
         if isinstance(changed, Machine):
             return changed
-        angle, velocity = self._plan.initial
-        state = {
-            "initial_angle": angle, "initial_velocity": velocity, **self._values(number)
-        }  # fmt: skip
-        return changed.machine_at(state["initial_angle"], state["initial_velocity"])
+        return changed.machine_at(*self._points.initial(number))
 
     def _store(self, number: int, result: MachineResult) -> None:
         """Store the result of a run."""
@@ -123,7 +92,7 @@ class MachineChunk:
     def _of_machine(self, result: MachineResult) -> dict[str, Any]:
         """Return values over inertias, contacts and exponents."""
         n, found = len(result.final.speeds) if result.final else 0, result.contacts
-        points = self._points(result)
+        points = self._returns(result)
         exponents = np.full(self._results["exponents"].shape[1], math.nan)
         count = min(exponents.size, result.exponents.size)
         exponents[:count] = result.exponents[:count]
@@ -144,7 +113,7 @@ class MachineChunk:
     def _of_driveline(self, result: MachineResult) -> dict[str, Any]:
         """Return values of a driveline, which has one contact and one inertia."""
         found, exponents = result.contacts, [*result.exponents, math.nan][:2]
-        points = self._points(result)
+        points = self._returns(result)
         final = result.final
         return {
             "stick_class": found.stick_class[0],
@@ -163,7 +132,7 @@ class MachineChunk:
             **({"angle": points[:, 0], "velocity": points[:, 1]} if points.size else {}),
         }
 
-    def _points(self, result: MachineResult) -> NDArray[np.float64]:
+    def _returns(self, result: MachineResult) -> NDArray[np.float64]:
         """Return the recorded returns, (record, states), padded with nan; nothing without any."""
         size = self._plan.record_size
         if not size or not result.points.size:

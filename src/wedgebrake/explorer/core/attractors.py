@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.dynamics.enums import MotionClass
+from wedgebrake.dynamics.enums import Comparison, MotionClass
 from wedgebrake.figures.data.basins import Attractor
 from wedgebrake.sweeps.basins import label
 
@@ -24,6 +24,8 @@ Codes = NDArray[np.int64]
 _COMPARED = (
     "motion", "order", "status", "size", "largest_exponent", "friction_power", "angle", "velocity"
 )  # fmt: skip
+# Classes of aperiodic motions.
+_CLOUDS = [one for one in MotionClass if one.about.comparison == Comparison.CLOUD]
 # Runs kept of an aperiodic attractor; of a periodic one a single run is enough.
 _KEPT = 6
 
@@ -53,7 +55,7 @@ class AttractorSet:
         labelled = label(self._dataset(rows))
         found = labelled["attractor"].to_numpy().astype(np.int64)
         numbers, merged = self._numbers(found)
-        aperiodic = np.isin(given["motion"], (MotionClass.QUASI_PERIODIC, MotionClass.CHAOTIC))
+        aperiodic = np.isin(given["motion"], _CLOUDS)
         new = numbers[len(self._owners) :]
         for row, number, wide in zip(_rows(given), new, aperiodic, strict=True):
             if number >= 0 and self._owners.count(number) < (_KEPT if wide else 1):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.linear_stability import DirectionStability
 from wedgebrake.analysis.motion import Motion
 from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.explorer.core.formatting import counted, duration, plain, signed, upper
 from wedgebrake.explorer.core.snapshot import Snapshot
 from wedgebrake.explorer.core.state import PageState
@@ -151,46 +152,6 @@ _LOCKING: dict[str, tuple[Tile, str]] = {
         "A torque that is large enough turns the shaft in both directions.", "good",
     ), ""),
 }  # fmt: skip
-# By class of motion: tone, meaning, detail, and the headline, continued if it has no full stop.
-_CLASSES = {
-    "synchronous": (
-        "good", "The motion repeats in every period of the torque.", "",
-        "Moves in step with the torque",
-    ),
-    "periodic": (
-        "warn", "The motion repeats after several periods of the torque.", "",
-        "Repeats every {order} periods of the torque",
-    ),
-    "limit cycle": (
-        "warn", "The vibration excites itself and repeats.", "",
-        "Vibrates by itself, without a torque",
-    ),
-    "steady sliding": (
-        "good", "The brake slides evenly.", "slides evenly", "Slides evenly",
-    ),
-    "quasi-periodic": (
-        "warn", "The motion consists of two frequencies without a common period.",
-        "never quite repeats", "Moves quasi-periodically, never quite repeating",
-    ),
-    "chaotic": (
-        "bad", "Small differences grow, so that long predictions are impossible.", "",
-        "Moves chaotically",
-    ),
-    "at rest": (
-        "good", "The brake holds: nothing moves relative to it.", "the brake holds",
-        "Stays at rest: the brake holds.",
-    ),
-    "diverged": (
-        "bad", "", "grows without bound",
-        "Grows without bound: let the brake release, or make the slope less negative.",
-    ),
-    "self-locked": (
-        "bad", "", "no longer slides", "Locks itself: lower the friction, or change the brake.",
-    ),
-    "undecided": (
-        "warn", "", "", "The motion has not settled yet, or the run is too short to tell.",
-    ),
-}  # fmt: skip
 
 
 def _motion(state: PageState, snapshot: Snapshot) -> Tile:
@@ -205,7 +166,8 @@ def _motion(state: PageState, snapshot: Snapshot) -> Tile:
         )
         value, detail, _, tone = alone
         return (value, detail, hint, tone)
-    tone, hint, _, _ = _CLASSES[motion.kind]
+    about = MotionClass.named(motion.kind).about
+    tone, hint = about.tone, about.meaning
     rate = motion.largest_exponent
     if motion.order and -math.inf < rate < -_SLOW:
         hint += f" A small disturbance shrinks e-fold in {duration(-1.0 / rate)}."
@@ -266,7 +228,7 @@ def _evidence(snapshot: Snapshot) -> str:
     motion, rate = snapshot.motion, snapshot.motion.largest_exponent
     if snapshot.status in _LIMITS:
         return "the run met a limit of work"
-    if detail := _CLASSES[motion.kind][2]:
+    if detail := MotionClass.named(motion.kind).about.detail:
         return detail
     if motion.kind == "chaotic":
         return (
@@ -376,7 +338,7 @@ def _motion_sentence(state: PageState, snapshot: Snapshot) -> str:
     alone = _undriven(state, snapshot)
     if alone is not None:
         return f"{alone[2]}{_sticks_clause(motion)}."
-    sentence = _CLASSES[motion.kind][3]
+    sentence = MotionClass.named(motion.kind).about.headline
     over = motion.kind in ("at rest", "diverged", "self-locked")
     if snapshot.status in _LIMITS and not over:
         return "The run met a limit of work and was stopped; run fewer periods of the torque."

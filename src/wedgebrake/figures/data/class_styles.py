@@ -158,22 +158,30 @@ class BifurcationStyle:
         return LineStyle(inner, 1.0, self.dashes, outer)
 
 
-# Classes of motion, in the order of legends. Each differs from all others also for people with
-# protanopia, deuteranopia and tritanopia, by lightness where not by hue.
+def _motion_styles() -> dict[str, ClassStyle]:
+    """Styles of the classes of motion, in the order of legends.
+
+    Those of ``MotionClass``; periodic motions are divided by their periods.
+    """
+    ranked = sorted((one for one in MotionClass if one.about.rank), key=lambda one: one.about.rank)
+    styles: dict[str, ClassStyle] = {}
+    for one in ranked:
+        colour = one.about.colour
+        if one == MotionClass.SYNCHRONOUS:
+            styles["period_1"] = ClassStyle(f"{one.word} ($T$)", colour)
+        elif one == MotionClass.PERIODIC:
+            for n, shade in enumerate((style.BLUE, style.GREEN, style.NAVY), start=2):
+                styles[f"period_{n}"] = ClassStyle(f"${n}T$", shade)
+            styles["period_more"] = ClassStyle("$nT$, $n>4$", colour)
+        else:
+            opacity = 0.0 if one == MotionClass.UNDECIDED else 1.0
+            styles[one.name.lower()] = ClassStyle(one.word, colour, opacity)
+    return styles
+
+
+# Classes of motion, and points that have none.
 MOTION_STYLES: dict[str, ClassStyle] = {
-    "at_rest": ClassStyle("at rest", style.PALE_GREY),
-    "steady_sliding": ClassStyle("steady sliding", "#7FE0A8"),
-    "limit_cycle": ClassStyle("limit cycle", "#7A2A0A"),
-    "period_1": ClassStyle("synchronous ($T$)", style.PALE_BLUE),
-    "period_2": ClassStyle("$2T$", style.BLUE),
-    "period_3": ClassStyle("$3T$", style.GREEN),
-    "period_4": ClassStyle("$4T$", style.NAVY),
-    "period_more": ClassStyle("$nT$, $n>4$", style.PURPLE),
-    "quasi_periodic": ClassStyle("quasi-periodic", style.YELLOW),
-    "chaotic": ClassStyle("chaotic", style.VERMILLION),
-    "self_locked": ClassStyle("self-locked", style.DARK_GREY),
-    "diverged": ClassStyle("diverged", style.BLACK),
-    "undecided": ClassStyle("undecided", "#FFFFFF", 0.0),
+    **_motion_styles(),
     "limit": ClassStyle("stopped at a limit", style.BLACK, 0.15),
     "invalid": ClassStyle("invalid system", style.BLACK, 0.4),
     "not_computed": ClassStyle("not computed", "#FFFFFF"),

@@ -1,0 +1,62 @@
+"""The points of a chunk of a sweep: their places on the grid, their values and systems."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.sweep_settings import INITIAL
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.sweeps.plan import Plan
+
+
+class ChunkPoints:
+    """Points of a plan, by their flat numbers within a chunk.
+
+    where : slice of each dimension of the points, by name
+
+    sizes   : points along each dimension;  count : all of them
+    indices : for each axis of the plan, (count,) numbers of its values
+    """
+
+    def __init__(self, plan: Plan, where: Mapping[str, slice]) -> None:
+        self._plan = plan
+        self.sizes = {dim: one.stop - one.start for dim, one in where.items()}
+        self.count = math.prod(self.sizes.values())
+        places = dict(zip(where, np.indices(tuple(self.sizes.values())), strict=True))
+        self.indices = tuple(
+            (places[axis.dim].ravel() + where[axis.dim].start).astype(np.int64)
+            for axis in plan.grid.axes
+        )
+
+    def values(self, number: int) -> dict[str, float]:
+        """The swept values of a point by name."""
+        return {
+            axis.name: float(axis.values[own[number]])
+            for axis, own in zip(self._plan.grid.axes, self.indices, strict=True)
+        }
+
+    def system(self, number: int) -> BrakedDriveline | Machine | None:
+        """The system of a point; None if it is not valid."""
+        values = self.values(number)
+        changes = {name: value for name, value in values.items() if name not in INITIAL}
+        try:
+            return self._plan.system.replace(**changes)
+        except InputError:
+            return None
+
+    def initial(self, number: int) -> tuple[float, float]:
+        """The initial state of a driveline at a point, angle [rad] and velocity [rad/s]."""
+        given = dict(zip(INITIAL, self._plan.initial, strict=True)) | self.values(number)
+        angle, velocity = (given[name] for name in INITIAL)
+        return angle, velocity
+
+    def shaped(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values of all points, (count, ...), over the dimensions of the chunk."""
+        return values.reshape(*self.sizes.values(), *values.shape[1:])
