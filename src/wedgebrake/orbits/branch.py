@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
+from wedgebrake.analysis.motion import machine_method
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
 from wedgebrake.model.sweep_settings import joined
-from wedgebrake.model.validation import check_instance, check_number, check_whole, shown
+from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
 from wedgebrake.orbits.branch_switching import CLOSED, Mark, reached, way
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
@@ -23,6 +25,7 @@ from wedgebrake.orbits.discontinuity_induced import (
     restart,
 )
 from wedgebrake.orbits.event_changes import bifurcation_of, corner, first_change, turned
+from wedgebrake.orbits.hopf_start import check_limit, first_cycle
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.palc import (
     CurvePoint,
@@ -33,7 +36,7 @@ from wedgebrake.orbits.palc import (
     first_vanishing,
     smooth_bifurcations,
 )
-from wedgebrake.orbits.problem import FloatArray, make_ranges, value_of, with_values
+from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, value_of, with_values
 from wedgebrake.orbits.segment_orbit import violated
 
 STEP, LONGEST_STEP = 0.02, 0.5
@@ -56,19 +59,23 @@ NOTHING_FURTHER = "no orbit was found further on"
 
 
 def continuation(
-    orbit: Orbit,
+    orbit: Orbit | StabilityLimit,
     over: Mapping[str, tuple[float, float]] | None = None,
     *,
     step: float = STEP,
     points: int = POINTS,
+    method: str | None = None,
+    rtol: float = 1e-10,
     **parameter: tuple[float, float],
 ) -> Branch:
     """The branch of an orbit over a parameter, as an iterator (docs/theory.md, section 13).
 
     Parameters
     ----------
-    orbit : Orbit
-        Start of the branch, as found by ``wb.orbit``.
+    orbit : Orbit or StabilityLimit
+        Start of the branch, as found by ``wb.orbit``, or a Hopf point of steady sliding, as found
+        by ``wb.hopf``: the branch of the limit cycles that begin there, stable or not. Its
+        parameter must be that of the limit.
     over : mapping
         The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
         same as a keyword, for names with a dot.
@@ -76,10 +83,12 @@ def continuation(
         Longest step along the branch, as a share of the range.
     points : int
         Largest number of points, including bifurcations.
+    method, rtol
+        With a limit, as for ``wb.orbit``; an orbit has its own.
     **parameter : (float, float)
         One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
         starts at the orbit's own value towards the second end, and ends where it leaves the
-        range or closes.
+        range or closes. From a limit it goes where the limit cycles are.
 
     Returns
     -------
@@ -89,9 +98,17 @@ def continuation(
 
     Raises ``InputError`` for invalid arguments, or an orbit that was not found.
     """
-    check_instance("orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system)")
+    if isinstance(orbit, StabilityLimit):
+        check_step(step, points)
+        (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
+        return from_limit(orbit, along, machine_method(method), float(rtol), step, points)
+    check_instance(
+        "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or that of wb.hopf"
+    )
     if orbit._solution is None:
         raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
+    if method not in (None, orbit.method):
+        raise wrong("method", method, f"{orbit.method!r}, the method of the orbit")
     check_step(step, points)
     parameter = joined(over, parameter)
     (along,) = make_ranges(orbit.system, parameter, 1)
@@ -108,6 +125,21 @@ def continuation(
         equations, unknowns = equations.whole(unknowns)
     problem = orbit._solution.problem.over((along.name,), (along.scale,))
     start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
+    return _branch(start, along, step, points)
+
+
+def from_limit(
+    limit: StabilityLimit, along: Range, method: str, rtol: float, step: float, points: int
+) -> Branch:
+    """The branch of the limit cycles that begin at a Hopf point.
+
+    Raises ``InputError`` if there is none.
+    """
+    check_limit(limit, along)
+    return _branch(first_cycle(limit, along, method, rtol), along, step, points)
+
+
+def _branch(start: BranchPoint, along: Range, step: float, points: int) -> Branch:
     longest = float(step) * along.scale / along.exact_scale
     return Branch(start, along.bounds, along.last > along.first, longest, int(points))
 
@@ -166,7 +198,11 @@ class Branch(Result, Iterator[BranchPoint]):
         self._has_parent = True
         self._has_parent = not self._parent_of(self._now, COLLAPSED)
         self._arclength = start.arclength
-        self._queue.append(self._point(self._now))
+        first = self._point(self._now)
+        if start.bifurcation is not None:
+            # A Hopf point, which is located better than by the smallest orbit beside it.
+            first = replace(first, values=start.values, bifurcation=start.bifurcation)
+        self._queue.append(first)
 
     @property
     def step(self) -> float:

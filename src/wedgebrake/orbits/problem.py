@@ -130,6 +130,8 @@ class OrbitProblem:
     rtol   : tolerance of "smooth"
     crossing, longest : of a self-excited machine, its section and the longest time between two
                         returns [s]
+    size   : of a self-excited machine, a typical size of its orbits, as ``ReturnMap.scales``; 0 if
+             not known
     """
 
     def __init__(
@@ -142,10 +144,11 @@ class OrbitProblem:
         rtol: float,
         crossing: Crossing | None = None,
         longest: float = math.inf,
+        size: float = 0.0,
     ) -> None:
         self.base, self.names, self.scales = system, names, scales
         self.method, self.rtol = method, rtol
-        self.crossing, self.longest = crossing, longest
+        self.crossing, self.longest, self.size = crossing, longest, size
         if isinstance(system, Machine):
             from wedgebrake.analysis.machine_motion.coordinates import coordinates
 
@@ -156,7 +159,7 @@ class OrbitProblem:
         """The same with parameters that vary."""
         return OrbitProblem(
             self.base, names, scales, method=self.method, rtol=self.rtol,
-            crossing=self.crossing, longest=self.longest,
+            crossing=self.crossing, longest=self.longest, size=self.size,
         )  # fmt: skip
 
     def system(self, values: tuple[float, ...]) -> Any:
