@@ -48,6 +48,8 @@ _SHORTEST = 1e-6
 _TURN, _ANY_TURN = 0.95, 1e-3
 # Smooth bifurcations are detected up to this share of the way to a discontinuity-induced one.
 _SHORT_OF = 1.0 - 1e-6
+# Component of a direction that is rounding.
+_LEVEL = 1e-8
 # Scales that have changed by this factor are renewed.
 _OUTGROWN = 1.5
 # Share of its largest size below which an orbit is a point.
@@ -99,9 +101,9 @@ def continuation(
     Raises ``InputError`` for invalid arguments, or an orbit that was not found.
     """
     if isinstance(orbit, StabilityLimit):
-        check_step(step, points)
         (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
-        return from_limit(orbit, along, machine_method(method), float(rtol), step, points)
+        chosen = machine_method(method)
+        return from_limit(orbit, along, chosen, float(rtol), step=step, points=points)
     check_instance(
         "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or that of wb.hopf"
     )
@@ -129,12 +131,13 @@ def continuation(
 
 
 def from_limit(
-    limit: StabilityLimit, along: Range, method: str, rtol: float, step: float, points: int
+    limit: StabilityLimit, along: Range, method: str, rtol: float, *, step: float, points: int
 ) -> Branch:
     """The branch of the limit cycles that begin at a Hopf point.
 
     Raises ``InputError`` if there is none.
     """
+    check_step(step, points)
     check_limit(limit, along)
     return _branch(first_cycle(limit, along, method, rtol), along, step, points)
 
@@ -451,7 +454,7 @@ class Branch(Result, Iterator[BranchPoint]):
         passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
         self._arclength += float(np.linalg.norm(beyond.y - step.start.y))
         self._queue.extend(passed)
-        found = self._change_between(at, beyond, Scenario.PERSISTENCE)
+        found = self._change_between(at, beyond, _scenario(at, beyond))
         if found is not None:
             self._queue.append(self._point(at, found))
         self._now = beyond
@@ -486,9 +489,7 @@ class Branch(Result, Iterator[BranchPoint]):
             self._queue.append(self._point(self._now, known))
             self._next_end = f"{known.kind.value}, beyond which the motion jumps"
             return True
-        came, goes = self._now.direction[-1], point.direction[-1]
-        scenario = Scenario.PERSISTENCE if came * goes > 0.0 else Scenario.FOLD
-        known = self._change_between(self._now, point, scenario)
+        known = self._change_between(self._now, point, _scenario(self._now, point))
         if known is not None:
             y = corner(self._now, point)
             there = replace(self._point(self._now, known), values=self._curve.solution(y).values)
@@ -530,6 +531,14 @@ class Branch(Result, Iterator[BranchPoint]):
         self._queue.extend([located, self._point(self._now)])
         self._length = StepLength(self.largest)
         return True
+
+
+def _scenario(at: CurvePoint, beyond: CurvePoint) -> Scenario:
+    """Whether the parameter turns back at a change of the events."""
+    came, goes = at.direction[-1], beyond.direction[-1]
+    # At one value of the parameter, as for a family of small orbits, its direction is rounding.
+    turns = came * goes < 0.0 and min(abs(came), abs(goes)) > _LEVEL
+    return Scenario.FOLD if turns else Scenario.PERSISTENCE
 
 
 def _change(before: dict[str, float], after: dict[str, float]) -> str:

@@ -18,11 +18,12 @@ from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.machine_shooting import PATIENCE, restrained_rates
 from wedgebrake.orbits.orbit import BranchPoint
-from wedgebrake.orbits.palc import FAILED, NotConvergedError, corrected
+from wedgebrake.orbits.palc import FAILED, corrected
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem, Range
 from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
@@ -70,45 +71,35 @@ def first_cycle(limit: StabilityLimit, over: Range, method: str, rtol: float) ->
         found = vibration(problem, value, limit.frequency)
     except NoOrbitError:
         raise _refused(
-            limit, "steady sliding there is no isolated equilibrium, or ends beside it"
+            limit, "steady sliding there is no isolated equilibrium, or a contact is at rest"
         ) from None
     space = problem.space
-    section, turn = _section(found, space, problem)
-    swing = space.back @ (found.shape * turn)
-    moved = np.abs(found.rows @ swing)
-    slides = moved > 0.0
+    speeds = np.abs(found.rows @ (space.back @ found.shape))
+    slides = speeds > 0.0
     if not slides.any():
         raise _refused(limit, "the vibration does not move any contact")
     # Amplitude at which the first contact comes to rest.
-    reach = float(np.min(np.abs(found.sliding[slides]) / np.abs(found.rows @ (
-        space.back @ found.shape))[slides]))  # fmt: skip
+    reach = float(np.min(np.abs(found.sliding[slides]) / speeds[slides]))
+    section, turn = _section(found, space, limit.machine)
     problem = OrbitProblem(
         limit.machine, problem.names, problem.scales, method=method, rtol=rtol, crossing=section,
         longest=problem.longest, size=reach * float(np.sum(np.abs(found.shape))),
     )  # fmt: skip
     flow = problem.kernel_problem((value,))
-    centre, away = flow.points(found.state), flow.points(found.state + swing.real)
-    equations = ReturnMap(1, flow.size)
+    centre = flow.points(found.state)
+    away = flow.points(found.state + (space.back @ (found.shape * turn)).real) - centre
+    direction = np.append(away, 0.0) / np.linalg.norm(away)
     for share in _SIZES:
-        guess = centre + share * reach * (away - centre)
-        along = np.append(away - centre, 0.0)
         start = BranchPoint(
-            problem, (value,), equations, guess, (), along / np.linalg.norm(along),
-            bifurcation=Bifurcation(Kind.HOPF),
+            problem, (value,), ReturnMap(1, flow.size), centre + share * reach * away, (),
+            direction, bifurcation=Bifurcation(Kind.HOPF),
         )  # fmt: skip
         try:
             curve = OrbitCurve(start)
-            at = corrected(curve, curve.scaled(start), start.direction)
+            corrected(curve, curve.scaled(start), direction)
         except FAILED:
             continue
-        # Newton's method may end on steady sliding.
-        cycle = curve.solution(at.y)
-        gone = cycle.unknowns - centre
-        if float(gone @ (away - centre)) > 0.5 * share * reach * float(along @ along):
-            return BranchPoint(
-                problem, (value,), equations, guess, cycle.floquet.multipliers, start.direction,
-                bifurcation=start.bifurcation,
-            )  # fmt: skip
+        return start
     raise _refused(limit, "Newton's method found none near it")
 
 
@@ -138,7 +129,8 @@ def check_limit(limit: StabilityLimit, over: Range) -> None:
         raise InputError(
             f"{over.name} = {(over.first, over.last)!r}: must contain {limit.value:g}, where the"
             " limit is. Widen the range.",
-            name=over.name, value=(over.first, over.last), allowed=f"a range around {limit.value:g}",
+            name=over.name, value=(over.first, over.last),
+            allowed=f"a range around {limit.value:g}",
         )  # fmt: skip
 
 
@@ -218,15 +210,13 @@ def _crossing_value(limit: StabilityLimit, problem: OrbitProblem, over: Range) -
     return 0.5 * (low + high)
 
 
-def _section(
-    found: Vibration, space: Coordinates, problem: OrbitProblem
-) -> tuple[Crossing, complex]:
+def _section(found: Vibration, space: Coordinates, machine: Machine) -> tuple[Crossing, complex]:
     """Section through steady sliding, and the factor by which the shape lies on it upwards.
 
     The rate of an angle that shafts restrain is zero in steady sliding, whatever the parameter.
     """
     swing = space.back @ found.shape
-    rows = restrained_rates(problem.base, space)
+    rows = restrained_rates(machine, space)
     moved = np.abs(rows @ swing)
     if len(rows) and moved.max() > 0.0:
         row, level = rows[int(moved.argmax())], 0.0
@@ -235,6 +225,4 @@ def _section(
         row = speeds[int(np.abs(speeds @ swing).argmax())]
         level = float(row @ found.state)
     part = complex(row @ swing)
-    if part == 0.0:
-        raise NotConvergedError
     return Crossing(tuple(map(float, row)), level), -1j * abs(part) / part

@@ -108,18 +108,22 @@ def orbit_to_follow(
     initial: tuple[float, float] | FinalState | None = None,
     method: str | None = None,
     rtol: float = 1e-10,
-    like: Orbit | None = None,
+    like: OrbitSolution | None = None,
 ) -> Orbit:
     """First orbit of a branch: that of ``orbit``, or a stable one near an irregular motion.
 
     The duration of a chaotic transient depends on the last bits of the run. If the motion is
     still irregular after the longest transient, the result is the stable orbit of the fewest
     periods to which Newton's method converges from near returns of the motion, if there is one.
+
+    like : another orbit, with which it will be compared
     """
-    if isinstance(system, Machine) and like is not None and like._solution is not None:
+    if isinstance(system, Machine) and like is not None:
         # The same section, so that orbits can be compared.
-        section = like._solution.problem.crossing
-        return _of_machine(system, order, initial, LIMIT, (like.method, float(rtol)), section)
+        section = like.problem.crossing
+        return _of_machine(
+            system, order, initial, LIMIT, (like.problem.method, float(rtol)), section
+        )  # fmt: skip
     found = orbit(system, order, initial=initial, method=method, rtol=rtol)
     if found.status not in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_SETTLED):
         return found

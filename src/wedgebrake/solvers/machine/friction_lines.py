@@ -7,6 +7,7 @@ approximated to rounding by polynomials on consecutive pieces.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.signals import as_signal
@@ -35,6 +37,8 @@ _LOCKED = 1e6
 # Ratio of the speeds at which a curve is compared with a constant, or looked at for self-locking.
 _RATIO = 1.25
 _MOST_PIECES = 20_000
+# Curves that are remembered, each direction for itself.
+_REMEMBERED = 64
 
 # Chebyshev points with both ends, so that pieces meet; the matrix from values there to coefficients
 # of powers; and points between them at which a piece is compared with the curve.
@@ -97,9 +101,11 @@ def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
 class _Curve:
     """The torque divided by the force, as a function of the sliding speed in m/s."""
 
-    def __init__(self, contact: Contact, friction: SetValuedFriction, side: float) -> None:
-        self.name = f"{contact.name}.friction"
-        self.brake, self.friction, self.side = contact.brake, friction, side
+    def __init__(
+        self, contact: str, brake: Brake, friction: SetValuedFriction, side: float
+    ) -> None:
+        self.name = f"{contact}.friction"
+        self.brake, self.friction, self.side = brake, friction, side
         at_rest = abs(self(0.0))
         self.size = at_rest if math.isfinite(at_rest) else 0.0
 
@@ -136,13 +142,23 @@ class _Curve:
 
 def curved_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
     """Pieces of the curve forwards and backwards, if friction depends on the speed."""
-    return _pieces(contact, 1.0), _pieces(contact, -1.0)
+    given = contact.name, contact.brake, contact.friction
+    pieces: Any = _pieces
+    try:
+        hash(given)
+    except TypeError:  # a law of the user's own, with parameters such as lists
+        pieces = _pieces.__wrapped__
+    return pieces(*given, 1.0), pieces(*given, -1.0)
 
 
-def _pieces(contact: Contact, side: float) -> list[Line]:
-    """Pieces of the curve of one direction of sliding, +1 forwards or -1 backwards."""
-    friction: Any = contact.friction
-    curve = _Curve(contact, friction, side)
+@lru_cache(_REMEMBERED)
+def _pieces(name: str, brake: Brake, friction: Any, side: float) -> list[Line]:
+    """Pieces of the curve of one direction of sliding, +1 forwards or -1 backwards.
+
+    They are remembered, because sweeps and branches of orbits assemble many machines with the same
+    friction.
+    """
+    curve = _Curve(name, brake, friction, side)
     first = curve.coefficient(0.0)
     if friction.breakaway < first * (1.0 - _ERROR):
         raise InputError(
