@@ -356,6 +356,7 @@ def assemble(
             "kind": "orbits",
             "parameter": over.dim,
             "range": [over.first, over.last],
+            "section": "crossing" if points[0].problem.crossing is not None else "period",
             **provenance(system, points[0].problem.method),
         },
     )

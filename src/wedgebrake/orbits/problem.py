@@ -268,11 +268,16 @@ def make_ranges(
     return ranges
 
 
-def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
+def followable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
+    """Parameters over which orbits can be followed, with unit and meaning: no initial states."""
     initial: Any = INITIAL
     if isinstance(system, Machine):
         initial = [f"{one.name}.{part}" for one in system.inertias for part in ("angle", "speed")]
-    allowed = {key: value for key, value in sweepable(system).items() if key not in initial}
+    return {key: value for key, value in sweepable(system).items() if key not in initial}
+
+
+def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
+    allowed = followable(system)
     if name not in allowed:
         raise InputError(f"{name}: no parameter to follow orbits over. {nearest(name, allowed)}")
     pair = isinstance(ends, tuple | list) and len(ends) == 2
