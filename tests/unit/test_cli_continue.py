@@ -334,7 +334,7 @@ class TestMachines:
         wb.save_study(
             wb.Study(wb.paper.system(eta=-15.0).machine, MachineRun()), tmp_path / "m.toml"
         )
-        over = ["--over", "brake.slope=-30:-32", "--beneath", "4"]
+        over = ["--over", "brake.slope=-1:-2", "--beneath", "4"]
         status, text, _ = run("continue", "m.toml", *over, "--plot", "m.png")
         assert status == 0
         assert "synchronous" in text

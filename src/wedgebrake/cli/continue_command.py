@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit, hopf
-from wedgebrake.analysis.motion import machine_method
 from wedgebrake.cli.assignments import parse_range
 from wedgebrake.cli.continue_report import continue_report, continue_text
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
@@ -27,6 +26,7 @@ from wedgebrake.orbits.diagram import Followed, assemble, follow
 from wedgebrake.orbits.orbit import BranchPoint, Orbit, OrbitStatus
 from wedgebrake.orbits.problem import Range, make_ranges, value_of, with_values
 from wedgebrake.orbits.shooting import check, orbit_to_follow
+from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.sweeps.progress import Progress
 from wedgebrake.sweeps.sweep import bifurcation, regime_map
 
@@ -226,7 +226,7 @@ def _branches(
         first = begin
     else:
         method, rtol = _solver(asked.study)
-        first = begin, machine_method(method), rtol
+        first = begin, machine_method(method, begin.machine), rtol
     followed = follow(first, over, **asked.settings, progress=tell)
     count = sum(len(one.branch.points) for one in followed)
     many = "1 branch" if len(followed) == 1 else f"{len(followed)} branches"

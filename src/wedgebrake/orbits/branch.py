@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
-from wedgebrake.analysis.motion import machine_method
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
 from wedgebrake.model.sweep_settings import joined
@@ -38,6 +37,7 @@ from wedgebrake.orbits.palc import (
 )
 from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, value_of, with_values
 from wedgebrake.orbits.segment_orbit import violated
+from wedgebrake.solvers.machine.simulate import machine_method
 
 STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
@@ -102,7 +102,7 @@ def continuation(
     """
     if isinstance(orbit, StabilityLimit):
         (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
-        chosen = machine_method(method)
+        chosen = machine_method(method, orbit.machine)
         return from_limit(orbit, along, chosen, float(rtol), step=step, points=points)
     check_instance(
         "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or that of wb.hopf"

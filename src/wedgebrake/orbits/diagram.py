@@ -12,7 +12,6 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
-from wedgebrake.analysis.motion import machine_method
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import joined
@@ -23,6 +22,7 @@ from wedgebrake.orbits.branch_switching import CLOSED, leaving, lies_on, marks
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, with_values
 from wedgebrake.orbits.shooting import check, orbit, orbit_to_follow
+from wedgebrake.solvers.machine.simulate import machine_method
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,7 +128,7 @@ def branches(
             raise wrong(name, order or initial, "left out: the branch begins at the limit")
         (along,) = make_ranges(system.machine, joined(over, parameter), 1)
         check(system.machine, None, method, rtol)
-        begin = system, machine_method(method), float(rtol)
+        begin = system, machine_method(method, system.machine), float(rtol)
         followed = follow(begin, along, **settings, progress=progress)
         return assemble(system.machine, along, followed)
     check(system, order, method, rtol)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.classify_driveline import classify_driveline
-from wedgebrake.analysis.motion import as_machine, machine_method
+from wedgebrake.analysis.motion import as_machine
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
@@ -26,6 +26,7 @@ from wedgebrake.orbits.segment_bvp import from_log, run
 from wedgebrake.orbits.stroboscopic_map import StroboscopicMap, iterate
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Crossing
+from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import check_limits, check_state, choose_method
 
 _MOST_ORDER = 512
@@ -150,7 +151,7 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
     if order is not None:
         check_whole("order", order, 1, _MOST_ORDER, "a whole number of returns")
     if isinstance(system, Machine):
-        return machine_method(method)
+        return machine_method(method, system)
     check_driveline(system)
     chosen = choose_method(system, method)
     if chosen == "ode14x":

@@ -7,6 +7,7 @@ approximated to rounding by polynomials on consecutive pieces.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -19,7 +20,7 @@ from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
-from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.friction import CustomFriction, SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.signals import as_signal
 from wedgebrake.solvers.machine.problem import MOST_DEGREE
@@ -37,6 +38,8 @@ _LOCKED = 1e6
 # Ratio of the speeds at which a curve is compared with a constant, or looked at for self-locking.
 _RATIO = 1.25
 _MOST_PIECES = 20_000
+# Ends of pieces around a narrow feature, as multiples of its half width.
+_AROUND = (-8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0)
 # Curves that are remembered, each direction for itself.
 _REMEMBERED = 64
 
@@ -71,6 +74,12 @@ def lag_order(given: Actuation) -> int:
 def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
     """Straight lines of the torque forwards and backwards, if friction depends on the speed."""
     friction, given = contact.friction, contact.actuation
+    if isinstance(friction, SmoothFriction):
+        raise InputError(
+            f"{contact.name}.friction = {type(friction).__name__}: is a curve through zero, without"
+            " straight lines for the method 'exact'. Use method='smooth', or CoulombFriction.",
+            name="method", value="exact", allowed="'smooth'",
+        )  # fmt: skip
     if friction.constant or not isinstance(friction, SetValuedFriction):
         return [], []
     simple = (
@@ -101,21 +110,30 @@ def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
 class _Curve:
     """The torque divided by the force, as a function of the sliding speed in m/s."""
 
-    def __init__(
-        self, contact: str, brake: Brake, friction: SetValuedFriction, side: float
-    ) -> None:
+    def __init__(self, contact: str, brake: Brake, friction: Any, side: float) -> None:
         self.name = f"{contact}.friction"
         self.brake, self.friction, self.side = brake, friction, side
+        self.smooth = isinstance(friction, SmoothFriction)
+        # Up to a speed, the straight line of a law of the user's own; 0 for other laws.
+        self.near = self.slope = 0.0
+        if isinstance(friction, CustomFriction):
+            self.near, forwards, backwards = friction.shape()
+            self.slope = forwards if side > 0.0 else backwards
         at_rest = abs(self(0.0))
         self.size = at_rest if math.isfinite(at_rest) else 0.0
 
     def coefficient(self, speed: float) -> float:
         """The kinetic coefficient, checked."""
-        mu = float(self.friction.kinetic_at(speed))
+        if speed < self.near:
+            mu = self.slope * speed
+        elif self.smooth:
+            mu = self.side * self.friction.coefficient(self.side * speed) + 0.0
+        else:
+            mu = float(self.friction.kinetic_at(speed))
         if not 0.0 <= mu < math.inf:
             raise InputError(
-                f"{self.name}.kinetic_at({speed:g}) = {mu!r}: must be finite and not negative. The"
-                " sign of the friction follows the direction of motion; give magnitudes.",
+                f"{self.name}: is {mu!r} at the sliding speed {speed:g} m/s: must be finite and"
+                " not negative. The sign of the friction follows the direction of motion.",
                 name=self.name, value=mu, allowed="a number that is not negative",
             )  # fmt: skip
         return mu
@@ -160,17 +178,33 @@ def _pieces(name: str, brake: Brake, friction: Any, side: float) -> list[Line]:
     """
     curve = _Curve(name, brake, friction, side)
     first = curve.coefficient(0.0)
-    if friction.breakaway < first * (1.0 - _ERROR):
+    if curve.smooth and first != 0.0:
+        raise InputError(
+            f"{curve.name}: is {first!r} at rest: must be 0 there, as a smooth law. Use"
+            " CoulombFriction for friction that jumps at rest.",
+            name=curve.name, value=first, allowed="0 at rest",
+        )  # fmt: skip
+    if not curve.smooth and friction.breakaway < first * (1.0 - _ERROR):
         raise InputError(
             f"{curve.name}.breakaway = {friction.breakaway!r}: must be at least the kinetic"
             f" coefficient at rest, {first!r}. Raise it.",
             name=f"{curve.name}.breakaway", value=friction.breakaway, allowed=f">= {first!r}",
         )  # fmt: skip
-    bends = sorted(float(one) for one in friction.bends if 0.0 < one < _FASTEST)
+    bends = sorted(float(one) for one in _bends(curve) if 0.0 < one < _FASTEST)
     found: list[Line] = []
     for low, high in pairwise([0.0, *bends, _FASTEST]):
         _append_pieces(curve, low, high, found)
     return found
+
+
+def _bends(curve: _Curve) -> Iterator[float]:
+    """Sliding speeds at which pieces end: kinks, and around narrow features [m/s]."""
+    if not curve.smooth:
+        yield from curve.friction.bends
+        return
+    yield curve.near
+    for speed, width in curve.friction.narrow_places:
+        yield from (speed + share * width for share in _AROUND)
 
 
 def _append_pieces(curve: _Curve, low: float, high: float, found: list[Line]) -> None:
