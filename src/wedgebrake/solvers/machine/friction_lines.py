@@ -256,7 +256,10 @@ def _fit(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, flo
     checks = curve.values(np.append(middle + half * _CHECKS, _nearer(low, high)))
     if not np.all(np.isfinite(values)) or not np.all(np.isfinite(checks)):
         return Line(low, 0.0, 0.0), math.inf
-    room = max(curve.room(low, np.append(values, checks)), math.ulp(0.0))
+    # A law that is steep far from rest multiplies the rounding of the speed.
+    steepest = float(np.max(np.abs(np.diff(values) / np.diff(half * _POINTS))))
+    room = curve.room(low, np.append(values, checks)) + _ROUNDING * high * steepest
+    room = max(room, math.ulp(0.0))
     terms = _TO_CHEBYSHEV @ values
     used = np.flatnonzero(np.cumsum(np.abs(terms[::-1]))[::-1] > 0.05 * room)
     degree = int(used[-1]) if used.size else 0
@@ -300,7 +303,7 @@ def _locked(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, 
 def _not_smooth(curve: _Curve, speed: float) -> InputError:
     """The exception for a friction law that is not a smooth curve."""
     return InputError(
-        f"{curve.name}.kinetic_at: is not smooth near the sliding speed {speed:g} m/s. State the"
-        " speeds of its kinks in bends; a jump must become a short slope.",
+        f"{curve.name}: is not smooth near the sliding speed {speed:g} m/s. State the speeds of its"
+        " kinks in bends, and of its narrow features in narrow; a jump must become a short slope.",
         name=curve.name, value=type(curve.friction).__name__, allowed="a smooth curve",
     )  # fmt: skip
