@@ -19,6 +19,7 @@ import wedgebrake as wb
 from children import started
 from printed import names, strict_json, unwrapped
 from wedgebrake.cli.continue_report import stable_stretches
+from wedgebrake.model.study_run import MachineRun
 from wedgebrake.orbits.diagram import follow
 from wedgebrake.orbits.problem import make_ranges
 
@@ -43,9 +44,10 @@ def test_the_examples_in_its_help_work(run, tmp_path):
     shutil.copytree(EXAMPLES, tmp_path, dirs_exist_ok=True)
     text = unwrapped(run("continue", "--help")[1]).partition("Examples: ")[2]
     examples = [one.strip().removeprefix("wedgebrake ") for one in text.split(";")]
-    assert len(examples) == 3
+    assert len(examples) == 4
     for one in examples:
         shorter = one.replace("eta=12:-60", "eta=12:0").replace("slope=0:-160", "slope=0:-20")
+        shorter = shorter.replace("=0.5:3", "=1:1.2")
         shorter = shorter.replace("eta=-10:-22", "eta=-15:-18").replace("0.02:0.09", "0.033:0.04")
         assert run(*shorter.split())[0] == 0
 
@@ -286,3 +288,86 @@ def test_ctrl_c_ends_it_and_nothing_is_written(tmp_path):
     assert b"Traceback" not in seen
     assert b"interrupted" in seen
     assert list(tmp_path.iterdir()) == []
+
+
+BELT = EXAMPLES / "belt.toml"
+SPEED = ["--over", "belt.base_speed=0.5:3"]
+
+
+class TestMachines:
+    def test_limit_cycles_from_the_hopf_point(self, report, run):
+        """The numbers are those of the closed forms in test_hopf_branches."""
+        told = report(BELT, *SPEED, "--hopf", "--switch", "0", "--step", "0.05")
+        machine = wb.load_study(BELT).system
+        limit = wb.hopf(machine, "belt.base_speed", between=(0.5, 3.0))
+        assert told["method"] == "smooth"
+        assert told["start"]["value"] == limit.value
+        assert [one["kind"] for one in told["bifurcations"]] == ["Hopf", "grazing-sliding"]
+        assert told["bifurcations"][0]["value"] == pytest.approx(0.5 * np.log(10.0), rel=1e-11)
+        [branch] = told["branches"]
+        assert branch["motion"] == "limit cycle"
+        [stable] = branch["stable"]
+        assert stable["from"] == told["bifurcations"][1]["value"]
+        assert stable["to"] == 0.5
+        settled = wb.motion(machine.replace({"mass.speed": 0.5}), method="smooth")
+        assert stable["period"][1] == pytest.approx(settled.period, rel=1e-9)
+        status, text, _ = run("continue", BELT, *SPEED, "--hopf", "--switch", "0", "--step", "0.05")
+        assert status == 0
+        assert told["answer"] in text
+        assert "period of the torque" not in text
+
+    def test_from_the_motion_that_settles(self, report, run, tmp_path):
+        options = ["--over", "belt.base_speed=0.5:0.6", "--set", "mass.speed=0.5", "--method=exact"]
+        told = report(BELT, *options)
+        machine = wb.load_study(BELT).system.replace({"mass.speed": 0.5})
+        assert told["start"]["period"] == wb.orbit(machine).period
+        assert told["branches"][0]["end"]["value"] == 0.6
+        status, _, _ = run("continue", BELT, *options, "--plot", "b.png", "--out", "b.nc")
+        assert status == 0
+        assert (tmp_path / "b.png").stat().st_size > 10_000
+        read = xr.load_dataset(tmp_path / "b.nc")
+        assert read.attrs["section"] == "crossing"
+        assert np.all(np.diff(read["period"]) != 0.0)
+
+    def test_driven_machines_have_points_beneath(self, run, tmp_path):
+        """One of the paper's driveline, as a machine."""
+        wb.save_study(
+            wb.Study(wb.paper.system(eta=-15.0).machine, MachineRun()), tmp_path / "m.toml"
+        )
+        over = ["--over", "brake.slope=-1:-2", "--beneath", "4"]
+        status, text, _ = run("continue", "m.toml", *over, "--plot", "m.png")
+        assert status == 0
+        assert "synchronous" in text
+
+
+# Options for the belt, and what the message must name.
+WRONG_OF_MACHINES: list[tuple[list[str], str]] = [
+    (["--over", "brake.slope=1:2"], "--over brake.slope=1:2"),
+    (["--over", "mass.angle=0:1"], "--over mass.angle=0:1"),
+    (["--over", "eta=0:1"], "--over eta=0:1"),
+    (["--over", "belt.base_speed=3:4"], "--hopf"),
+    (["--over", "belt.base_speed=2:4", "--hopf"], "--hopf: between"),
+    ([*SPEED, "--hopf", "--order", "2"], "--order 2"),
+    ([*SPEED, "--order", "0"], "--order 0"),
+    ([*SPEED, "--method", "ode14x"], "ode14x"),
+    ([*SPEED, "--set", "duration=5"], "--set duration"),
+    ([*SPEED, "--set", "until=rest"], "--set until"),
+    ([*SPEED, "--beneath", "9", "--plot", "r.png"], "--beneath 9"),
+    ([*SPEED, "--and", "belt.kinetic=0.6:0.8"], "--and belt.kinetic"),
+]
+
+
+@pytest.mark.parametrize("case", range(len(WRONG_OF_MACHINES)))
+def test_wrong_input_of_machines(case, run, tmp_path):
+    options, named = WRONG_OF_MACHINES[case]
+    status, text, message = run("continue", BELT, *options)
+    assert (status, text) == (2, "")
+    assert message.startswith("error: ")
+    assert named in message
+    assert names() == []
+
+
+def test_only_machines_begin_at_a_hopf_point(run):
+    status, _, message = run("continue", PAPER, *PLAIN, "--hopf")
+    assert status == 2
+    assert "--hopf" in message

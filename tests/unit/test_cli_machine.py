@@ -231,7 +231,7 @@ class TestSweep:
         assert run("sweep", LINE, "--over", "brake.slope=-40:0:4")[0] == 2
 
 
-def test_orbits_of_machines_are_refused(run):
+def test_orbits_need_signals_with_a_common_period(run):
     status, text, message = run("continue", LINE, "--over", "brake.slope=-40:0")
     assert (status, text) == (2, "")
     assert message.startswith("error: ")

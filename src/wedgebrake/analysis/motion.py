@@ -12,9 +12,10 @@ from wedgebrake.model.display import Result
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_choice, check_instance, wrong
+from wedgebrake.model.validation import check_instance, wrong
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import check_state, choose_method
 
 if TYPE_CHECKING:
@@ -211,7 +212,7 @@ def motion(
         returns = returns_of(machine, periods, crossings)
         name = "crossings" if machine.autonomous else "periods"
         wanted = protocol(returns, transient, limit, name=name, **limits)
-        chosen = machine_method(method)
+        chosen = machine_method(method, machine)
         from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
 
         return from_machine(
@@ -245,11 +246,6 @@ def returns_name(system: BrakedDriveline, method: str | None) -> str:
     """Name of the argument that counts the returns of a driveline: "periods" or "crossings"."""
     crosses = is_solved_as_machine(system, method) and system.machine.autonomous
     return "crossings" if crosses else "periods"
-
-
-def machine_method(method: str | None) -> str:
-    """The method for a machine, checked; by default "exact"."""
-    return "exact" if method is None else check_choice("method", method, ["exact", "smooth"])
 
 
 def as_machine(

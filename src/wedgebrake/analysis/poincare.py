@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
-from wedgebrake.analysis.motion import as_machine, machine_method, returns_of
+from wedgebrake.analysis.motion import as_machine, returns_of
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.friction import SetValuedFriction
@@ -19,6 +19,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
@@ -223,7 +224,7 @@ def _crossings(
     max_events = options.get("max_events", _MOST_EVENTS)
     check_whole("max_events", max_events, 1, 10**12)
     time = check_number("start_time", options.get("start_time", 0.0), -1e12, 1e12)
-    start = Start(state, time, machine_method(method), max_events)
+    start = Start(state, time, machine_method(method, machine), max_events)
     inertias, contacts = ([one.name for one in parts] for parts in
                           (machine.inertias, machine.contacts))  # fmt: skip
     if section is not None and section not in (*inertias, *contacts):

@@ -14,7 +14,6 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.sweep_settings import (
-    INITIAL,
     SWEEP_SETTINGS,
     expanded,
     sweepable,
@@ -184,17 +183,17 @@ def parse_speeds(text: str) -> NDArray[np.float64]:
     return expanded(swept_values(_read(where, "speeds", text, unit), where, unit))
 
 
-def parse_range(option: str, text: str, system: BrakedDriveline) -> Range:
+def parse_range(option: str, text: str, system: BrakedDriveline | Machine) -> Range:
     """The range of a parameter over which orbits are followed, from an option.
 
     Raises ``InputError`` for a text of another form, a name that orbits of the system cannot be
     followed over, equal ends, or an end that is not a possible value.
     """
-    from wedgebrake.orbits.problem import make_ranges
+    from wedgebrake.orbits.problem import followable, make_ranges
 
     name, values = _parted(option, text, _RANGE)
     refused = f"orbits cannot be followed over {as_typed(name)}"
-    _check_varied(option, text, name, system, sweepable(system).keys() - INITIAL, refused)
+    _check_varied(option, text, name, system, followable(system).keys(), refused)
     where = f"{option} {as_typed(text)}: "
     ends = values.split(":")
     if len(ends) != 2:

@@ -167,7 +167,7 @@ def sweep(
     epilog="Examples: wedgebrake continue paper.toml --over eta=12:-60 --plot eta.png;"
     " wedgebrake continue conventional.toml --over slope=0:-160 --out slope.nc;"
     " wedgebrake continue paper.toml --over eta=-10:-22 --and F0=0.02:0.09 --plot"
-    " plane.png",
+    " plane.png; wedgebrake continue belt.toml --over belt.base_speed=0.5:3 --hopf --plot belt.png",
 )
 def continue_(
     study: options.StudyPath,
@@ -176,6 +176,7 @@ def continue_(
     changes: options.OrbitChanges = None,
     method: options.OrbitMethod = None,
     order: options.Order = None,
+    hopf: options.Hopf = False,
     switch: options.Switch = 2,
     step: options.Step = 0.02,
     points: options.Points = 2000,
@@ -186,14 +187,17 @@ def continue_(
 ) -> None:
     """Stable and unstable periodic motions over a parameter, and their bifurcations.
 
-    Finds a periodic orbit at FROM and follows it to TO, with the branches that leave it.
+    Finds a periodic orbit at FROM and follows it to TO, with the branches that leave it. Where no
+    signal of a machine varies in time, it is a limit cycle, whose period is unknown; with --hopf
+    the branch begins where steady sliding becomes unstable.
+
     Bifurcations are located to about nine digits: period doublings, folds, tori, and those of
     friction, where a stick begins or ends.
 
     Prints how far the first motion is stable and what replaces it, the branches with the
     intervals where they are stable, the bifurcations, and the meaning of their names; progress goes
-    to standard error. Of [run], initial, method and rtol apply, and max_events and max_steps for
-    the points beneath.
+    to standard error. Of [run], initial, method and rtol apply (of a machine method), and
+    max_events and max_steps for the points beneath.
 
     Stability refers to small disturbances: other motions may coexist with a stable one. A few
     branches take seconds; many, as near self-locking or with smooth friction, take minutes.
@@ -203,12 +207,12 @@ def continue_(
     """
     from wedgebrake.cli.continue_command import Order, run
     from wedgebrake.cli.output import check_files
-    from wedgebrake.cli.overrides import NOT_CONTINUED, load
+    from wedgebrake.cli.overrides import load_for_orbits
 
     check_files(out, plot)
-    loaded = load(study, changes, method, NOT_CONTINUED)
+    loaded = load_for_orbits(study, changes, method)
     settings = {"switch": switch, "step": step, "points": points}
-    run(Order(loaded, over, second, order, settings, beneath, plot), out, as_json)
+    run(Order(loaded, over, second, order, hopf, settings, beneath, plot), out, as_json)
 
 
 @app.command(

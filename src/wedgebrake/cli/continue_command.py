@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability.hopf import StabilityLimit, hopf
 from wedgebrake.cli.assignments import parse_range
 from wedgebrake.cli.continue_report import continue_report, continue_text
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
@@ -17,13 +18,15 @@ from wedgebrake.cli.output import finish
 from wedgebrake.cli.overrides import in_options
 from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import Study
 from wedgebrake.orbits.branch import Branch, check_step
 from wedgebrake.orbits.codim2 import boundary
 from wedgebrake.orbits.diagram import Followed, assemble, follow
 from wedgebrake.orbits.orbit import BranchPoint, Orbit, OrbitStatus
-from wedgebrake.orbits.problem import Range, make_ranges, value_of
+from wedgebrake.orbits.problem import Range, make_ranges, value_of, with_values
 from wedgebrake.orbits.shooting import check, orbit_to_follow
+from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.sweeps.progress import Progress
 from wedgebrake.sweeps.sweep import bifurcation, regime_map
 
@@ -48,6 +51,7 @@ class Order:
     over, second : texts of the parameter over which orbits are followed, and of that for their
                    bifurcations
     order        : of the first orbit; None: that of the steady motion
+    hopf         : whether the first branch begins at a Hopf point
     settings     : of the branches: switch, step, points
     beneath      : columns of simulated points beneath the picture; of a map, and rows
     """
@@ -56,6 +60,7 @@ class Order:
     over: list[str] | None
     second: str | None
     order: int | None
+    hopf: bool
     settings: dict[str, Any]
     beneath: int | None
     picture: Path | None
@@ -134,11 +139,24 @@ def _ranges(asked: Order) -> tuple[Range, Range | None]:
 
 def _checked(asked: Order, second: Range | None) -> int:
     """The columns beneath the picture; the other options are checked as well."""
-    run, beneath = asked.study.run, asked.beneath
-    method = check(asked.study.system, asked.order, run.method, run.rtol)
+    system, beneath = asked.study.system, asked.beneath
+    method = check(system, asked.order, *_solver(asked.study))
     check_step(asked.settings["step"], asked.settings["points"])
+    crosses = isinstance(system, Machine) and system.autonomous
+    if asked.hopf and not crosses:
+        raise InputError(
+            "--hopf: needs a machine in which no signal varies in time, so that it can slide"
+            " steadily. Leave it out."
+        )
+    if asked.hopf and asked.order is not None:
+        raise InputError(f"--order {asked.order}: with --hopf the branch begins at the Hopf point.")
     if beneath is None:
-        columns = _COLUMNS if method == "exact" and second is None else 0
+        columns = _COLUMNS if method == "exact" and second is None and not crosses else 0
+    elif beneath and crosses:
+        raise InputError(
+            f"--beneath {beneath}: limit cycles are drawn by their amplitudes, for which there are"
+            " no simulated points. Leave it out."
+        )
     elif beneath == 0 or 2 <= beneath <= _MOST_COLUMNS:
         columns = beneath
     else:
@@ -154,20 +172,42 @@ def _checked(asked: Order, second: Range | None) -> int:
     return columns if asked.picture is not None else 0
 
 
-def _branches(asked: Order, over: Range, hear: _Hear) -> tuple[Orbit, list[Followed]]:
-    """The first orbit, and the branches."""
-    run = asked.study.run
+def _solver(study: Study) -> tuple[str | None, float]:
+    """Method and tolerance of a study."""
+    return study.run.method, getattr(study.run, "rtol", 1e-10)
+
+
+def _first(asked: Order, over: Range) -> Orbit | StabilityLimit:
+    """The first orbit, or the Hopf point."""
+    run, system = asked.study.run, asked.study.system
+    if asked.hopf:
+        try:
+            return hopf(system, over.name, between=(over.first, over.last))
+        except InputError as error:
+            raise InputError(f"--hopf: {error}") from None
     given = {
         name: getattr(run, name) for name in ("initial", "rtol") if name in run.model_fields_set
     }
-    system = asked.study.system.replace(**{over.name: over.first})
-    begin = orbit_to_follow(system, asked.order, method=run.method, **given)
+    begin = orbit_to_follow(
+        with_values(system, {over.name: over.first}), asked.order, method=run.method, **given
+    )  # fmt: skip
     if not begin.found:
-        ways_out = " In options: --order N, --set initial=[ANGLE,VELOCITY], or another FROM."
+        state = "" if asked.study.of_machine else " --set initial=[ANGLE,VELOCITY],"
+        ways_out = f" In options: --order N,{state} or another FROM."
+        if begin.status is OrbitStatus.STEADY_SLIDING:
+            ways_out = " In options: --hopf, another FROM, or --set another initial speed."
         raise InputError(
             f"--over {over.name}: at {over.name} = {over.first:g} there is no orbit to begin with."
             f" {begin.message}{'' if begin.status is OrbitStatus.AT_REST else ways_out}"
         )
+    return begin
+
+
+def _branches(
+    asked: Order, over: Range, hear: _Hear
+) -> tuple[Orbit | StabilityLimit, list[Followed]]:
+    """The first orbit, or the Hopf point, and the branches."""
+    begin = _first(asked, over)
     branches: list[Branch] = []
     count = 0
 
@@ -181,7 +221,13 @@ def _branches(asked: Order, over: Range, hear: _Hear) -> tuple[Orbit, list[Follo
         words = f"{count} orbits, branch {len(branches)} at {over.name} = {value:.6g}"
         hear(Stage(done, 100, words=words))
 
-    followed = follow(begin, over, **asked.settings, progress=tell)
+    first: Orbit | tuple[StabilityLimit, str, float]
+    if isinstance(begin, Orbit):
+        first = begin
+    else:
+        method, rtol = _solver(asked.study)
+        first = begin, machine_method(method, begin.machine), rtol
+    followed = follow(first, over, **asked.settings, progress=tell)
     count = sum(len(one.branch.points) for one in followed)
     many = "1 branch" if len(followed) == 1 else f"{len(followed)} branches"
     hear(Stage(100, 100, words=f"{count} orbits of {many}"))
@@ -214,13 +260,14 @@ def _simulated(
     study: Study, ranges: dict[str, tuple[float, float]], columns: int, hear: _Hear
 ) -> xr.Dataset:
     """Sweep or map drawn beneath the picture."""
-    settings: dict[str, Any] = {name: getattr(study.run, name) for name in _OF_RUN}
-    settings |= {name: np.linspace(*ends, columns) for name, ends in ranges.items()}
+    given = type(study.run).model_fields
+    settings: dict[str, Any] = {name: getattr(study.run, name) for name in _OF_RUN if name in given}
+    over = {name: np.linspace(*ends, columns) for name, ends in ranges.items()}
     if len(ranges) == 1:
-        return bifurcation(study.system, **settings, progress=hear)
+        return bifurcation(study.system, over, **settings, progress=hear)
     # Near a boundary motions settle slowly.
     settings |= {"transient": "auto", "limit": _PATIENCE}
-    return regime_map(study.system, **settings, progress=hear)
+    return regime_map(study.system, over, **settings, progress=hear)
 
 
 def _picture(

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.cli.output import describe, header, timed, with_unit
 from wedgebrake.dynamics.enums import MotionClass, motion_word
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario, stability_intervals
 from wedgebrake.orbits.diagram import Followed
-from wedgebrake.orbits.orbit import BranchPoint, Orbit
+from wedgebrake.orbits.orbit import BranchPoint, Orbit, orbit_name
 from wedgebrake.orbits.problem import Range
 
 if TYPE_CHECKING:
@@ -38,32 +40,32 @@ _SOURCE = (
 )
 _STABLE = (
     "  Stable: small disturbances die out. Other motions may coexist with a stable one; a sweep"
-    " over initial_angle and initial_velocity shows which is reached from which initial state."
+    " over the initial angle and velocity shows which is reached from which initial state."
 )
 
 
 def continue_report(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     over: Range,
-    start: Orbit,
+    start: Orbit | StabilityLimit,
     followed: list[Followed],
     boundaries: list[tuple[BranchPoint, xr.Dataset]] | None,
     speed: dict[str, Any],
 ) -> dict[str, Any]:
     """The data of ``continue --json``, without kind and settings.
 
-    start      : the first orbit
+    start      : the first orbit, or the Hopf point
     boundaries : (bifurcation, its boundary); None without a second parameter
     speed      : seconds, and whether with compilation of the kernels
     """
     numbers = _numbers(followed)
     return {
         **header(system),
-        "method": start.method,
+        "method": followed[0].branch.start.problem.method,
         "parameter": {"name": over.name, "unit": over.unit, "meaning": over.meaning},
         "range": [over.first, over.last],
         "answer": answer(over.name, followed),
-        "start": start.as_dict(),
+        "start": _start(start),
         "branches": [_branch(number, one) for number, one in enumerate(followed)],
         "bifurcations": [
             _bifurcation(numbers[id(point)], branch, point)
@@ -84,6 +86,15 @@ def continue_report(
         ],
         "speed": {"points": sum(len(one.branch.points) for one in followed), **speed},
         "files": {"picture": None, "data": None},
+    }
+
+
+def _start(start: Orbit | StabilityLimit) -> dict[str, Any]:
+    if isinstance(start, Orbit):
+        return start.as_dict()
+    found = start.as_dict()
+    return {"verdict": f"{start._headline()}."} | {
+        name: found[name] for name in found if name != "machine"
     }
 
 
@@ -113,7 +124,8 @@ def _interval(points: list[BranchPoint]) -> dict[str, Any]:
     for name in ("velocity_amplitude", "stick_share", "peak_torque"):
         values = [getattr(point.measures, name) for point in points]
         found[name] = [min(values), max(values)]
-    return found
+    periods = [point.period for point in points]
+    return found | {"period": [min(periods), max(periods)]}
 
 
 def _bifurcation(number: int, branch: int, point: BranchPoint) -> dict[str, Any]:
@@ -136,9 +148,21 @@ def _bifurcation(number: int, branch: int, point: BranchPoint) -> dict[str, Any]
 
 
 def _motion(point: BranchPoint) -> str:
-    """A periodic motion in words: "synchronous", "2T-periodic"."""
+    """A periodic motion in words: "synchronous", "2T-periodic", "limit cycle"."""
+    if _cycles(point.system):
+        return orbit_name(point.system, point.order)
     class_ = MotionClass.SYNCHRONOUS if point.order == 1 else MotionClass.PERIODIC
     return motion_word(class_, point.order)
+
+
+def _cycles(system: BrakedDriveline | Machine) -> bool:
+    """Return True for limit cycles: no signal varies."""
+    return isinstance(system, Machine) and system.autonomous
+
+
+def _named(point: BranchPoint) -> str:
+    """A motion in a sentence: "synchronous motion", "limit cycle"."""
+    return f"{_motion(point)}{'' if _cycles(point.system) else ' motion'}"
 
 
 def stable_stretches(one: Followed) -> list[tuple[int, int]]:
@@ -154,14 +178,18 @@ def stable_stretches(one: Followed) -> list[tuple[int, int]]:
 def answer(name: str, followed: list[Followed]) -> str:
     """Stable range of the first motion, and the motion that replaces it."""
     points, stretches = followed[0].branch.points, stable_stretches(followed[0])
-    motion, begin = _motion(points[0]), f"{name} = {points[0].value:.6g}"
+    motion, begin = _named(points[0]), f"{name} = {points[0].value:.6g}"
+    ranges = " and ".join(
+        f"from {name} = {points[low].value:.6g} to {points[high].value:.6g}"
+        for low, high in stretches
+    )
+    first = points[0].bifurcation
+    if first is not None and first.kind is Kind.HOPF:
+        text = f"At {begin} a limit cycle branches off steady sliding (Hopf)"
+        return f"{text}; it is {f'stable {ranges}' if ranges else 'unstable'}."
     if stretches and stretches[0][0] > 0:
-        ranges = " and ".join(
-            f"from {name} = {points[low].value:.6g} to {points[high].value:.6g}"
-            for low, high in stretches
-        )
-        return f"At {begin} the {motion} motion is unstable; on its branch it is stable {ranges}."
-    text = f"From {begin} on, the {motion} motion is {_course(name, followed[0])}."
+        return f"At {begin} the {motion} is unstable; on its branch it is stable {ranges}."
+    text = f"From {begin} on, the {motion} is {_course(name, followed[0])}."
     if not stretches or stretches[0][1] == len(points) - 1:
         return text
     number = _numbers(followed).get(id(points[stretches[0][1]]), -1)
@@ -170,8 +198,8 @@ def answer(name: str, followed: list[Followed]) -> str:
             course = "unstable at first: the system jumps to another motion"
             if any(low == 0 for low, _ in stable_stretches(one)):
                 course = _course(name, one)
-            new = _motion(one.branch.points[-1])
-            return f"{text} The {new} motion that branches off is {course}."
+            new = _named(one.branch.points[-1])
+            return f"{text} The {new} that branches off is {course}."
     return text
 
 
@@ -202,7 +230,7 @@ def _loss_of_stability(point: BranchPoint) -> str:
     return f"a bifurcation of friction ends its stability ({found.kind.value}{effect})"
 
 
-def continue_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
+def continue_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> str:
     """The report of ``continue_report`` as text."""
     parameter, (first, last) = report["parameter"], report["range"]
     name = parameter["name"]
@@ -210,9 +238,11 @@ def continue_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
         f"Followed: {name} from {first:.6g} to {last:.6g}{with_unit(parameter['unit'])}"
         f" ({parameter['meaning']}); method {report['method']}"
     )
-    verdict = f"Beginning, at {name} = {first:.6g}: {report['start']['verdict']}"
+    where = "" if "case" in report["start"] else f", at {name} = {first:.6g}"
+    verdict = f"Beginning{where}: {report['start']['verdict']}"
     lines = [report["answer"], "", describe(system, [name]), followed, verdict, ""]
-    lines += [*_branches(report), "", *_bifurcations(report)]
+    cycles = _cycles(system)
+    lines += [*_branches(report, cycles), "", *_bifurcations(report, cycles)]
     if report["boundaries"] is not None:
         lines += ["", *_boundaries(report)]
     found = report["bifurcations"]
@@ -227,7 +257,7 @@ def continue_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     return "\n".join([*lines, "", timed(f"{speed['points']} orbits", speed)])
 
 
-def _branches(report: dict[str, Any]) -> list[str]:
+def _branches(report: dict[str, Any], cycles: bool) -> list[str]:
     name = report["parameter"]["name"]
     lines = ["Branches of periodic motions, stable or not:"]
     for one in report["branches"]:
@@ -240,7 +270,7 @@ def _branches(report: dict[str, Any]) -> list[str]:
             f"  {one['number'] + 1}  {one['motion']}: begins at {name} = {begin['value']:.6g}"
             f" ({why}), ends at {end['value']:.6g} ({ended})"
         )
-        lines += [f"     stable for {name} = {_vibration(run)}" for run in one["stable"]]
+        lines += [f"     stable for {name} = {_vibration(run, cycles)}" for run in one["stable"]]
         if not one["stable"]:
             lines.append("     stable nowhere")
     if all(one["begin"]["why"] != "end of the range" for one in report["branches"]):
@@ -251,8 +281,8 @@ def _branches(report: dict[str, Any]) -> list[str]:
     return [*lines, _STABLE]
 
 
-def _vibration(run: dict[str, Any]) -> str:
-    """A stable interval and the vibration in it."""
+def _vibration(run: dict[str, Any], cycles: bool) -> str:
+    """A stable interval and the vibration in it, with its period if it is a limit cycle."""
 
     def span(ends: list[float]) -> str:
         low, high = (f"{one:.3g}" for one in ends)
@@ -264,12 +294,13 @@ def _vibration(run: dict[str, Any]) -> str:
     return (
         f"{low:.{digits}g} ... {high:.{digits}g}"
         f"  (velocity amplitude {span(run['velocity_amplitude'])} rad/s,"
-        f" brake torque up to {run['peak_torque'][1]:.4g} N m"
+        + (f" period {span(run['period'])} s," if cycles else "")
+        + f" brake torque up to {run['peak_torque'][1]:.4g} N m"
         + (f", sticking {span(sticking)} % of the time)" if sticking[1] > 0.0 else ")")
     )
 
 
-def _bifurcations(report: dict[str, Any]) -> list[str]:
+def _bifurcations(report: dict[str, Any], cycles: bool) -> list[str]:
     found, name = report["bifurcations"], report["parameter"]["name"]
     if not found:
         return ["Bifurcations: none"]
@@ -282,7 +313,8 @@ def _bifurcations(report: dict[str, Any]) -> list[str]:
         for one in found[:_MOST_LINES]
     ]  # fmt: skip
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = [f"Bifurcations: {len(found)}, along the branches (T: the period of the torque)"]
+    period = "" if cycles else " (T: the period of the torque)"
+    lines = [f"Bifurcations: {len(found)}, along the branches{period}"]
     lines += [
         "  " + "  ".join(f"{one:{width}}" for one, width in zip(row, widths, strict=True)).rstrip()
         for row in rows

@@ -203,8 +203,8 @@ OrbitOver = Annotated[
     list[str] | None,
     _option(
         "NAME=FROM:TO",
-        "Parameter over which the motion is followed: a parameter (inertia) or a group (eta, f, F0,"
-        " alpha). The first orbit is searched for at FROM.",
+        "Parameter over which the motion is followed: a parameter (inertia; of a machine"
+        " brake.slope) or a group (eta, f, F0, alpha). The first orbit is searched for at FROM.",
         "--over",
     ),
 ]
@@ -222,7 +222,16 @@ Order = Annotated[
     _option(
         "N",
         "Torque periods of the first orbit, which may then be unstable; initial of [run], if"
-        " given, is its initial guess. Default: those of the steady motion from initial (or rest).",
+        " given, is its initial guess. Default: those of the steady motion from initial (or rest)."
+        " Where no signal varies: returns of a speed to a level.",
+    ),
+]
+Hopf = Annotated[
+    bool,
+    typer.Option(
+        "--hopf",
+        help="Begin at the Hopf point of steady sliding between FROM and TO, with the limit cycles"
+        " that branch off there. For machines in which no signal varies.",
     ),
 ]
 Switch = Annotated[
@@ -240,8 +249,8 @@ Beneath = Annotated[
     _option(
         "N",
         "Columns of simulated points beneath the picture, as drawn by sweep; 0 for none; with"
-        " --and a map of N by N cells. Default: 200 beneath branches of method exact, otherwise"
-        " none.",
+        " --and a map of N by N cells. Default: 200 beneath branches of method exact that have a"
+        " period, otherwise none.",
     ),
 ]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from wedgebrake.cli.assignments import parse_axes, parse_changes
@@ -24,6 +23,12 @@ NOT_SWEPT_OF_MACHINES = {
     "duration": "belongs to simulate. For a sweep give --periods or --crossings.",
     "until": "belongs to simulate. Leave it out.",
 }
+NOT_CONTINUED_OF_MACHINES = {
+    **dict.fromkeys(
+        ("duration", "until"),
+        "belongs to simulate. An orbit lasts as many returns as --order says. Leave it out.",
+    ),
+}
 NOT_CONTINUED = {
     **dict.fromkeys(
         ("periods", "duration", "samples_per_period"),
@@ -36,33 +41,19 @@ NOT_CONTINUED = {
 }
 
 
-def load(
-    path: Path,
-    changes: Iterable[str] | None,
-    method: str | None = None,
-    unused: Mapping[str, str] = MappingProxyType({}),
-    options: Mapping[str, Any] = MappingProxyType({}),
-) -> Study:
-    """Read the study file of a braked driveline and apply ``--set`` and ``--method``.
-
-    unused  : settings that the command does not use, and their replacements
-    options : of the command; their names must not be set as well
-
-    Raises ``InputError``, including for the study of a machine.
-    """
-    study = load_study(path)
-    if study.of_machine:
-        raise InputError(
-            f"{path}: describes a machine ([[inertia]] ...). This command currently requires a"
-            " BrakedDriveline ([driveline] ...); simulate, sweep, stability and app accept"
-            " machines."
-        )
-    return _changed(study, changes, method, unused, options)
-
-
 def load_any(path: Path, changes: Iterable[str] | None, method: str | None = None) -> Study:
-    """Read the study file of a braked driveline or of a machine; otherwise as ``load``."""
+    """Read the study file of a driveline or of a machine, and apply ``--set`` and ``--method``.
+
+    Raises ``InputError``.
+    """
     return _changed(load_study(path), changes, method, {}, {})
+
+
+def load_for_orbits(path: Path, changes: Iterable[str] | None, method: str | None) -> Study:
+    """As ``load_any``, without settings that do not apply to orbits."""
+    study = load_study(path)
+    unused = NOT_CONTINUED_OF_MACHINES if study.of_machine else NOT_CONTINUED
+    return _changed(study, changes, method, unused, {})
 
 
 def _changed(
@@ -72,6 +63,11 @@ def _changed(
     unused: Mapping[str, str],
     options: Mapping[str, Any],
 ) -> Study:
+    """Apply ``--set`` and ``--method``.
+
+    unused  : settings that the command does not use, and their replacements
+    options : of the command; their names must not be set as well
+    """
     wanted = parse_changes(changes or (), study.system)
     if method is not None:
         if method not in METHODS:

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
 from wedgebrake.model.sweep_settings import joined
-from wedgebrake.model.validation import check_instance, check_number, check_whole, shown
+from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
 from wedgebrake.orbits.branch_switching import CLOSED, Mark, reached, way
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
@@ -23,6 +24,7 @@ from wedgebrake.orbits.discontinuity_induced import (
     restart,
 )
 from wedgebrake.orbits.event_changes import bifurcation_of, corner, first_change, turned
+from wedgebrake.orbits.hopf_start import check_limit, first_cycle
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.palc import (
     CurvePoint,
@@ -33,8 +35,9 @@ from wedgebrake.orbits.palc import (
     first_vanishing,
     smooth_bifurcations,
 )
-from wedgebrake.orbits.problem import FloatArray, make_ranges, value_of, with_values
+from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, value_of, with_values
 from wedgebrake.orbits.segment_orbit import violated
+from wedgebrake.solvers.machine.simulate import machine_method
 
 STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
@@ -45,6 +48,8 @@ _SHORTEST = 1e-6
 _TURN, _ANY_TURN = 0.95, 1e-3
 # Smooth bifurcations are detected up to this share of the way to a discontinuity-induced one.
 _SHORT_OF = 1.0 - 1e-6
+# Component of a direction that is rounding.
+_LEVEL = 1e-8
 # Scales that have changed by this factor are renewed.
 _OUTGROWN = 1.5
 # Share of its largest size below which an orbit is a point.
@@ -56,19 +61,23 @@ NOTHING_FURTHER = "no orbit was found further on"
 
 
 def continuation(
-    orbit: Orbit,
+    orbit: Orbit | StabilityLimit,
     over: Mapping[str, tuple[float, float]] | None = None,
     *,
     step: float = STEP,
     points: int = POINTS,
+    method: str | None = None,
+    rtol: float = 1e-10,
     **parameter: tuple[float, float],
 ) -> Branch:
     """The branch of an orbit over a parameter, as an iterator (docs/theory.md, section 13).
 
     Parameters
     ----------
-    orbit : Orbit
-        Start of the branch, as found by ``wb.orbit``.
+    orbit : Orbit or StabilityLimit
+        Start of the branch, as found by ``wb.orbit``, or a Hopf point of steady sliding, as found
+        by ``wb.hopf``: the branch of the limit cycles that begin there, stable or not. Its
+        parameter must be that of the limit.
     over : mapping
         The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
         same as a keyword, for names with a dot.
@@ -76,10 +85,12 @@ def continuation(
         Longest step along the branch, as a share of the range.
     points : int
         Largest number of points, including bifurcations.
+    method, rtol
+        With a limit, as for ``wb.orbit``; an orbit has its own.
     **parameter : (float, float)
         One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
         starts at the orbit's own value towards the second end, and ends where it leaves the
-        range or closes.
+        range or closes. From a limit it goes where the limit cycles are.
 
     Returns
     -------
@@ -89,9 +100,17 @@ def continuation(
 
     Raises ``InputError`` for invalid arguments, or an orbit that was not found.
     """
-    check_instance("orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system)")
+    if isinstance(orbit, StabilityLimit):
+        (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
+        chosen = machine_method(method, orbit.machine)
+        return from_limit(orbit, along, chosen, float(rtol), step=step, points=points)
+    check_instance(
+        "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or that of wb.hopf"
+    )
     if orbit._solution is None:
         raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
+    if method not in (None, orbit.method):
+        raise wrong("method", method, f"{orbit.method!r}, the method of the orbit")
     check_step(step, points)
     parameter = joined(over, parameter)
     (along,) = make_ranges(orbit.system, parameter, 1)
@@ -108,6 +127,22 @@ def continuation(
         equations, unknowns = equations.whole(unknowns)
     problem = orbit._solution.problem.over((along.name,), (along.scale,))
     start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
+    return _branch(start, along, step, points)
+
+
+def from_limit(
+    limit: StabilityLimit, along: Range, method: str, rtol: float, *, step: float, points: int
+) -> Branch:
+    """The branch of the limit cycles that begin at a Hopf point.
+
+    Raises ``InputError`` if there is none.
+    """
+    check_step(step, points)
+    check_limit(limit, along)
+    return _branch(first_cycle(limit, along, method, rtol), along, step, points)
+
+
+def _branch(start: BranchPoint, along: Range, step: float, points: int) -> Branch:
     longest = float(step) * along.scale / along.exact_scale
     return Branch(start, along.bounds, along.last > along.first, longest, int(points))
 
@@ -166,7 +201,11 @@ class Branch(Result, Iterator[BranchPoint]):
         self._has_parent = True
         self._has_parent = not self._parent_of(self._now, COLLAPSED)
         self._arclength = start.arclength
-        self._queue.append(self._point(self._now))
+        first = self._point(self._now)
+        if start.bifurcation is not None:
+            # A Hopf point, which is located better than by the smallest orbit beside it.
+            first = replace(first, values=start.values, bifurcation=start.bifurcation)
+        self._queue.append(first)
 
     @property
     def step(self) -> float:
@@ -415,7 +454,7 @@ class Branch(Result, Iterator[BranchPoint]):
         passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
         self._arclength += float(np.linalg.norm(beyond.y - step.start.y))
         self._queue.extend(passed)
-        found = self._change_between(at, beyond, Scenario.PERSISTENCE)
+        found = self._change_between(at, beyond, _scenario(at, beyond))
         if found is not None:
             self._queue.append(self._point(at, found))
         self._now = beyond
@@ -450,9 +489,7 @@ class Branch(Result, Iterator[BranchPoint]):
             self._queue.append(self._point(self._now, known))
             self._next_end = f"{known.kind.value}, beyond which the motion jumps"
             return True
-        came, goes = self._now.direction[-1], point.direction[-1]
-        scenario = Scenario.PERSISTENCE if came * goes > 0.0 else Scenario.FOLD
-        known = self._change_between(self._now, point, scenario)
+        known = self._change_between(self._now, point, _scenario(self._now, point))
         if known is not None:
             y = corner(self._now, point)
             there = replace(self._point(self._now, known), values=self._curve.solution(y).values)
@@ -494,6 +531,14 @@ class Branch(Result, Iterator[BranchPoint]):
         self._queue.extend([located, self._point(self._now)])
         self._length = StepLength(self.largest)
         return True
+
+
+def _scenario(at: CurvePoint, beyond: CurvePoint) -> Scenario:
+    """Whether the parameter turns back at a change of the events."""
+    came, goes = at.direction[-1], beyond.direction[-1]
+    # At one value of the parameter, as for a family of small orbits, its direction is rounding.
+    turns = came * goes < 0.0 and min(abs(came), abs(goes)) > _LEVEL
+    return Scenario.FOLD if turns else Scenario.PERSISTENCE
 
 
 def _change(before: dict[str, float], after: dict[str, float]) -> str:

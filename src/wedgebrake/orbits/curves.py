@@ -176,7 +176,8 @@ class OrbitCurve:
     def __init__(self, through: OrbitSolution) -> None:
         self.equations, self.problem = through.equations, through.problem
         sizes = self.equations.scales(through.unknowns, through.kernel_problem)
-        sizes = sizes * np.sqrt(self.equations.size)
+        # An orbit that grows from a point has no size of its own.
+        sizes = np.maximum(sizes, self.problem.size) * np.sqrt(self.equations.size)
         self.scales: FloatArray = np.concatenate((sizes, self.problem.scales))
         self._solutions: dict[bytes, OrbitSolution] = {}
 

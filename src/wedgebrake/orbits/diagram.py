@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
+from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_whole
-from wedgebrake.orbits.branch import LONGEST_STEP, POINTS, STEP, Branch, continuation
+from wedgebrake.model.validation import check_instance, check_whole, wrong
+from wedgebrake.orbits.branch import LONGEST_STEP, POINTS, STEP, Branch, continuation, from_limit
 from wedgebrake.orbits.branch_switching import CLOSED, leaving, lies_on, marks
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, with_values
 from wedgebrake.orbits.shooting import check, orbit, orbit_to_follow
+from wedgebrake.solvers.machine.simulate import machine_method
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +68,7 @@ class Followed:
 
 
 def branches(
-    system: BrakedDriveline | Machine,
+    system: BrakedDriveline | Machine | StabilityLimit,
     over: Mapping[str, tuple[float, float]] | None = None,
     *,
     order: int | None = None,
@@ -84,8 +86,9 @@ def branches(
 
     Parameters
     ----------
-    system : BrakedDriveline or Machine
-        System whose parameter varies.
+    system : BrakedDriveline, Machine or StabilityLimit
+        System whose parameter varies; or a Hopf point of its steady sliding, as found by
+        ``wb.hopf``, at which the first branch begins. Its parameter must be that of the limit.
     over : mapping
         The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
         same as a keyword, for names with a dot.
@@ -93,8 +96,9 @@ def branches(
         One SI parameter or group with its ends, for example ``eta=(12, -60)``. The first
         branch begins at the first end.
     order, initial, method, rtol
-        Of the first orbit, as for ``wb.orbit``. If the motion is still irregular after the
-        longest transient of ``wb.orbit``, the first orbit is a stable one near that motion.
+        Of the first orbit, as for ``wb.orbit``; for a limit without ``order`` and ``initial``.
+        If the motion is still irregular after the longest transient of ``wb.orbit``, the first
+        orbit is a stable one near that motion.
     switch : int
         Levels of branches that leave other branches (at period doublings, symmetry breakings,
         branch points, and where the motion jumps): 0 none, 1 those that leave the first, ...
@@ -117,12 +121,20 @@ def branches(
 
     Raises ``InputError`` for invalid arguments, and if there is no orbit at the first end.
     """
+    settings: Any = {"switch": switch, "opposite": opposite, "step": step, "points": points}
+    if isinstance(system, StabilityLimit):
+        if order is not None or initial is not None:
+            name = "order" if order is not None else "initial"
+            raise wrong(name, order or initial, "left out: the branch begins at the limit")
+        (along,) = make_ranges(system.machine, joined(over, parameter), 1)
+        check(system.machine, None, method, rtol)
+        begin = system, machine_method(method, system.machine), float(rtol)
+        followed = follow(begin, along, **settings, progress=progress)
+        return assemble(system.machine, along, followed)
     check(system, order, method, rtol)
     (along,) = make_ranges(system, joined(over, parameter), 1)
     first = first_orbit(system, along, order=order, initial=initial, method=method, rtol=rtol)
-    followed = follow(
-        first, along, switch=switch, opposite=opposite, step=step, points=points, progress=progress
-    )
+    followed = follow(first, along, **settings, progress=progress)
     return assemble(system, along, followed)
 
 
@@ -140,7 +152,7 @@ def first_orbit(system: BrakedDriveline | Machine, over: Range, **settings: Any)
 
 
 def follow(
-    first: Orbit,
+    first: Orbit | tuple[StabilityLimit, str, float],
     over: Range,
     *,
     switch: int = SWITCH,
@@ -151,17 +163,23 @@ def follow(
 ) -> list[Followed]:
     """The branches themselves, in the order in which they were found.
 
-    first : an orbit at the first end of the range
+    first : an orbit at the first end of the range; or a limit of stability at which limit cycles
+            begin, with method and rtol
     """
     check_whole("switch", switch, 0, _MOST_LEVELS)
     check_instance("opposite", opposite, bool)
     diagram = _Diagram(over, {"step": step, "points": points}, progress)
-    diagram.add_from(first, (over.first, over.last), -1, "begin of the range")
+    if isinstance(first, Orbit):
+        diagram.add_from(first, (over.first, over.last), -1, "begin of the range")
+        system, method, rtol = first.system, first.method, first.rtol
+    else:
+        diagram.add_limit_cycles(*first)
+        system, method, rtol = first[0].machine, *first[1:]
     diagram.add_descendants(switch)
     if opposite:
         other = orbit_to_follow(
-            with_values(first.system, {over.name: over.last}),
-            method=first.method, rtol=first.rtol, like=first,
+            with_values(system, {over.name: over.last}),
+            method=method, rtol=rtol, like=diagram.followed[0].branch.points[0],
         )  # fmt: skip
         if other.found and not diagram.contains(other.points, over.last):
             diagram.add_from(other, (over.last, over.first), -1, "end of the range")
@@ -194,6 +212,11 @@ class _Diagram:
         """Follow the branch of an orbit."""
         branch = continuation(found, {self._over.name: ends}, **(self._settings | settings))
         return self._add(branch, origin, begin)
+
+    def add_limit_cycles(self, limit: StabilityLimit, method: str, rtol: float) -> Branch:
+        """Follow the branch of the limit cycles that begin at a Hopf point."""
+        branch = from_limit(limit, self._over, method, rtol, **self._settings)
+        return self._add(branch, -1, "Hopf point of steady sliding")
 
     def _add(self, branch: Branch, origin: int, begin: str) -> Branch:
         """Follow a branch to its end; it does not retrace the others."""
@@ -333,6 +356,7 @@ def assemble(
             "kind": "orbits",
             "parameter": over.dim,
             "range": [over.first, over.last],
+            "section": "crossing" if points[0].problem.crossing is not None else "period",
             **provenance(system, points[0].problem.method),
         },
     )

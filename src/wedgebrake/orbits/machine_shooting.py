@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
+from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.analysis.machine_motion.section import crossing
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
@@ -21,7 +22,7 @@ from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 # Natural periods in which a motion of unknown period is looked at, and returns that are recorded.
 _LOOK, _RECORDED = 8.0, 400
 # Time until a return, as a multiple of the period of the motion, after which there is none.
-_PATIENCE = 100.0
+PATIENCE = 100.0
 # Beyond one period, so that rounding does not hide its last crossing; entries that are rounding.
 _ONE_PERIOD, _ROUNDING = 1.0 - 1e-6, 1e-9
 
@@ -100,7 +101,7 @@ def _problem(
     if not math.isfinite(period):
         period = _LOOK * 2.0 * math.pi / (plain.space.frequency or 1.0)
     return OrbitProblem(
-        machine, method=plain.method, rtol=plain.rtol, longest=_PATIENCE * period,
+        machine, method=plain.method, rtol=plain.rtol, longest=PATIENCE * period,
         crossing=section or _choose(machine, plain, state, period),
     )  # fmt: skip
 
@@ -119,15 +120,10 @@ def _choose(machine: Machine, plain: OrbitProblem, state: FinalState, period: fl
     chosen; among equals, the one with the fewest sticks there, and then with the largest range.
     """
     space = plain.space
-    n, states = len(machine.inertias), space.to.shape[1]
-    rates = np.zeros((space.speeds.start + n, states))
-    rates[: space.speeds.start, n : 2 * n] = space.to[: space.speeds.start, :n]
-    rates[space.speeds.start :, n : 2 * n] = np.eye(n)
-    turns = rates[:, n : 2 * n] @ (np.eye(states) - space.back @ space.to)[:n, :n]
-    rates = rates[np.abs(turns).max(axis=1) <= _ROUNDING * np.abs(rates).max(axis=1)]
-    rates /= np.linalg.norm(rates @ space.back, axis=1)[:, None]
     chosen: list[tuple[int, int, float, Crossing]] = []
-    sections = [Crossing(tuple(map(float, row)), 0.0) for row in rates]
+    sections = [
+        Crossing(tuple(map(float, row)), 0.0) for row in restrained_rates(machine, space)
+    ]  # fmt: skip
     for section in sections:
         row = np.array(section.row)
         course = _course(plain, state, row[None, :])
@@ -140,6 +136,20 @@ def _choose(machine: Machine, plain: OrbitProblem, state: FinalState, period: fl
         return min(chosen, key=lambda one: one[:3])[3]
     course = _course(plain, state, space.to)
     return crossing(course.advance(None, duration=period), space)
+
+
+def restrained_rates(machine: Machine, space: Coordinates) -> FloatArray:
+    """Rates of angles that shafts restrain, as rows of factors of the states.
+
+    These are the rates of the scaled angles, and the speeds of inertias that cannot turn freely.
+    """
+    n, states = len(machine.inertias), space.to.shape[1]
+    rates = np.zeros((space.speeds.start + n, states))
+    rates[: space.speeds.start, n : 2 * n] = space.to[: space.speeds.start, :n]
+    rates[space.speeds.start :, n : 2 * n] = np.eye(n)
+    turns = rates[:, n : 2 * n] @ (np.eye(states) - space.back @ space.to)[:n, :n]
+    rates = rates[np.abs(turns).max(axis=1) <= _ROUNDING * np.abs(rates).max(axis=1)]
+    return np.asarray(rates / np.linalg.norm(rates @ space.back, axis=1)[:, None])
 
 
 def _crossings(problem: OrbitProblem, state: FinalState, period: float) -> int:

@@ -187,8 +187,8 @@ class Orbit(Result):
         if not self.found:
             return self.message
         sizes = " and ".join(_shown(one) for one in self.multipliers)
-        text = f"{order_name(self.order)} orbit, {'stable' if self.stable else 'unstable'}"
-        text += f": multipliers {sizes}"
+        text = f"{orbit_name(self.system, self.order)}, {'stable' if self.stable else 'unstable'}"
+        text += f": multipliers {sizes}" if sizes else ""
         if not self.sequence:
             return f"{text}."
         count = len(self.sequence.split())
@@ -198,9 +198,9 @@ class Orbit(Result):
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
         names = (
-            "order", "method", "angle", "velocity", "stable", "sequence", "velocity_amplitude",
-            "angle_amplitude", "stick_share", "sticks_forward", "sticks_backward", "events",
-            "peak_torque", "message", "verdict",
+            "order", "method", "period", "angle", "velocity", "stable", "sequence",
+            "velocity_amplitude", "angle_amplitude", "stick_share", "sticks_forward",
+            "sticks_backward", "events", "peak_torque", "message", "verdict",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names} | {
             "status": self.status.value,
@@ -277,9 +277,10 @@ class BranchPoint(Result, OrbitSolution):
 
     def _headline(self) -> str:
         at = ", ".join(f"{name} = {value:.9g}" for name, value in self._parameters())
+        name = orbit_name(self.system, self.order)
         if self.bifurcation is not None:  # there an orbit is neither stable nor unstable
-            return f"{at}: {self.bifurcation.kind.value} of a {order_name(self.order)} orbit"
-        return f"{at}: {order_name(self.order)} orbit, {'stable' if self.stable else 'unstable'}"
+            return f"{at}: {self.bifurcation.kind.value} of a {name}"
+        return f"{at}: {name}, {'stable' if self.stable else 'unstable'}"
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         for name, value in self._parameters():
@@ -294,9 +295,11 @@ class BranchPoint(Result, OrbitSolution):
             yield "bifurcation", self.bifurcation, ""
 
 
-def order_name(order: int) -> str:
-    """Name of an order: "synchronous", "2T-periodic"."""
-    return "synchronous" if order == 1 else f"{order}T-periodic"
+def orbit_name(system: Any, order: int) -> str:
+    """Name of an orbit: "synchronous orbit", "2T-periodic orbit", "limit cycle"."""
+    if isinstance(system, Machine) and system.autonomous:
+        return "limit cycle" if order == 1 else f"limit cycle of {order} crossings"
+    return "synchronous orbit" if order == 1 else f"{order}T-periodic orbit"
 
 
 def _shown(one: complex) -> str:

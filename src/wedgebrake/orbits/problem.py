@@ -130,6 +130,8 @@ class OrbitProblem:
     rtol   : tolerance of "smooth"
     crossing, longest : of a self-excited machine, its section and the longest time between two
                         returns [s]
+    size   : of a self-excited machine, a typical size of its orbits, as ``ReturnMap.scales``; 0 if
+             not known
     """
 
     def __init__(
@@ -142,10 +144,11 @@ class OrbitProblem:
         rtol: float,
         crossing: Crossing | None = None,
         longest: float = math.inf,
+        size: float = 0.0,
     ) -> None:
         self.base, self.names, self.scales = system, names, scales
         self.method, self.rtol = method, rtol
-        self.crossing, self.longest = crossing, longest
+        self.crossing, self.longest, self.size = crossing, longest, size
         if isinstance(system, Machine):
             from wedgebrake.analysis.machine_motion.coordinates import coordinates
 
@@ -156,7 +159,7 @@ class OrbitProblem:
         """The same with parameters that vary."""
         return OrbitProblem(
             self.base, names, scales, method=self.method, rtol=self.rtol,
-            crossing=self.crossing, longest=self.longest,
+            crossing=self.crossing, longest=self.longest, size=self.size,
         )  # fmt: skip
 
     def system(self, values: tuple[float, ...]) -> Any:
@@ -265,11 +268,16 @@ def make_ranges(
     return ranges
 
 
-def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
+def followable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
+    """Parameters over which orbits can be followed, with unit and meaning: no initial states."""
     initial: Any = INITIAL
     if isinstance(system, Machine):
         initial = [f"{one.name}.{part}" for one in system.inertias for part in ("angle", "speed")]
-    allowed = {key: value for key, value in sweepable(system).items() if key not in initial}
+    return {key: value for key, value in sweepable(system).items() if key not in initial}
+
+
+def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
+    allowed = followable(system)
     if name not in allowed:
         raise InputError(f"{name}: no parameter to follow orbits over. {nearest(name, allowed)}")
     pair = isinstance(ends, tuple | list) and len(ends) == 2

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.classify_driveline import classify_driveline
-from wedgebrake.analysis.motion import as_machine, machine_method
+from wedgebrake.analysis.motion import as_machine
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.errors import InputError
@@ -26,6 +26,7 @@ from wedgebrake.orbits.segment_bvp import from_log, run
 from wedgebrake.orbits.stroboscopic_map import StroboscopicMap, iterate
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Crossing
+from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import check_limits, check_state, choose_method
 
 _MOST_ORDER = 512
@@ -108,18 +109,22 @@ def orbit_to_follow(
     initial: tuple[float, float] | FinalState | None = None,
     method: str | None = None,
     rtol: float = 1e-10,
-    like: Orbit | None = None,
+    like: OrbitSolution | None = None,
 ) -> Orbit:
     """First orbit of a branch: that of ``orbit``, or a stable one near an irregular motion.
 
     The duration of a chaotic transient depends on the last bits of the run. If the motion is
     still irregular after the longest transient, the result is the stable orbit of the fewest
     periods to which Newton's method converges from near returns of the motion, if there is one.
+
+    like : another orbit, with which it will be compared
     """
-    if isinstance(system, Machine) and like is not None and like._solution is not None:
+    if isinstance(system, Machine) and like is not None:
         # The same section, so that orbits can be compared.
-        section = like._solution.problem.crossing
-        return _of_machine(system, order, initial, LIMIT, (like.method, float(rtol)), section)
+        section = like.problem.crossing
+        return _of_machine(
+            system, order, initial, LIMIT, (like.problem.method, float(rtol)), section
+        )  # fmt: skip
     found = orbit(system, order, initial=initial, method=method, rtol=rtol)
     if found.status not in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_SETTLED):
         return found
@@ -146,7 +151,7 @@ def check(system: Any, order: Any, method: str | None, rtol: Any) -> str:
     if order is not None:
         check_whole("order", order, 1, _MOST_ORDER, "a whole number of returns")
     if isinstance(system, Machine):
-        return machine_method(method)
+        return machine_method(method, system)
     check_driveline(system)
     chosen = choose_method(system, method)
     if chosen == "ode14x":

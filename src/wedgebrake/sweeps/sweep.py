@@ -15,7 +15,6 @@ import numpy as np
 from wedgebrake.analysis.motion import (
     check_repeats,
     is_solved_as_machine,
-    machine_method,
     returns_of,
 )
 from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol
@@ -24,6 +23,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
+from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import check_state, choose_method
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
@@ -235,8 +235,8 @@ def make_plan(
     from wedgebrake.sweeps.plan import Plan
 
     if isinstance(system, Machine) or is_solved_as_machine(system, method):
-        as_machine, chosen = True, machine_method(method)
         machine = system if isinstance(system, Machine) else system.machine
+        as_machine, chosen = True, machine_method(method, machine)
         check_repeats(machine)
         periods = returns_of(machine, periods, crossings)
         name = "crossings" if machine.autonomous else "periods"

@@ -13,6 +13,7 @@ from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
     SlidingCase,
     machine_stability,
+    sliding_speeds,
 )
 from wedgebrake.analysis.linear_stability.modes import Mode
 from wedgebrake.errors import InputError
@@ -46,6 +47,8 @@ class StabilityLimit(Result):
                   released; then ``growth_rate`` is the value on one side
     mode        : the critical mode
     case        : the case of sliding that it belongs to, with all its modes
+    machine     : the machine at the limit, whose initial speeds are those of the steady sliding;
+                  ``wb.continuation`` and ``wb.branches`` follow the limit cycles that begin there
     """
 
     parameter: str
@@ -56,6 +59,7 @@ class StabilityLimit(Result):
     continuous: bool
     mode: Mode
     case: SlidingCase
+    machine: Machine
 
     @property
     def modes(self) -> tuple[Mode, ...]:
@@ -64,7 +68,8 @@ class StabilityLimit(Result):
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, complex numbers as [real, imaginary] pairs."""
-        return dict(vars(self)) | {"mode": self.mode.as_dict(), "case": self.case.as_dict()}
+        parts = ("mode", "case", "machine")
+        return dict(vars(self)) | {name: getattr(self, name).as_dict() for name in parts}
 
     def _headline(self) -> str:
         what = "Hopf point" if self.kind == "hopf" else "Divergence"
@@ -116,7 +121,10 @@ def hopf(
 
     low, high = _bracket(at, parameter, ends)
     value = boundary_between(at, low, high)
-    return _limit(at, parameter, value, abs(high - low))
+    there = machine.replace({parameter: value})
+    sliding = zip(machine.inertias, sliding_speeds(there, speeds).tolist(), strict=True)
+    there = there.replace({f"{one.name}.speed": speed for one, speed in sliding})
+    return _limit(at, parameter, value, abs(high - low), there)
 
 
 def _as_machine(system: Machine | BrakedDriveline) -> Machine:
@@ -202,9 +210,12 @@ def _growth(at: Callable[[float], _Value]) -> Callable[[float], float]:
 
 
 def _limit(
-    at: Callable[[float], _Value], parameter: str, value: float, width: float
+    at: Callable[[float], _Value], parameter: str, value: float, width: float, machine: Machine
 ) -> StabilityLimit:
-    """The result for a value at which the verdict changes."""
+    """The result for a value at which the verdict changes.
+
+    machine : that of the result
+    """
     growth = _growth(at)
     wide, narrow = (
         abs(growth(value + share * width) - growth(value - share * width))
@@ -227,4 +238,5 @@ def _limit(
         continuous=narrow <= _SHRUNK * wide,
         mode=mode,
         case=case,
+        machine=machine,
     )

@@ -151,7 +151,7 @@ def machine_stability(
     """Linear stability of a machine about sliding at given speeds; see ``wb.stability``."""
     cases = tuple(
         _case(machine, sliding, directions)
-        for sliding, directions in _patterns(machine, _speeds(machine, speeds))
+        for sliding, directions in _patterns(machine, sliding_speeds(machine, speeds))
     )
     existing = [one for one in cases if not one.locked]
     critical = max(existing, key=lambda one: one.growth_rate or 0.0, default=None)
@@ -225,7 +225,7 @@ def _possible(rows: FloatArray) -> bool:
     return bool(found.status == 0)
 
 
-def _speeds(machine: Machine, given: Any) -> FloatArray:
+def sliding_speeds(machine: Machine, given: Any) -> FloatArray:
     """The speeds of the inertias [rad/s]; by default the initial ones."""
     names = [one.name for one in machine.inertias]
     speeds = [one.speed for one in machine.inertias]

@@ -80,7 +80,7 @@ class OrbitBranches:
 
     @classmethod
     def of(
-        cls, dataset: xr.Dataset, quantity: str, beneath: xr.Dataset | None = None
+        cls, dataset: xr.Dataset, quantity: str | None = None, beneath: xr.Dataset | None = None
     ) -> OrbitBranches:
         """The branches of a result of ``wb.branches``.
 
@@ -91,6 +91,10 @@ class OrbitBranches:
             raise InputError(
                 f"dataset = {type(dataset).__name__}: must be the result of wb.branches(...)."
             )
+        if quantity is None:
+            # At a section that is a level of a speed, points tell little.
+            crosses = dataset.attrs.get("section") == "crossing"
+            quantity = "velocity_amplitude" if crosses else "velocity"
         if quantity not in QUANTITIES:
             raise InputError(f"quantity = {quantity!r}: {nearest(str(quantity), QUANTITIES)}")
         parameter = str(dataset.attrs["parameter"])

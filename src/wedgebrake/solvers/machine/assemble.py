@@ -11,7 +11,7 @@ import numpy as np
 
 from wedgebrake.dynamics.signals import OPERATION, TABLE, Operation, Signals
 from wedgebrake.errors import InputError
-from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import GROUND, Contact
@@ -21,6 +21,8 @@ from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
 from wedgebrake.solvers.machine.friction_lines import Line, curved_lines, lag_order, straight_lines
 from wedgebrake.solvers.machine.problem import CONTACT, LINE, TERMS, MachineProblem
 
+# Coefficient of the torque that a contact with a smooth law holds at rest.
+_HELD = 1e-12
 _MOST_CONTACTS = 12
 
 
@@ -184,11 +186,6 @@ def _contact(
 ) -> None:
     """Set the numbers of a contact, except its lines."""
     brake, friction, given = contact.brake, contact.friction, contact.actuation
-    if not isinstance(friction, SetValuedFriction):
-        raise InputError(
-            f"{contact.name}.friction = {type(friction).__name__}: must be CoulombFriction,"
-            " TabulatedFriction or StribeckFriction for machines."
-        )
     row["a"] = machine.index(contact.a)
     row["b"] = -1 if contact.b == GROUND else machine.index(contact.b)
     row["force"], row["initial_force"] = _input(given.initial_force, start, programs)
@@ -203,10 +200,14 @@ def _contact(
     low, high = given.limits or (-math.inf, math.inf)
     row["lowest"] = max(low, 0.0) if given.release else low
     row["highest"] = high
-    mu = friction.kinetic_at(0.0)
+    # Smooth laws hold no torque at rest. One above rounding lets a contact at rest wait until its
+    # direction is decided.
+    mu, breakaway = 0.0, _HELD
+    if isinstance(friction, SetValuedFriction):
+        mu, breakaway = friction.kinetic_at(0.0), friction.breakaway
     for name, m in (
         ("forward", mu), ("backward", -mu),
-        ("breakaway_forward", friction.breakaway), ("breakaway_backward", -friction.breakaway),
+        ("breakaway_forward", breakaway), ("breakaway_backward", -breakaway),
     ):  # fmt: skip
         row[name] = brake.radius * brake.amplification(m)
     if given.sample_time is not None:
@@ -231,7 +232,8 @@ def _set_lines(contacts: Any, machine: Machine, curved: bool) -> list[Line]:
     """Return the lines of all contacts, and set their numbers; ``curve`` is 0 if it has curves."""
     lines: list[Line] = []
     for row, one in zip(contacts, machine.contacts, strict=True):
-        bends = curved and not one.friction.constant
+        smooth = isinstance(one.friction, SmoothFriction)
+        bends = curved and (smooth or not one.friction.constant)
         row["curve"] = 0 if bends else -1
         found = curved_lines(one) if bends else straight_lines(one)
         row["first_line"] = len(lines)

@@ -7,6 +7,8 @@ approximated to rounding by polynomials on consecutive pieces.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -17,7 +19,8 @@ from numpy.typing import NDArray
 from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
-from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.brakes import Brake
+from wedgebrake.model.friction import CustomFriction, SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.signals import as_signal
 from wedgebrake.solvers.machine.problem import MOST_DEGREE
@@ -35,6 +38,10 @@ _LOCKED = 1e6
 # Ratio of the speeds at which a curve is compared with a constant, or looked at for self-locking.
 _RATIO = 1.25
 _MOST_PIECES = 20_000
+# Ends of pieces around a narrow feature, as multiples of its half width.
+_AROUND = (-8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0)
+# Curves that are remembered, each direction for itself.
+_REMEMBERED = 64
 
 # Chebyshev points with both ends, so that pieces meet; the matrix from values there to coefficients
 # of powers; and points between them at which a piece is compared with the curve.
@@ -67,6 +74,12 @@ def lag_order(given: Actuation) -> int:
 def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
     """Straight lines of the torque forwards and backwards, if friction depends on the speed."""
     friction, given = contact.friction, contact.actuation
+    if isinstance(friction, SmoothFriction):
+        raise InputError(
+            f"{contact.name}.friction = {type(friction).__name__}: is a curve through zero, without"
+            " straight lines for the method 'exact'. Use method='smooth', or CoulombFriction.",
+            name="method", value="exact", allowed="'smooth'",
+        )  # fmt: skip
     if friction.constant or not isinstance(friction, SetValuedFriction):
         return [], []
     simple = (
@@ -97,19 +110,30 @@ def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
 class _Curve:
     """The torque divided by the force, as a function of the sliding speed in m/s."""
 
-    def __init__(self, contact: Contact, friction: SetValuedFriction, side: float) -> None:
-        self.name = f"{contact.name}.friction"
-        self.brake, self.friction, self.side = contact.brake, friction, side
+    def __init__(self, contact: str, brake: Brake, friction: Any, side: float) -> None:
+        self.name = f"{contact}.friction"
+        self.brake, self.friction, self.side = brake, friction, side
+        self.smooth = isinstance(friction, SmoothFriction)
+        # Up to a speed, the straight line of a law of the user's own; 0 for other laws.
+        self.near = self.slope = 0.0
+        if isinstance(friction, CustomFriction):
+            self.near, forwards, backwards = friction.shape()
+            self.slope = forwards if side > 0.0 else backwards
         at_rest = abs(self(0.0))
         self.size = at_rest if math.isfinite(at_rest) else 0.0
 
     def coefficient(self, speed: float) -> float:
         """The kinetic coefficient, checked."""
-        mu = float(self.friction.kinetic_at(speed))
+        if speed < self.near:
+            mu = self.slope * speed
+        elif self.smooth:
+            mu = self.side * self.friction.coefficient(self.side * speed) + 0.0
+        else:
+            mu = float(self.friction.kinetic_at(speed))
         if not 0.0 <= mu < math.inf:
             raise InputError(
-                f"{self.name}.kinetic_at({speed:g}) = {mu!r}: must be finite and not negative. The"
-                " sign of the friction follows the direction of motion; give magnitudes.",
+                f"{self.name}: is {mu!r} at the sliding speed {speed:g} m/s: must be finite and"
+                " not negative. The sign of the friction follows the direction of motion.",
                 name=self.name, value=mu, allowed="a number that is not negative",
             )  # fmt: skip
         return mu
@@ -136,25 +160,51 @@ class _Curve:
 
 def curved_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
     """Pieces of the curve forwards and backwards, if friction depends on the speed."""
-    return _pieces(contact, 1.0), _pieces(contact, -1.0)
+    given = contact.name, contact.brake, contact.friction
+    pieces: Any = _pieces
+    try:
+        hash(given)
+    except TypeError:  # a law of the user's own, with parameters such as lists
+        pieces = _pieces.__wrapped__
+    return pieces(*given, 1.0), pieces(*given, -1.0)
 
 
-def _pieces(contact: Contact, side: float) -> list[Line]:
-    """Pieces of the curve of one direction of sliding, +1 forwards or -1 backwards."""
-    friction: Any = contact.friction
-    curve = _Curve(contact, friction, side)
+@lru_cache(_REMEMBERED)
+def _pieces(name: str, brake: Brake, friction: Any, side: float) -> list[Line]:
+    """Pieces of the curve of one direction of sliding, +1 forwards or -1 backwards.
+
+    They are remembered, because sweeps and branches of orbits assemble many machines with the same
+    friction.
+    """
+    curve = _Curve(name, brake, friction, side)
     first = curve.coefficient(0.0)
-    if friction.breakaway < first * (1.0 - _ERROR):
+    if curve.smooth and first != 0.0:
+        raise InputError(
+            f"{curve.name}: is {first!r} at rest: must be 0 there, as a smooth law. Use"
+            " CoulombFriction for friction that jumps at rest.",
+            name=curve.name, value=first, allowed="0 at rest",
+        )  # fmt: skip
+    if not curve.smooth and friction.breakaway < first * (1.0 - _ERROR):
         raise InputError(
             f"{curve.name}.breakaway = {friction.breakaway!r}: must be at least the kinetic"
             f" coefficient at rest, {first!r}. Raise it.",
             name=f"{curve.name}.breakaway", value=friction.breakaway, allowed=f">= {first!r}",
         )  # fmt: skip
-    bends = sorted(float(one) for one in friction.bends if 0.0 < one < _FASTEST)
+    bends = sorted(float(one) for one in _bends(curve) if 0.0 < one < _FASTEST)
     found: list[Line] = []
     for low, high in pairwise([0.0, *bends, _FASTEST]):
         _append_pieces(curve, low, high, found)
     return found
+
+
+def _bends(curve: _Curve) -> Iterator[float]:
+    """Sliding speeds at which pieces end: kinks, and around narrow features [m/s]."""
+    if not curve.smooth:
+        yield from curve.friction.bends
+        return
+    yield curve.near
+    for speed, width in curve.friction.narrow_places:
+        yield from (speed + share * width for share in _AROUND)
 
 
 def _append_pieces(curve: _Curve, low: float, high: float, found: list[Line]) -> None:
@@ -206,7 +256,10 @@ def _fit(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, flo
     checks = curve.values(np.append(middle + half * _CHECKS, _nearer(low, high)))
     if not np.all(np.isfinite(values)) or not np.all(np.isfinite(checks)):
         return Line(low, 0.0, 0.0), math.inf
-    room = max(curve.room(low, np.append(values, checks)), math.ulp(0.0))
+    # A law that is steep far from rest multiplies the rounding of the speed.
+    steepest = float(np.max(np.abs(np.diff(values) / np.diff(half * _POINTS))))
+    room = curve.room(low, np.append(values, checks)) + _ROUNDING * high * steepest
+    room = max(room, math.ulp(0.0))
     terms = _TO_CHEBYSHEV @ values
     used = np.flatnonzero(np.cumsum(np.abs(terms[::-1]))[::-1] > 0.05 * room)
     degree = int(used[-1]) if used.size else 0
@@ -250,7 +303,7 @@ def _locked(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, 
 def _not_smooth(curve: _Curve, speed: float) -> InputError:
     """The exception for a friction law that is not a smooth curve."""
     return InputError(
-        f"{curve.name}.kinetic_at: is not smooth near the sliding speed {speed:g} m/s. State the"
-        " speeds of its kinks in bends; a jump must become a short slope.",
+        f"{curve.name}: is not smooth near the sliding speed {speed:g} m/s. State the speeds of its"
+        " kinks in bends, and of its narrow features in narrow; a jump must become a short slope.",
         name=curve.name, value=type(curve.friction).__name__, allowed="a smooth curve",
     )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import check_choice, check_instance, check_number, check_whole
 from wedgebrake.solvers.interrupts import interruptible
@@ -47,7 +48,7 @@ def simulate_machine(
     check_number("start_time", start_time, -_LONGEST, _LONGEST)
     if until is not None:
         check_choice("until", until, ["rest"])
-    method = "exact" if method is None else check_choice("method", method, METHODS)
+    method = machine_method(method, machine)
     if duration is None:
         raise InputError(
             "duration = None: must be a number of seconds for a machine, the maximum with"
@@ -71,6 +72,14 @@ def simulate_machine(
     from wedgebrake.solvers.machine.response import dataset
 
     return dataset(machine, task, answer)
+
+
+def machine_method(method: str | None, machine: Machine) -> str:
+    """The method for a machine, checked; by default "smooth" with smooth laws, else "exact"."""
+    if method is not None:
+        return check_choice("method", method, METHODS)
+    smooth = any(isinstance(one.friction, SmoothFriction) for one in machine.contacts)
+    return "smooth" if smooth else "exact"
 
 
 def solved(machine: Machine, task: MachineTask, **options: Any) -> MachineAnswer:

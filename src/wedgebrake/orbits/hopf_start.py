@@ -1,0 +1,228 @@
+"""First orbit of the branch of limit cycles that begins at a Hopf point of steady sliding.
+
+Steady sliding is a fixed point of the flow over any time, and its small vibration an eigenvector
+of the derivative there. Both are taken from the flow that the orbits follow. With the straight
+lines of the exact method the Hopf point therefore lies where these lines have it: where sliding
+crosses a kink, or at one value for all small orbits.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
+from wedgebrake.analysis.machine_motion.coordinates import Coordinates
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind
+from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.machine_shooting import PATIENCE, restrained_rates
+from wedgebrake.orbits.orbit import BranchPoint
+from wedgebrake.orbits.palc import FAILED, corrected
+from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem, Range
+from wedgebrake.orbits.return_map import ReturnMap
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every
+
+# Times of the flow, as shares of the period of the vibration: one in which no contact turns, to
+# come near to steady sliding, and one that tells the vibration from others.
+_SHORT, _QUARTER = 1e-4, 0.25
+# Steps of Newton's method for steady sliding, and its last step relative to the speeds.
+_STEPS, _STEADY = 40, 1e-12
+# Distances of the Hopf point of the flow from that of the linear verdict, as shares of the range.
+_NEAREST, _FURTHEST, _FACTOR = 1e-9, 0.2, 2.0
+_HALVINGS = 60
+# Sizes of the first orbit, as shares of that at which a contact would come to rest.
+_SIZES = (1e-3, 3e-3, 3e-4, 1e-2, 3e-2, 0.1, 0.3)
+
+
+class Vibration(NamedTuple):
+    """Small vibration about steady sliding.
+
+    state      : of steady sliding
+    eigenvalue : of the critical mode [1/s]
+    shape      : of its scaled coordinates, complex, of length one
+    sliding    : (contacts,) sliding speeds of steady sliding [rad/s]
+    rows       : (contacts, states) factors of the states in them
+    """
+
+    state: FloatArray
+    eigenvalue: complex
+    shape: FloatArray
+    sliding: FloatArray
+    rows: FloatArray
+
+
+def first_cycle(limit: StabilityLimit, over: Range, method: str, rtol: float) -> BranchPoint:
+    """Small limit cycle beside a Hopf point, labelled as it, with the direction of its growth.
+
+    Raises ``InputError`` if no limit cycles begin at the limit.
+    """
+    problem = OrbitProblem(
+        limit.machine, (over.name,), (over.scale,), method=method, rtol=rtol,
+        longest=PATIENCE / limit.frequency,
+    )  # fmt: skip
+    try:
+        value = _crossing_value(limit, problem, over)
+        found = vibration(problem, value, limit.frequency)
+    except NoOrbitError:
+        raise _refused(
+            limit, "steady sliding there is no isolated equilibrium, or a contact is at rest"
+        ) from None
+    space = problem.space
+    speeds = np.abs(found.rows @ (space.back @ found.shape))
+    slides = speeds > 0.0
+    if not slides.any():
+        raise _refused(limit, "the vibration does not move any contact")
+    # Amplitude at which the first contact comes to rest.
+    reach = float(np.min(np.abs(found.sliding[slides]) / speeds[slides]))
+    section, turn = _section(found, space, limit.machine)
+    problem = OrbitProblem(
+        limit.machine, problem.names, problem.scales, method=method, rtol=rtol, crossing=section,
+        longest=problem.longest, size=reach * float(np.sum(np.abs(found.shape))),
+    )  # fmt: skip
+    flow = problem.kernel_problem((value,))
+    centre = flow.points(found.state)
+    away = flow.points(found.state + (space.back @ (found.shape * turn)).real) - centre
+    direction = np.append(away, 0.0) / np.linalg.norm(away)
+    for share in _SIZES:
+        start = BranchPoint(
+            problem, (value,), ReturnMap(1, flow.size), centre + share * reach * away, (),
+            direction, bifurcation=Bifurcation(Kind.HOPF),
+        )  # fmt: skip
+        try:
+            curve = OrbitCurve(start)
+            corrected(curve, curve.scaled(start), direction)
+        except FAILED:
+            continue
+        return start
+    raise _refused(limit, "Newton's method found none near it")
+
+
+def _refused(limit: StabilityLimit, why: str) -> InputError:
+    """The exception for a limit without a branch."""
+    return InputError(
+        f"limit: no branch of limit cycles was found from {limit.parameter} = {limit.value:g}:"
+        f" {why}. Begin with wb.orbit(machine), at a value at which the machine vibrates.",
+        name="limit", value=limit.value, allowed="a Hopf point of steady sliding",
+    )  # fmt: skip
+
+
+def check_limit(limit: StabilityLimit, over: Range) -> None:
+    """Refuse limits at which no limit cycles begin, and other parameters than that of the limit."""
+    if limit.kind != "hopf":
+        raise _refused(limit, "small vibration does not oscillate (divergence)")
+    if not limit.machine.autonomous:
+        raise _refused(limit, "a signal varies, so that sliding is not steady")
+    if over.name != limit.parameter:
+        raise InputError(
+            f"{over.name}: must be {limit.parameter}, the parameter of the limit, over which its"
+            " limit cycles grow. Find the limit of the other parameter with wb.hopf.",
+            name="over", value=over.name, allowed=limit.parameter,
+        )  # fmt: skip
+    low, high = over.bounds
+    if not low < limit.value < high:
+        raise InputError(
+            f"{over.name} = {(over.first, over.last)!r}: must contain {limit.value:g}, where the"
+            " limit is. Widen the range.",
+            name=over.name, value=(over.first, over.last),
+            allowed=f"a range around {limit.value:g}",
+        )  # fmt: skip
+
+
+def vibration(problem: OrbitProblem, value: float, frequency: float) -> Vibration:
+    """Steady sliding at a value of the parameter, and its vibration next to a frequency [Hz].
+
+    Raises ``NoOrbitError`` if there is no isolated steady sliding.
+    """
+    machine, space = problem.system((value,)), problem.space
+    course = Course(machine, works=False, method=problem.method)
+    states = course.state.z[0, : space.to.shape[1]].copy()
+    for share in (_SHORT, _QUARTER):
+        duration = share / frequency
+        states, matrix = _steady(course, space, states, duration)
+    values, shapes = np.linalg.eig(matrix)
+    expected = cmath.exp(2j * math.pi * _QUARTER)
+    best = int(np.argmin(np.abs(values - expected)))
+    course.restart(states)
+    rows = course.assembled.problem.sliding
+    sliding = rows @ course.state.z[0]
+    if np.any(course.state.modes["side"] == 0):
+        raise NoOrbitError
+    return Vibration(
+        states, cmath.log(values[best]) / duration, shapes[:, best], sliding,
+        rows[:, : states.size],
+    )  # fmt: skip
+
+
+def _steady(
+    course: Course, space: Coordinates, states: FloatArray, duration: float
+) -> tuple[FloatArray, FloatArray]:
+    """Fixed point of the flow over a duration, and its derivative, both in scaled coordinates."""
+    size, last = states.size, math.inf
+    for _ in range(_STEPS):
+        course.restart(states)
+        found = course.advance(Every(duration), 1, derivatives=True)
+        if found.outcome != Outcome.COMPLETED or not len(found.times):
+            raise NoOrbitError
+        matrix = space.to @ found.matrices[0][:size, :size] @ space.back
+        gap = space.to @ (found.states[0] - states)
+        step = np.linalg.lstsq(np.eye(space.size) - matrix, gap, rcond=1e-12)[0]
+        length = float(np.linalg.norm(step))
+        states = states + space.back @ step
+        speeds = float(np.linalg.norm(space.to @ states)) + float(np.abs(gap).max())
+        if not math.isfinite(length):
+            raise NoOrbitError
+        if length <= _STEADY * speeds or (length >= 0.5 * last and length <= 1e-9 * speeds):
+            return states, np.asarray(matrix)
+        last = length
+    raise NoOrbitError
+
+
+def _crossing_value(limit: StabilityLimit, problem: OrbitProblem, over: Range) -> float:
+    """Value near the limit at which the growth rate of the flow's own vibration crosses zero."""
+
+    def growth(value: float) -> float:
+        return vibration(problem, value, limit.frequency).eigenvalue.real
+
+    reach, (least, most) = _NEAREST * over.scale, over.bounds
+    while reach <= _FURTHEST * over.scale:
+        low, high = max(limit.value - reach, least), min(limit.value + reach, most)
+        first, last = growth(low), growth(high)
+        if first * last <= 0.0:
+            break
+        reach *= _FACTOR
+    else:
+        return limit.value
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        here = growth(middle)
+        if here * first > 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def _section(found: Vibration, space: Coordinates, machine: Machine) -> tuple[Crossing, complex]:
+    """Section through steady sliding, and the factor by which the shape lies on it upwards.
+
+    The rate of an angle that shafts restrain is zero in steady sliding, whatever the parameter.
+    """
+    swing = space.back @ found.shape
+    rows = restrained_rates(machine, space)
+    moved = np.abs(rows @ swing)
+    if len(rows) and moved.max() > 0.0:
+        row, level = rows[int(moved.argmax())], 0.0
+    else:
+        speeds = space.to[space.speeds]
+        row = speeds[int(np.abs(speeds @ swing).argmax())]
+        level = float(row @ found.state)
+    part = complex(row @ swing)
+    return Crossing(tuple(map(float, row)), level), -1j * abs(part) / part

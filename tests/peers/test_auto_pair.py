@@ -1,0 +1,151 @@
+"""Bifurcations of two inertias with a smoothed brake, against AUTO-07p.
+
+AUTO solves for whole orbits by collocation; the package supplies only the numbers of the machine.
+The equations are in pair.f90. The orbit that AUTO starts from is integrated by SciPy.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from auto_peer import AUTO, KINDS, NCOL, missing
+from scipy.integrate import solve_ivp
+
+import wedgebrake as wb
+
+EQUATIONS = Path(__file__).with_name("pair.f90")
+PARAMETERS = {"brake.slope": 1, "engine.amplitude": 2}
+NAMES = {"LP": "fold", "PD": "period doubling", "TR": "Neimark-Sacker"}
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "")
+
+
+def pair(slope: float, amplitude: float, inertia: float = 0.25, stiffness: float = 4.0) -> Any:
+    """The paper's brake with a smoothed law, and a second inertia on the first.
+
+    inertia, stiffness : of the second inertia and its shaft, as multiples of the first ones
+    """
+    system = wb.paper.system()
+    line = system.driveline
+    return wb.Machine(
+        inertias=[wb.Inertia("disc", line.inertia), wb.Inertia("load", inertia * line.inertia)],
+        shafts=[
+            wb.Shaft("disc", "ground", line.stiffness, line.damping),
+            wb.Shaft("load", "disc", stiffness * line.stiffness, line.damping),
+        ],
+        contacts=[
+            wb.Contact(
+                "disc", name="brake", brake=system.brake,
+                friction=wb.SmoothedFriction(kinetic=0.3, steepness=50.0),
+                actuation=wb.Actuation(
+                    initial_force=system.actuation.initial_force, slope=slope
+                ),
+            )
+        ],
+        torques=[
+            wb.Torque("disc", wb.Harmonic(amplitude, system.excitation.frequency), name="engine")
+        ],
+    )  # fmt: skip
+
+
+@cache
+def program(folder: Path) -> Path:
+    """AUTO with the equations, compiled."""
+    built = folder / "pair"
+    objects = sorted(map(str, (AUTO / "lib").glob("*.o")))
+    command = ["gfortran", "-O2", "-fopenmp", "-w", str(EQUATIONS), *objects, "-o", str(built)]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=300)
+    return built
+
+
+def write_orbit(machine: wb.Machine, omega: float, here: Path, settle: int = 400) -> None:
+    """The orbit on which the machine settles from rest, for AUTO: phase, u(1) ... u(6)."""
+    one, other = (inertia.inertia for inertia in machine.inertias)
+    first, second = machine.shafts
+    contact, amplitude = machine.contacts[0], machine.parameters()["engine.amplitude"]
+    force, slope = contact.actuation.initial_force, contact.actuation.slope
+    radius, friction = contact.brake.radius, contact.friction
+    tangent = math.tan(contact.brake.angle)
+
+    def rates(phase: float, u: Any) -> list[float]:
+        m = friction.kinetic * math.tanh(friction.steepness * radius * u[2])
+        brake = radius * max(0.0, force + slope * abs(u[2])) * m / (tangent - m)
+        link = second.damping * (u[2] - u[3]) + second.stiffness * (u[0] - u[1]) / omega
+        rest = first.damping * u[2] + first.stiffness * u[0] / omega
+        on_first = amplitude * math.sin(phase) - brake - rest - link
+        return [u[2], u[3], on_first / (one * omega), link / (other * omega)]
+
+    phases = np.linspace(0.0, 2.0 * math.pi, 2001)
+    state = np.zeros(4)
+    for _ in range(settle):
+        before = state
+        made = solve_ivp(rates, (0.0, phases[-1]), before, "LSODA", t_eval=phases, rtol=1e-9,
+                         atol=1e-9)  # fmt: skip
+        state = made.y[:, -1]
+    assert np.allclose(state, before, rtol=0.0, atol=1e-3), "the machine has not settled"
+    table = np.column_stack([phases, *made.y, np.sin(phases), np.cos(phases)])
+    np.savetxt(here / "start.dat", table, fmt="%.16e")
+    numbers = (
+        one, other, first.damping, second.damping, first.stiffness, second.stiffness, radius, force,
+        friction.kinetic, friction.steepness, omega, tangent, slope, amplitude,
+    )  # fmt: skip
+    (here / "pair.txt").write_text("\n".join(f"{number:.17g}" for number in numbers) + "\n")
+
+
+def found_by_auto(
+    machine: wb.Machine, name: str, stop: float, step: float, here: Path
+) -> list[tuple[str, float]]:
+    """Kinds and values of the bifurcations of the branch from ``machine`` to ``stop``."""
+    frequency = machine.parameters()["engine.frequency"]
+    write_orbit(machine, 2.0 * math.pi * frequency, here)
+    index, begin = PARAMETERS[name], machine.parameters()[name]
+    values = {
+        "dat": "'start'", "NDIM": 6, "IPS": 2, "IRS": 0, "ILP": 1, "ISP": 2, "ISW": 1,
+        "ICP": [index, 11], "NTST": 400, "NCOL": NCOL, "IAD": 3, "JAC": 1,
+        "EPSL": 1e-9, "EPSU": 1e-9, "EPSS": 1e-8, "ITMX": 30, "ITNW": 9, "NWTN": 5,
+        "DS": math.copysign(step / 10.0, stop - begin), "DSMIN": step * 1e-6, "DSMAX": step,
+        "IADS": 1, "NMX": 2000, "NPR": 0, "MXBF": 0, "IID": 2, "IPLT": 0,
+        "UZSTOP": {index: float(stop)},
+    }  # fmt: skip
+    (here / "fort.2").write_text("".join(f"{key}={value}\n" for key, value in values.items()))
+    run = subprocess.run(
+        [str(program(here))], cwd=here, capture_output=True, text=True, timeout=600, check=False,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )  # fmt: skip
+    assert run.returncode == 0, run.stdout[-2000:] + run.stderr[-2000:]
+    rows = [line.split() for line in (here / "fort.7").read_text().splitlines()]
+    rows = [row for row in rows if row[0] != "0" and int(row[3])]
+    kinds = [(KINDS[int(row[2])], float(row[4])) for row in rows]
+    assert kinds[-1] == ("UZ", pytest.approx(stop)), "AUTO came to no orbit further on"
+    return [(NAMES[kind], value) for kind, value in kinds if kind in NAMES]
+
+
+@pytest.mark.parametrize(
+    ("machine", "name", "stop", "step", "kinds"),
+    [
+        (pair(-20.0, 500.0), "brake.slope", -42.0, 0.5, ["Neimark-Sacker", "Neimark-Sacker"]),
+        (pair(-20.0, 500.0, 0.1, 10.0), "brake.slope", -28.0, 0.5, ["period doubling"]),
+        (pair(-40.0, 180.0), "engine.amplitude", 190.0, 0.1, ["fold", "fold"]),
+    ],
+    ids=["Neimark-Sacker", "period doubling", "fold"],
+)
+def test_bifurcations(machine, name, stop, step, kinds, tmp_path) -> None:
+    """AUTO locates a fold between long steps to five digits only."""
+    begin = machine.parameters()[name]
+    branch = wb.continuation(wb.orbit(machine, 1), {name: (begin, stop)})
+    ours = [
+        (one.bifurcation.kind.value, one.value)
+        for one in list(branch)
+        if one.bifurcation is not None
+    ]
+    theirs = found_by_auto(machine, name, stop, step, tmp_path)
+    assert [kind for kind, _ in ours] == [kind for kind, _ in theirs] == kinds
+    located = [np.array([value for _, value in found]) for found in (ours, theirs)]
+    np.testing.assert_allclose(*located, rtol=1e-5)
