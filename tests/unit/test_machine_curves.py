@@ -481,7 +481,7 @@ def _sliding() -> Any:
 @compiled
 def _differentiated(problem, run, slot, terms):  # type: ignore[no-untyped-def]
     """Expand a cell, and the derivatives of its torques; returns its length."""
-    trajectory._expand_inputs(problem, run, trajectory.Clock(0.0, 0.0), terms)
+    expand_inputs(problem, run, Clock(0.0, 0.0), terms)
     h = expand_curves(problem, run, slot, terms, 10.0)
     differentiate(problem, run, terms)
     return h

@@ -90,6 +90,13 @@ def borrowing(function: Callable[..., Any]) -> Any:
     return compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
 
 
+def absorbed(function: Callable[..., Any]) -> Any:
+    """Compile a part of a ``borrowing`` kernel into it: ``inlined``, and ``borrowing`` itself."""
+    return compiled(
+        function, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False
+    )
+
+
 def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a kernel at once, for one signature, with laws as function pointers.
 
