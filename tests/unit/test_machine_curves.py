@@ -21,6 +21,7 @@ from wedgebrake.model.study import Study
 from wedgebrake.model.study_run import MachineRun
 from wedgebrake.solvers.machine import trajectory
 from wedgebrake.solvers.machine.assemble import assemble
+from wedgebrake.solvers.machine.clock import Clock, expand_inputs
 from wedgebrake.solvers.machine.curves import CURVE_TERMS, differentiate, expand_curves
 from wedgebrake.solvers.machine.final_state import start_state
 from wedgebrake.solvers.machine.modes import select_system

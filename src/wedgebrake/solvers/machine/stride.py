@@ -12,7 +12,7 @@ the angles of a machine that turns have cancelled already.)
 Proof that no guard has a zero: let p(t) = sum_{k <= d} g_k t^k. Its Bernstein coefficients on the
 cell, b_i = sum_{k <= i} C(i, k)/C(d, k) g_k h^k, enclose it from below: p >= min b_i. The rest is at
 most sum_{k > d} |g_k| h^k <= r |y|, with r the same sums for the factors. Hence g > 0 on the cell
-if b_i > r |y| for all i. Otherwise, and where modes, knots or samples are not regular, the cell is
+if b_i > r |y| for all i. Otherwise, and where modes or knots are not regular, the cell is
 left to the search for events: here events are neither located nor passed.
 """
 
@@ -23,7 +23,13 @@ import numpy as np
 
 from wedgebrake.dynamics.jit import absorbed, borrowing, chosen_by_class, inlined, internal
 from wedgebrake.dynamics.signals import Operation, advance, next_knot, pass_knots
-from wedgebrake.solvers.machine.cells import combine, next_coefficient, polynomial, terms_for
+from wedgebrake.solvers.machine.cells import (
+    combine,
+    expand_states,
+    next_coefficient,
+    polynomial,
+    terms_for,
+)
 from wedgebrake.solvers.machine.clock import Clock, expand_inputs, later
 from wedgebrake.solvers.machine.events import next_sampling, sample_controllers
 from wedgebrake.solvers.machine.modes import GuardKind
@@ -48,22 +54,18 @@ _NEGLIGIBLE = math.log(1e-18)
 
 
 class Strode(NamedTuple):
-    """Where the cells have led: time, next knot [s], number of cells.
-
-    reach : longest length of the next cell, after which cells may be of equal lengths [s]
-    """
+    """Where the cells have led: time, next knot [s], number of cells."""
 
     clock: Clock
     knot: float
     cells: int
-    reach: float
 
 
 @inlined
 def _pass(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG001 - as ``_stride``
     """``_stride`` where each cell is recorded."""
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
-    return Strode(clock, knot, np.int64(0), math.inf)
+    return Strode(clock, knot, np.int64(0))
 
 
 @borrowing
@@ -74,9 +76,9 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
     most : number of cells that is not reached here
     """
     signals, longest = problem.signals, run.systems.longest[slot]
-    cells, number, terms, one = np.int64(0), np.int64(-1), np.int64(2), np.int64(1)
+    cells, number, terms = np.int64(0), np.int64(-1), np.int64(2)
     sampled, based = _has_samples(problem), _has_bases(problem)
-    reach, knot, sample = math.inf, math.inf, _next_sample(observer)
+    knot, sample = math.inf, _next_sample(observer)
     stale, passed = True, False
     regular = _is_regular(run, observer)
     while True:
@@ -90,20 +92,15 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
             stale = passed = False
         if not regular or cells + 1 >= most:
             break
-        if sample - clock.time <= clock.rest:
-            observe(observer, problem, run, slot, one, clock, 0.0, True)
-            sample = _next_sample(observer)
         ahead = min(knot, end)
         rest = (ahead - clock.time) - clock.rest
-        if rest > longest and _is_sparse(observer, longest):
-            ahead = min(ahead, sample)
-            rest = (ahead - clock.time) - clock.rest
         room = _TOGETHER * abs(ahead)
         if rest <= room and ahead < end:  # there but for rounding
+            if based and _jumps(signals, knot):
+                break
             _shift(problem, run, slot, rest)
-            clock, stale, passed = Clock(ahead, 0.0), True, ahead == knot
-            if passed:
-                pass_knots(signals, knot)
+            clock, stale, passed = Clock(ahead, 0.0), True, True
+            pass_knots(signals, knot)
             continue
         if number < 0 or abs(rest - run.strides[number].length) > room:
             h = _length(rest, longest, ahead < end)
@@ -115,7 +112,6 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
             if number < 0 and (h == longest or clock.rest == 0.0):
                 number = _propose(problem, run, slot, h, room)
             if number < 0:
-                reach = h if ahead == sample else math.inf
                 break
             if run.strides[number].terms != terms:
                 terms, stale = run.strides[number].terms, True
@@ -124,24 +120,25 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
         late = rest - step.length
         whole = abs(late) <= room + _EQUAL * step.length
         after = Clock(ahead, 0.0) if whole else later(clock, step.length)
-        at_knot = whole and ahead == knot
-        if after.time >= end or after.time > min(ahead, sample):
+        if after.time >= end or after.time > ahead:
             break
-        if at_knot and based and _jumps(signals, knot):
+        if whole and based and _jumps(signals, knot):
             break
         if not _is_quiet(problem, run, slot, step):
-            reach = step.length
             break
+        if sample < after.time:
+            _record(problem, run, slot, step, observer, clock)
+            sample = _next_sample(observer)
         if signals.speeds.size > 0:
             advance(signals, run.z, problem.states, terms, step.length)
         regular = _move(problem, run, step, late if whole else 0.0)
         step.uses += 1
-        clock, cells, stale, passed = after, cells + 1, True, at_knot
-        if at_knot:
+        clock, cells, stale, passed = after, cells + 1, True, whole
+        if whole:
             pass_knots(signals, clock.time)
             for mode in run.modes:
                 mode.limited = 0
-    return Strode(clock, knot, cells, reach)
+    return Strode(clock, knot, cells)
 
 
 # Runs of which each cell is recorded are compiled without.
@@ -164,13 +161,6 @@ def _has_samples(problem):
     for contact in problem.contacts:
         found = found or contact.held >= 0
     return found
-
-
-@absorbed
-def _is_sparse(observer, longest):
-    """Return True if cells may end at samples without being much shorter."""
-    times, at = observer.times, observer.at[0]
-    return at + 1 < times.size and times[at + 1] - times[at] > 0.25 * longest
 
 
 @absorbed
@@ -295,6 +285,23 @@ def _is_quiet(problem, run, slot, step):
 
 
 @borrowing
+def _record(problem, run, slot, step, observer, clock):
+    """Record the samples of the response in a cell. The motion does not depend on them."""
+    terms = _cell_terms(run, slot, step.length)
+    expand_inputs(problem, run, clock, terms)
+    expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
+    observe(observer, problem, run, slot, terms, clock, step.length, False)
+    expand_inputs(problem, run, clock, step.terms)
+
+
+@absorbed
+def _cell_terms(run, slot, h):
+    """Number of terms of a cell."""
+    longest = run.systems.longest[slot]
+    return TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
+
+
+@borrowing
 def _shift(problem, run, slot, late):
     """Move the states on by a time that is rounding [s]."""
     z, rates, n = run.z, run.systems.rates[slot], problem.inverse.size
@@ -332,7 +339,7 @@ def _compute(problem, run, slot, number, h):
     step, longest, states = run.strides[number], run.systems.longest[slot], problem.states
     width = run.z.shape[1]
     product = 0.0 if math.isinf(longest) else 2.0 * h / longest
-    terms = TERMS if math.isinf(longest) else terms_for(product)
+    terms = _cell_terms(run, slot, h)
     step.slot, step.length, step.uses = slot, h, 1
     step.terms = _signal_terms(problem, h, terms)
     step.degree = min(_terms_of(product, math.log(_LEFT_OUT)) - 1, MOST_BOUNDS)

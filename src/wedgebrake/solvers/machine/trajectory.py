@@ -254,17 +254,16 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
             if count + contacts > log.size:
                 outcome = Outcome.LOG_FULL
                 break
-        reach = math.inf
         if quiet:
             strode = stride(watch, problem, run, slot, span.end, span.cells - cells, observer, clock)
-            clock, knot, reach = strode.clock, strode.knot, strode.reach
+            clock, knot = strode.clock, strode.knot
             cells += strode.cells
             if strode.cells > 0:
                 again, bent = 0, -1
         ahead = min(span.end, knot)
         remaining = (ahead - clock.time) - clock.rest
         longest = run.systems.longest[slot]
-        h = min(longest, remaining, reach)
+        h = min(longest, remaining)
         curved = run.curves.size > 0 and slides_on_curve(run)
         terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
         if curved:
