@@ -240,33 +240,32 @@ def _is_quiet(problem, run, slot, step):
     """Set the factors and the changes of a cell; returns whether no guard has a zero in it."""
     z, memory, rates, n = run.z, run.memory, run.systems.rates[slot], problem.inverse.size
     states, rows, guards, degree = problem.states, step.rows, step.guards, step.degree
-    inputs = z.shape[1] - 1 - states
+    factors, change = memory[: step.change], memory[step.change : step.change + rows]
+    doubt = memory[step.change + rows : step.change + rows + guards]
     for i in range(n):
-        memory[i] = z[0, n + i]
+        factors[i] = z[0, n + i]
     for i in range(n, states):
-        total = 0.0
-        for j in range(z.shape[1]):
-            total += rates[i, j] * z[0, j]
-        memory[i] = total
+        factors[i] = _dot(rates[i], z[0])
     at = states
     for k in range(1, step.terms):
-        for j in range(states, states + inputs):
-            memory[at] = z[k, j]
+        for j in range(states, z.shape[1] - 1):
+            factors[at] = z[k, j]
             at += 1
-    change, doubt, place = step.change, step.change + rows, step.first
-    for i in range(change, doubt + guards):
-        memory[i] = 0.0
+    change[:] = 0.0
+    doubt[:] = 0.0
+    place = step.first
     for j in range(at):
-        factor = memory[j]
+        factor = factors[j]
         if factor != 0.0:
+            row = memory[place : place + rows]
             for i in range(rows):
-                memory[change + i] += factor * memory[place + i]
+                change[i] += factor * row[i]
             factor = abs(factor)
+            row = memory[place + rows : place + rows + guards]
             for i in range(guards):
-                memory[doubt + i] += factor * memory[place + rows + i]
+                doubt[i] += factor * row[i]
         place += rows + guards
-    quiet = True
-    at = change + states
+    quiet, at = True, states
     for number in range(guards):
         row, start, scale = run.systems.guards[slot, number], 0.0, 0.0
         for j in range(row.size):
@@ -278,10 +277,19 @@ def _is_quiet(problem, run, slot, step):
             scale += problem.contacts[what.contact].base_bound
         least = 0.0
         for i in range(at, at + degree):
-            least = min(least, memory[i])
+            least = min(least, change[i])
         at += degree
-        quiet = quiet and start + least > memory[doubt + number] + _MARGIN * scale
+        quiet = quiet and start + least > doubt[number] + _MARGIN * scale
     return quiet
+
+
+@absorbed
+def _dot(row, state):
+    """Value of a row, also of zeros."""
+    total = 0.0
+    for j in range(row.size):
+        total += row[j] * state[j]
+    return total
 
 
 @borrowing
@@ -306,10 +314,7 @@ def _shift(problem, run, slot, late):
     """Move the states on by a time that is rounding [s]."""
     z, rates, n = run.z, run.systems.rates[slot], problem.inverse.size
     for i in range(n, problem.states):
-        total = 0.0
-        for j in range(rates.shape[1]):
-            total += rates[i, j] * z[0, j]
-        run.memory[i] = total
+        run.memory[i] = _dot(rates[i], z[0])
     for i in range(n):
         z[0, i] += late * z[0, n + i]
     for i in range(n, problem.states):
@@ -322,9 +327,10 @@ def _move(problem, run, step, late):
 
     late : time by which the cell is longer than the others, as times are rounded [s]
     """
-    memory, z, bounded = run.memory, run.z, True
+    z, bounded = run.z, True
+    factors, change = run.memory, run.memory[step.change : step.change + problem.states]
     for i in range(problem.states):
-        z[0, i] += memory[step.change + i] + late * memory[i]
+        z[0, i] += change[i] + late * factors[i]
         bounded = bounded and abs(z[0, i]) < _LARGEST
     return bounded
 

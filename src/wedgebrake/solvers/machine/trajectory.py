@@ -255,7 +255,9 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
                 outcome = Outcome.LOG_FULL
                 break
         if quiet:
-            strode = stride(watch, problem, run, slot, span.end, span.cells - cells, observer, clock)
+            strode = stride(
+                watch, problem, run, slot, span.end, span.cells - cells, observer, clock
+            )
             clock, knot = strode.clock, strode.knot
             cells += strode.cells
             if strode.cells > 0:
