@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import absorbed, borrowing
+from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.dynamics.records import record
 
 
@@ -70,7 +70,7 @@ def turns(frequency, time, rest):
     return product - math.floor(product) + (error + frequency * rest)
 
 
-@absorbed
+@embedded
 def _sine(stack, row, terms, value, rate, angle):
     """Series of value sin(angle + rate tau)."""
     sine, cosine = value * math.sin(angle), value * math.cos(angle)
@@ -87,7 +87,7 @@ def _sine(stack, row, terms, value, rate, angle):
         factor *= rate / (k + 1.0)
 
 
-@absorbed
+@embedded
 def _table(signals, table, value, time, row, terms):
     """Series of a table between two knots."""
     times, values, at = signals.times, signals.values, table.cursor
@@ -117,7 +117,7 @@ def _multiply(stack, row, terms):
         stack[row, k] = total
 
 
-@absorbed
+@embedded
 def expand(signals, time, rest, terms, z, first):
     """Store the series of all signals at ``time + rest`` in the columns of z from ``first`` on."""
     stack, begin = signals.stack, 0
@@ -169,7 +169,7 @@ def _order(signals, one, z, first, row, terms):
         stack[row, k + 1], stack[row + 1, k + 1] = sine / (k + 1.0), cosine / (k + 1.0)
 
 
-@absorbed
+@embedded
 def advance(signals, z, first, terms, tau):
     """Advance the angles that orders follow by a time tau."""
     for number in range(signals.speeds.size):
@@ -189,7 +189,7 @@ def start_tables(signals, time):
     pass_knots(signals, time)
 
 
-@absorbed
+@embedded
 def _next(signals, table):
     """Time of the next knot of a table [s]; inf: none."""
     if table.cursor >= table.last:
@@ -197,7 +197,7 @@ def _next(signals, table):
     return signals.times[table.cursor + 1] + table.turns * table.period
 
 
-@absorbed
+@embedded
 def next_knot(signals):
     """Time of the next knot of all tables [s]; inf: none."""
     nearest = math.inf
@@ -206,7 +206,7 @@ def next_knot(signals):
     return nearest
 
 
-@absorbed
+@embedded
 def pass_knots(signals, time):
     """Move the cursors of the tables past the knots up to a time."""
     for table in signals.tables:

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from wedgebrake.dynamics.jit import absorbed, inlined
+from wedgebrake.dynamics.jit import embedded, inlined
 from wedgebrake.dynamics.signals import expand
 
 
@@ -23,7 +23,7 @@ def later(clock, tau):
     return Clock(time, lost - (time - total))
 
 
-@absorbed
+@embedded
 def expand_inputs(problem, run, clock, terms):
     """Store the series of the signals, and the rates of moving bases."""
     states, z = problem.states, run.z

@@ -10,7 +10,7 @@ from the Taylor series of each factor, whose remainder is rounding as in any oth
 the angles of a machine that turns have cancelled already.)
 
 Proof that no guard has a zero: let p(t) = sum_{k <= d} g_k t^k. Its Bernstein coefficients on the
-cell, b_i = sum_{k <= i} C(i, k)/C(d, k) g_k h^k, enclose it from below: p >= min b_i. The rest is at
+cell, b_i = sum_{k <= i} C(i, k)/C(d, k) g_k h^k, bound it from below: p >= min b_i. The rest is at
 most sum_{k > d} |g_k| h^k <= r |y|, with r the same sums for the factors. Hence g > 0 on the cell
 if b_i > r |y| for all i. Otherwise, and where modes or knots are not regular, the cell is
 left to the search for events: here events are neither located nor passed.
@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import absorbed, borrowing, chosen_by_class, inlined, internal
+from wedgebrake.dynamics.jit import borrowing, chosen_by_class, embedded, inlined, internal
 from wedgebrake.dynamics.signals import Operation, advance, next_knot, pass_knots
 from wedgebrake.solvers.machine.cells import (
     combine,
@@ -124,6 +124,7 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
             break
         if whole and based and _jumps(signals, knot):
             break
+        _change(problem, run, slot, step)
         if not _is_quiet(problem, run, slot, step):
             break
         if sample < after.time:
@@ -145,7 +146,7 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
 stride = chosen_by_class({Watch: _pass, NoWatch: _stride})
 
 
-@absorbed
+@embedded
 def _is_regular(run, observer):
     """Return True if no guard has just been at zero, and no torque is a curve or to be recorded."""
     regular = run.strides.size > 0 and run.curves.size == 0 and observer.work.size == 0
@@ -154,7 +155,7 @@ def _is_regular(run, observer):
     return regular
 
 
-@absorbed
+@embedded
 def _has_samples(problem):
     """Return True if there is a digital controller."""
     found = False
@@ -163,7 +164,7 @@ def _has_samples(problem):
     return found
 
 
-@absorbed
+@embedded
 def _has_bases(problem):
     """Return True if a base follows a signal."""
     found = False
@@ -172,7 +173,7 @@ def _has_bases(problem):
     return found
 
 
-@absorbed
+@embedded
 def _next_sample(observer):
     """Time of the next sample of the response [s]; inf: there is none."""
     return observer.times[observer.at[0]] if observer.at[0] < observer.times.size else math.inf
@@ -192,7 +193,7 @@ def _jumps(signals, knot):
     return jumps
 
 
-@absorbed
+@embedded
 def _length(rest, longest, divided):
     """Length of the cells up to a time.
 
@@ -235,11 +236,11 @@ def _propose(problem, run, slot, h, room):
     return least
 
 
-@absorbed
-def _is_quiet(problem, run, slot, step):
-    """Set the factors and the changes of a cell; returns whether no guard has a zero in it."""
+@embedded
+def _change(problem, run, slot, step):
+    """Set the factors of a cell, and what the matrices make of them."""
     z, memory, rates, n = run.z, run.memory, run.systems.rates[slot], problem.inverse.size
-    states, rows, guards, degree = problem.states, step.rows, step.guards, step.degree
+    states, rows, guards = problem.states, step.rows, step.guards
     factors, change = memory[: step.change], memory[step.change : step.change + rows]
     doubt = memory[step.change + rows : step.change + rows + guards]
     for i in range(n):
@@ -265,8 +266,15 @@ def _is_quiet(problem, run, slot, step):
             for i in range(guards):
                 doubt[i] += factor * row[i]
         place += rows + guards
-    quiet, at = True, states
-    for number in range(guards):
+
+
+@embedded
+def _is_quiet(problem, run, slot, step):
+    """Return True if no guard has a zero in a cell."""
+    z, at, end = run.z, step.change + problem.states, step.change + step.rows
+    bounds, doubt, quiet = run.memory[at:end], run.memory[end : end + step.guards], True
+    at, degree = 0, step.degree
+    for number in range(step.guards):
         row, start, scale = run.systems.guards[slot, number], 0.0, 0.0
         for j in range(row.size):
             part = row[j] * z[0, j]
@@ -277,13 +285,13 @@ def _is_quiet(problem, run, slot, step):
             scale += problem.contacts[what.contact].base_bound
         least = 0.0
         for i in range(at, at + degree):
-            least = min(least, change[i])
+            least = min(least, bounds[i])
         at += degree
         quiet = quiet and start + least > doubt[number] + _MARGIN * scale
     return quiet
 
 
-@absorbed
+@embedded
 def _dot(row, state):
     """Value of a row, also of zeros."""
     total = 0.0
@@ -302,7 +310,7 @@ def _record(problem, run, slot, step, observer, clock):
     expand_inputs(problem, run, clock, step.terms)
 
 
-@absorbed
+@embedded
 def _cell_terms(run, slot, h):
     """Number of terms of a cell."""
     longest = run.systems.longest[slot]
@@ -321,7 +329,7 @@ def _shift(problem, run, slot, late):
         z[0, i] += late * run.memory[i]
 
 
-@absorbed
+@embedded
 def _move(problem, run, step, late):
     """Move the states to the end of a cell; returns False if one is beyond all bounds.
 
@@ -366,7 +374,7 @@ def _compute(problem, run, slot, number, h):
             place += step.rows + step.guards
 
 
-@absorbed
+@embedded
 def _terms_of(product, least):
     """Number of terms product^k/k! until one has a logarithm below a given one."""
     k, size = 1, 0.0
