@@ -74,9 +74,9 @@ def solver(
     return run
 
 
-def kernel_time(machine: wb.Machine, duration: float) -> float:
+def kernel_time(machine: wb.Machine, duration: float, method: str = "exact") -> float:
     """Shortest time of the kernels ``trajectory.start`` and ``trajectory.move`` [s]."""
-    problem = assemble(machine, 0.0).problem
+    problem = assemble(machine, 0.0, curved=method == "smooth").problem
     stop, log = np.zeros(1, dtype=np.bool_), np.zeros(4096, EVENT)
 
     def prepare() -> tuple[Run, Observer]:
@@ -96,11 +96,11 @@ def kernel_time(machine: wb.Machine, duration: float) -> float:
     return best(work, SECONDS, prepare=prepare)
 
 
-def line(name: str, machine: wb.Machine, duration: float) -> float:
+def line(name: str, machine: wb.Machine, duration: float, method: str = "exact") -> float:
     """Measure and print one machine; returns the time of the kernels [s]."""
-    run = solver(machine, duration)
+    run = solver(machine, duration, method)
     answer = run()
-    kernel, whole = kernel_time(machine, duration), best(run, SECONDS)
+    kernel, whole = kernel_time(machine, duration, method), best(run, SECONDS)
     events = answer.events.size
     print(f"  {name:<38}{1e3 * kernel:9.2f} ms{1e3 * whole:9.2f} ms", end="")
     print(f"{events:8} events{answer.cells:9} cells", end="")
@@ -183,7 +183,7 @@ def slip_by_scipy(start: list[float], duration: float) -> tuple[float, float, in
 def friction_curve() -> None:
     """Measure and print friction as a curve, and one slip by SciPy."""
     print("\nStribeck friction as a curve, 5 000 s on a belt (800 cycles), and a slip of 1.5 s")
-    whole = line("oscillator on a belt", solver(belt(), 5000.0, "smooth"))
+    whole = line("oscillator on a belt", belt(), 5000.0, "smooth")
     start, duration = [1.0, 0.4], 1.5
     machine = belt().replace({"mass.angle": start[0], "mass.speed": start[1]})
     answer = solver(machine, duration, "smooth")()

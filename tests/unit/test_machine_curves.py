@@ -21,6 +21,7 @@ from wedgebrake.model.study import Study
 from wedgebrake.model.study_run import MachineRun
 from wedgebrake.solvers.machine import trajectory
 from wedgebrake.solvers.machine.assemble import assemble
+from wedgebrake.solvers.machine.clock import Clock, expand_inputs
 from wedgebrake.solvers.machine.curves import CURVE_TERMS, differentiate, expand_curves
 from wedgebrake.solvers.machine.final_state import start_state
 from wedgebrake.solvers.machine.modes import select_system
@@ -481,7 +482,7 @@ def _sliding() -> Any:
 @compiled
 def _differentiated(problem, run, slot, terms):  # type: ignore[no-untyped-def]
     """Expand a cell, and the derivatives of its torques; returns its length."""
-    trajectory._expand_inputs(problem, run, trajectory.Clock(0.0, 0.0), terms)
+    expand_inputs(problem, run, Clock(0.0, 0.0), terms)
     h = expand_curves(problem, run, slot, terms, 10.0)
     differentiate(problem, run, terms)
     return h

@@ -90,6 +90,15 @@ def borrowing(function: Callable[..., Any]) -> Any:
     return compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
 
 
+def embedded(function: Callable[..., Any]) -> Any:
+    """Compile a part of a ``borrowing`` kernel into each kernel that calls it, as ``inlined``.
+
+    Every array of a problem that is passed to a kernel takes ten words: this costs more than many
+    of the kernels do.
+    """
+    return compiled(function, forceinline=True, _nrt=False)
+
+
 def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a kernel at once, for one signature, with laws as function pointers.
 

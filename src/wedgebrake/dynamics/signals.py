@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.dynamics.records import record
 
 
@@ -53,7 +53,7 @@ class Signals(NamedTuple):
     stack: Any
 
 
-@compiled
+@borrowing
 def turns(frequency, time, rest):
     """Frequency (time + rest) modulo 1, accurate to rounding at any time.
 
@@ -70,7 +70,7 @@ def turns(frequency, time, rest):
     return product - math.floor(product) + (error + frequency * rest)
 
 
-@compiled
+@embedded
 def _sine(stack, row, terms, value, rate, angle):
     """Series of value sin(angle + rate tau)."""
     sine, cosine = value * math.sin(angle), value * math.cos(angle)
@@ -87,7 +87,7 @@ def _sine(stack, row, terms, value, rate, angle):
         factor *= rate / (k + 1.0)
 
 
-@compiled
+@embedded
 def _table(signals, table, value, time, row, terms):
     """Series of a table between two knots."""
     times, values, at = signals.times, signals.values, table.cursor
@@ -107,7 +107,7 @@ def _table(signals, table, value, time, row, terms):
         stack[row, 1] = value * slope
 
 
-@compiled
+@borrowing
 def _multiply(stack, row, terms):
     """Multiply the series of a row by that of the next one."""
     for k in range(terms - 1, -1, -1):
@@ -117,7 +117,7 @@ def _multiply(stack, row, terms):
         stack[row, k] = total
 
 
-@compiled
+@embedded
 def expand(signals, time, rest, terms, z, first):
     """Store the series of all signals at ``time + rest`` in the columns of z from ``first`` on."""
     stack, begin = signals.stack, 0
@@ -152,7 +152,7 @@ def expand(signals, time, rest, terms, z, first):
             z[k, first + number] = stack[0, k]
 
 
-@compiled
+@borrowing
 def _order(signals, one, z, first, row, terms):
     """Series of a sine of an angle whose rate is a speed signal: S' = o w C, C' = -o w S."""
     stack = signals.stack
@@ -169,7 +169,7 @@ def _order(signals, one, z, first, row, terms):
         stack[row, k + 1], stack[row + 1, k + 1] = sine / (k + 1.0), cosine / (k + 1.0)
 
 
-@compiled
+@embedded
 def advance(signals, z, first, terms, tau):
     """Advance the angles that orders follow by a time tau."""
     for number in range(signals.speeds.size):
@@ -179,7 +179,7 @@ def advance(signals, z, first, terms, tau):
         signals.angles[number] += total * tau
 
 
-@compiled
+@borrowing
 def start_tables(signals, time):
     """Set the cursors of all tables at a time; at a knot, behind it."""
     for table in signals.tables:
@@ -189,7 +189,7 @@ def start_tables(signals, time):
     pass_knots(signals, time)
 
 
-@compiled
+@embedded
 def _next(signals, table):
     """Time of the next knot of a table [s]; inf: none."""
     if table.cursor >= table.last:
@@ -197,7 +197,7 @@ def _next(signals, table):
     return signals.times[table.cursor + 1] + table.turns * table.period
 
 
-@compiled
+@embedded
 def next_knot(signals):
     """Time of the next knot of all tables [s]; inf: none."""
     nearest = math.inf
@@ -206,7 +206,7 @@ def next_knot(signals):
     return nearest
 
 
-@compiled
+@embedded
 def pass_knots(signals, time):
     """Move the cursors of the tables past the knots up to a time."""
     for table in signals.tables:

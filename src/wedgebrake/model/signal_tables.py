@@ -67,6 +67,14 @@ class Table(Signal):
             after: Literal["error", "hold", "zero"] = "error",
         ) -> None: ...
 
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """Computed once, as records have many points."""
+        return hash((self.times, self.values, self.periodic, self.after))
+
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
         """Representation in which long tables are given by their number of points."""
         for name, value in super().__repr_args__():
@@ -136,7 +144,8 @@ class Table(Signal):
     def varies(self) -> bool:
         """True unless all values are the same."""
         ends = self.after == "zero" and self.bound > 0.0
-        return ends or min(self.values) != max(self.values)
+        values = self.points[1]
+        return ends or bool(values.min() != values.max())
 
     @property
     def bound(self) -> float:
@@ -156,7 +165,7 @@ class Table(Signal):
 
     def knots(self, first: float, last: float) -> FloatArray:
         """The times of the table in (first, last) [s], with all repetitions."""
-        times = np.unique(self._points[0])
+        times = np.unique(self.points[0])
         if self.periodic:
             length, begin = self._length, times[0]
             count = np.arange(math.floor((first - begin) / length),
@@ -165,7 +174,7 @@ class Table(Signal):
         return np.asarray(times[(first < times) & (times < last)])
 
     def _values(self, time: FloatArray) -> FloatArray:
-        times, values = self._points
+        times, values = self.points
         local, _ = self._local(time)
         at = self._line(local)
         found = values[at] + self._slopes[at] * (local - times[at])
@@ -182,7 +191,7 @@ class Table(Signal):
 
     def _area(self, time: FloatArray) -> FloatArray:
         """Integral from the first time of the table."""
-        times, values = self._points
+        times, values = self.points
         local, repetitions = self._local(time)
         inside = np.clip(local, times[0], times[-1])
         at = self._line(inside)
@@ -209,24 +218,25 @@ class Table(Signal):
 
     def _line(self, local: FloatArray) -> NDArray[np.intp]:
         """Index of the line at each time, without jumps; at a jump, the line after it."""
-        times = self._points[0]
+        times = self.points[0]
         at = np.clip(np.searchsorted(times, local, side="right") - 1, 0, times.size - 2)
         return np.asarray(np.where(times[at] == times[at + 1], at - 1, at))
 
     @cached_property
-    def _points(self) -> tuple[FloatArray, FloatArray]:
+    def points(self) -> tuple[FloatArray, FloatArray]:
+        """Times and values as arrays."""
         return np.asarray(self.times), np.asarray(self.values)
 
     @cached_property
     def _slopes(self) -> FloatArray:
-        width = np.diff(self._points[0])
-        rise = np.diff(self._points[1])
+        width = np.diff(self.points[0])
+        rise = np.diff(self.points[1])
         return np.divide(rise, width, where=width > 0.0, out=np.zeros_like(rise))
 
     @cached_property
     def _areas(self) -> FloatArray:
         """Integral up to each time of the table."""
-        times, values = self._points
+        times, values = self.points
         return running_sum(np.diff(times) * (0.5 * values[:-1] + 0.5 * values[1:]))
 
     @property

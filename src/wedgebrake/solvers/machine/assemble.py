@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.dynamics.signals import OPERATION, TABLE, Operation, Signals
 from wedgebrake.errors import InputError
@@ -21,6 +22,7 @@ from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
 from wedgebrake.solvers.machine.friction_lines import Line, curved_lines, lag_order, straight_lines
 from wedgebrake.solvers.machine.problem import CONTACT, LINE, TERMS, MachineProblem
 
+FloatArray = NDArray[np.float64]
 # Coefficient of the torque that a contact with a smooth law holds at rest.
 _HELD = 1e-12
 _MOST_CONTACTS = 12
@@ -34,8 +36,9 @@ class _Programs:
     operations: list[tuple[Any, ...]] = field(default_factory=list)
     ends: list[int] = field(default_factory=list)
     tables: list[tuple[Any, ...]] = field(default_factory=list)
-    times: list[float] = field(default_factory=list)
-    values: list[float] = field(default_factory=list)
+    points: list[tuple[FloatArray, FloatArray]] = field(
+        default_factory=lambda: [(np.empty(0), np.empty(0))]
+    )
     speeds: list[Signal] = field(default_factory=list)
 
     def input(self, signal: Signal) -> int:
@@ -74,11 +77,10 @@ class _Programs:
         self.operations.append((int(kind), index, value, frequency, phase))
 
     def _table(self, table: Table) -> None:
-        first = len(self.times)
-        self.times += table.times
-        self.values += table.values
+        first = sum(len(times) for times, _ in self.points)
+        self.points.append(table.points)
         period = table.times[-1] - table.times[0] if table.periodic else 0.0
-        self.tables.append((first, len(self.times) - 1, 0, 0, period, table.periodic))
+        self.tables.append((first, first + len(table.times) - 1, 0, 0, period, table.periodic))
 
     def _orders(self, signal: Orders) -> None:
         if signal.speed not in self.speeds:
@@ -92,12 +94,13 @@ class _Programs:
     def numbers_of(self, start: float) -> Signals:
         """The programs as the kernels take them."""
         depth = len(self.operations) + 1
+        times, values = map(np.concatenate, zip(*self.points, strict=True))
         return Signals(
             np.array(self.operations, OPERATION),
             np.array(self.ends, np.int64),
             np.array(self.tables, TABLE),
-            np.array(self.times, float),
-            np.array(self.values, float),
+            times,
+            values,
             np.array([float(one.integral(start)) for one in self.speeds], float),
             np.array([self.numbers[one] for one in self.speeds], np.int64),
             np.zeros((depth, TERMS)),

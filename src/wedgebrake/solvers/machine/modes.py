@@ -206,6 +206,9 @@ def select_system(problem, run):
     slot = used[0] if used[0] < keys.shape[0] else 0  # all in use: begin anew
     for number in range(modes.size):
         keys[slot, number] = _key(modes[number])
+    for stride in run.strides:
+        if stride.slot == slot:
+            stride.slot = -1
     if not assemble(problem, run, slot):
         keys[slot, 0] = _NO_KEY
     used[0] = slot + 1

@@ -83,6 +83,15 @@ GUARD = record(whole="contact kind sign")
 # An event of a contact: sides of sliding before and after it.
 EVENT = record("time", whole="contact kind before after")
 
+MOST_BOUNDS = 11
+"""Most Bernstein coefficients of a guard beyond its initial value, in ``STRIDE``."""
+
+# Matrices for cells of a length in a mode (``stride``). slot: of the mode, -1: none; uses: cells so
+# far; terms: of the signals; degree: of the polynomials that bound the guards; guards, rows: number
+# of guards, and of linear results; first, change: places of the matrices and of the results in
+# ``Run.memory``.
+STRIDE = record("length", whole="slot uses terms degree guards rows first change")
+
 
 class MachineProblem(NamedTuple):
     """The numbers of a machine.
@@ -143,6 +152,8 @@ class Run(NamedTuple):
     guard   : (TERMS,) series of a guard
     spare   : (z,) workspace for a row
     curves  : of dtype ``CURVE``, of the contacts with curved lines
+    strides : of dtype ``STRIDE``; the first one only counts what may be worth it
+    memory  : what they refer to
     """
 
     clock: Any
@@ -155,9 +166,11 @@ class Run(NamedTuple):
     guard: Any
     spare: Any
     curves: Any
+    strides: Any
+    memory: Any
 
 
-_SLOTS = 64
+_SLOTS, _STRIDES = 64, 12
 
 
 def run_of(problem: MachineProblem) -> Run:
@@ -173,8 +186,13 @@ def run_of(problem: MachineProblem) -> Run:
     )  # fmt: skip
     curves = np.zeros(np.count_nonzero(problem.contacts["curve"] >= 0), CURVE)
     curves["contact"] = np.flatnonzero(problem.contacts["curve"] >= 0)
+    most_factors = states + (width - 1 - states) * (TERMS - 1)
+    most_rows = states + most * (MOST_BOUNDS + 1)
+    strides = np.zeros(_STRIDES, STRIDE)
+    strides["slot"] = -1
     return Run(
         np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems,
         np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
-        np.zeros(TERMS), np.zeros(width), curves,
+        np.zeros(TERMS), np.zeros(width), curves, strides,
+        np.empty(most_factors + most_rows + max(_STRIDES - 1, 0) * most_factors * most_rows),
     )  # fmt: skip

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.dynamics.jit import borrowing, compiled, inlined
-from wedgebrake.dynamics.signals import advance, expand, next_knot, pass_knots, start_tables
+from wedgebrake.dynamics.jit import borrowing, compiled
+from wedgebrake.dynamics.signals import advance, next_knot, pass_knots, start_tables
 from wedgebrake.solvers.machine.cells import (
     advance_states,
     combine,
@@ -17,6 +17,7 @@ from wedgebrake.solvers.machine.cells import (
     terms_for,
     value,
 )
+from wedgebrake.solvers.machine.clock import Clock, expand_inputs, later
 from wedgebrake.solvers.machine.curves import CURVE_TERMS, expand_curves, slides_on_curve
 from wedgebrake.solvers.machine.events import (
     FLAT,
@@ -36,6 +37,7 @@ from wedgebrake.solvers.machine.follow import follow, follow_samples
 from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system
 from wedgebrake.solvers.machine.observers import observe
 from wedgebrake.solvers.machine.problem import TERMS
+from wedgebrake.solvers.machine.stride import stride
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
@@ -78,36 +80,6 @@ class Ended(NamedTuple):
     events: int
     cells: int
     time: float
-
-
-class Clock(NamedTuple):
-    """A time as a sum of two numbers, so that many small cells lose nothing."""
-
-    time: float
-    rest: float
-
-
-@inlined
-def later(clock, tau):
-    """A clock a time tau later."""
-    total = clock.time + tau
-    back = total - clock.time
-    lost = (clock.time - (total - back)) + (tau - back) + clock.rest
-    time = total + lost
-    return Clock(time, lost - (time - total))
-
-
-@borrowing
-def _expand_inputs(problem, run, clock, terms):
-    """Store the series of the signals, and the rates of moving bases."""
-    states, z = problem.states, run.z
-    expand(problem.signals, clock.time, clock.rest, terms, z, states)
-    for contact in problem.contacts:
-        if contact.base_rate >= 0:
-            base, rate = states + contact.base_input, states + contact.base_rate
-            for k in range(terms - 1):
-                z[k, rate] = (k + 1.0) * z[k + 1, base]
-            z[terms - 1, rate] = 0.0
 
 
 @borrowing
@@ -230,7 +202,7 @@ def start(problem, run, restart):
     clock, terms = Clock(problem.start_time, 0.0), np.int64(2)
     run.clock[0], run.clock[1] = clock.time, clock.rest
     start_tables(problem.signals, clock.time)
-    _expand_inputs(problem, run, clock, terms)
+    expand_inputs(problem, run, clock, terms)
     run.z[0, run.z.shape[1] - 1] = 1.0
     if restart:
         run.pending[0] = 0
@@ -257,6 +229,7 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
     count = np.int64(0)  # Numba would compile functions for a literal 0 too
     few = np.int64(2)
     contacts, slot, bent, watch = run.modes.size, 0, -1, observer.watch
+    quiet = True
     run.pending[0] = max(run.pending[0], 0)
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
     outcome = Outcome.STEP_LIMIT
@@ -281,6 +254,14 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
             if count + contacts > log.size:
                 outcome = Outcome.LOG_FULL
                 break
+        if quiet:
+            strode = stride(
+                watch, problem, run, slot, span.end, span.cells - cells, observer, clock
+            )
+            clock, knot = strode.clock, strode.knot
+            cells += strode.cells
+            if strode.cells > 0:
+                again, bent = 0, -1
         ahead = min(span.end, knot)
         remaining = (ahead - clock.time) - clock.rest
         longest = run.systems.longest[slot]
@@ -289,7 +270,7 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
         if curved:
             terms = CURVE_TERMS
-        _expand_inputs(problem, run, clock, terms)
+        expand_inputs(problem, run, clock, terms)
         rates = run.systems.rates[slot]
         if curved:
             longest = h = expand_curves(problem, run, slot, terms, h)
@@ -312,6 +293,7 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
             outcome = Outcome.COMPLETED
             break
         again = 0 if passed else again + 1
+        quiet = passed and first < 0
         bent = -1
         # An event within rounding of a knot is at the knot.
         at_knot = remaining - tau <= (_TOGETHER * max(abs(ahead), h) if first >= 0 else 0.0)
@@ -323,7 +305,7 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
             pass_knots(problem.signals, clock.time)
         elif first < 0:
             continue
-        _expand_inputs(problem, run, clock, few)
+        expand_inputs(problem, run, clock, few)
         cell = Cell(h, terms, tau)
         if at_knot:
             _after_knot(problem, run, cell, clock.time)

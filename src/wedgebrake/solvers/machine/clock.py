@@ -1,0 +1,36 @@
+"""The time of a run, and the series of its signals at this time."""
+
+from typing import NamedTuple
+
+from wedgebrake.dynamics.jit import embedded, inlined
+from wedgebrake.dynamics.signals import expand
+
+
+class Clock(NamedTuple):
+    """A time as a sum of two numbers, so that many small cells lose nothing."""
+
+    time: float
+    rest: float
+
+
+@inlined
+def later(clock, tau):
+    """A clock a time tau later."""
+    total = clock.time + tau
+    back = total - clock.time
+    lost = (clock.time - (total - back)) + (tau - back) + clock.rest
+    time = total + lost
+    return Clock(time, lost - (time - total))
+
+
+@embedded
+def expand_inputs(problem, run, clock, terms):
+    """Store the series of the signals, and the rates of moving bases."""
+    states, z = problem.states, run.z
+    expand(problem.signals, clock.time, clock.rest, terms, z, states)
+    for contact in problem.contacts:
+        if contact.base_rate >= 0:
+            base, rate = states + contact.base_input, states + contact.base_rate
+            for k in range(terms - 1):
+                z[k, rate] = (k + 1.0) * z[k + 1, base]
+            z[terms - 1, rate] = 0.0

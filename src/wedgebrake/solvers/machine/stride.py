@@ -1,0 +1,441 @@
+"""Cells of equal lengths in which nothing happens: one product with a matrix for each.
+
+In a mode x' = A x + B u + b, so that over a cell of length h
+
+    x(h) - x(0) = h phi(h A) x'(0) + sum_k Psi_k u_k,   phi(s) = (e^s - 1)/s,
+
+with the Taylor coefficients u_k of the inputs, k >= 1. The change of a guard g is linear in the
+same factors y = (x'(0), u_1, u_2, ...). These matrices are computed once for each mode and length,
+from the Taylor series of each factor, whose remainder is rounding as in any other cell. (In x'(0)
+the angles of a machine that turns have cancelled already.)
+
+Proof that no guard has a zero: let p(t) = sum_{k <= d} g_k t^k. Its Bernstein coefficients on the
+cell, b_i = sum_{k <= i} C(i, k)/C(d, k) g_k h^k, bound it from below: p >= min b_i. The rest is at
+most sum_{k > d} |g_k| h^k <= r |y|, with r the same sums for the factors. Hence g > 0 on the cell
+if b_i > r |y| for all i. Otherwise, and where modes or knots are not regular, the cell is
+left to the search for events: here events are neither located nor passed.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.jit import borrowing, chosen_by_class, embedded, inlined, internal
+from wedgebrake.dynamics.signals import Operation, advance, next_knot, pass_knots
+from wedgebrake.solvers.machine.cells import (
+    combine,
+    expand_states,
+    next_coefficient,
+    polynomial,
+    terms_for,
+)
+from wedgebrake.solvers.machine.clock import Clock, expand_inputs, later
+from wedgebrake.solvers.machine.events import next_sampling, sample_controllers
+from wedgebrake.solvers.machine.modes import GuardKind
+from wedgebrake.solvers.machine.observers import observe
+from wedgebrake.solvers.machine.problem import MOST_BOUNDS, TERMS
+from wedgebrake.solvers.machine.watch import NoWatch, Watch
+
+# Share of the size of a guard that may be rounding or count as zero elsewhere.
+_MARGIN = 1e-12
+# Size of the first term that is not in the Bernstein coefficients, relative to the guard.
+_LEFT_OUT = 1e-5
+# Equal cells after which their matrices are worth computing.
+_WORTH = 16
+# Most cells up to a point of time at which a cell has to end, if they are to be of equal lengths.
+_PIECES = 64
+# Relative sizes of differences of times, and of lengths of cells, that are rounding.
+_TOGETHER, _EQUAL = 4.0 * np.finfo(float).eps, 1e-14
+# Size of a state beyond which the run is left to the test for divergence.
+_LARGEST = 1e17
+# Size of a Taylor term that is left out, relative to the first one: its logarithm.
+_NEGLIGIBLE = math.log(1e-18)
+
+
+class Strode(NamedTuple):
+    """Where the cells have led: time, next knot [s], number of cells."""
+
+    clock: Clock
+    knot: float
+    cells: int
+
+
+@inlined
+def _pass(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG001 - as ``_stride``
+    """``_stride`` where each cell is recorded."""
+    knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
+    return Strode(clock, knot, np.int64(0))
+
+
+@borrowing
+def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG001, C901
+    """Take cells in a mode as long as it is proved that nothing happens; returns ``Strode``.
+
+    end  : time at which the run ends [s], which is not reached here
+    most : number of cells that is not reached here
+    """
+    signals, longest = problem.signals, run.systems.longest[slot]
+    cells, number, terms = np.int64(0), np.int64(-1), np.int64(2)
+    sampled, based = _has_samples(problem), _has_bases(problem)
+    knot, sample = math.inf, _next_sample(observer)
+    stale, passed = True, False
+    regular = _is_regular(run, observer)
+    while True:
+        if stale:
+            expand_inputs(problem, run, clock, terms)
+            if passed and sampled:
+                sample_controllers(problem, run, clock.time)
+            knot = next_knot(signals)
+            if sampled:
+                knot = min(knot, next_sampling(problem, run.modes))
+            stale = passed = False
+        if not regular or cells + 1 >= most:
+            break
+        ahead = min(knot, end)
+        rest = (ahead - clock.time) - clock.rest
+        room = _TOGETHER * abs(ahead)
+        if rest <= room and ahead < end:  # there but for rounding
+            if based and _jumps(signals, knot):
+                break
+            _shift(problem, run, slot, rest)
+            clock, stale, passed = Clock(ahead, 0.0), True, True
+            pass_knots(signals, knot)
+            continue
+        if number < 0 or abs(rest - run.strides[number].length) > room:
+            h = _length(rest, longest, ahead < end)
+            room += _EQUAL * h
+            if number < 0 or abs(h - run.strides[number].length) > room:
+                number = _find(run, slot, h, room)
+            if number < 0 and longest < rest:
+                number = _find(run, slot, longest, room)
+            if number < 0 and (h == longest or clock.rest == 0.0):
+                number = _propose(problem, run, slot, h, room)
+            if number < 0:
+                break
+            if run.strides[number].terms != terms:
+                terms, stale = run.strides[number].terms, True
+                continue
+        step = run.strides[number]
+        late = rest - step.length
+        whole = abs(late) <= room + _EQUAL * step.length
+        after = Clock(ahead, 0.0) if whole else later(clock, step.length)
+        if after.time >= end or after.time > ahead:
+            break
+        if whole and based and _jumps(signals, knot):
+            break
+        _change(problem, run, slot, step)
+        if not _is_quiet(problem, run, slot, step):
+            break
+        if sample < after.time:
+            _record(problem, run, slot, step, observer, clock)
+            sample = _next_sample(observer)
+        if signals.speeds.size > 0:
+            advance(signals, run.z, problem.states, terms, step.length)
+        regular = _move(problem, run, step, late if whole else 0.0)
+        step.uses += 1
+        clock, cells, stale, passed = after, cells + 1, True, whole
+        if whole:
+            pass_knots(signals, clock.time)
+            for mode in run.modes:
+                mode.limited = 0
+    return Strode(clock, knot, cells)
+
+
+# Runs of which each cell is recorded are compiled without.
+stride = chosen_by_class({Watch: _pass, NoWatch: _stride})
+
+
+@embedded
+def _is_regular(run, observer):
+    """Return True if no guard has just been at zero, and no torque is a curve or to be recorded."""
+    regular = run.strides.size > 0 and run.curves.size == 0 and observer.work.size == 0
+    for mode in run.modes:
+        regular = regular and mode.fresh == 0
+    return regular
+
+
+@embedded
+def _has_samples(problem):
+    """Return True if there is a digital controller."""
+    found = False
+    for contact in problem.contacts:
+        found = found or contact.held >= 0
+    return found
+
+
+@embedded
+def _has_bases(problem):
+    """Return True if a base follows a signal."""
+    found = False
+    for contact in problem.contacts:
+        found = found or contact.base_rate >= 0
+    return found
+
+
+@embedded
+def _next_sample(observer):
+    """Time of the next sample of the response [s]; inf: there is none."""
+    return observer.times[observer.at[0]] if observer.at[0] < observer.times.size else math.inf
+
+
+@borrowing
+def _jumps(signals, knot):
+    """Return True if a table jumps at a knot."""
+    jumps = False
+    for table in signals.tables:
+        at = table.cursor + 1
+        if at <= table.last and signals.times[at] + table.turns * table.period <= knot:
+            if at < table.last:
+                jumps = jumps or signals.times[at + 1] == signals.times[at]
+            elif table.periodic:
+                jumps = jumps or signals.values[table.first] != signals.values[at]
+    return jumps
+
+
+@embedded
+def _length(rest, longest, divided):
+    """Length of the cells up to a time.
+
+    divided : they are equal; otherwise the longest ones
+    """
+    if rest <= longest:
+        return rest
+    pieces = math.ceil(rest / longest * (1.0 - _EQUAL))
+    return rest / pieces if divided and pieces <= _PIECES else longest
+
+
+@borrowing
+def _find(run, slot, h, room):
+    """Number of the matrices for a mode and a length; -1: there are none."""
+    found = -1
+    for number in range(1, run.strides.size):
+        one = run.strides[number]
+        if one.slot == slot and one.uses > 0 and abs(one.length - h) <= room:
+            found = number
+    return found
+
+
+@borrowing
+def _propose(problem, run, slot, h, room):
+    """Count the equal cells of a mode, and compute their matrices when they are worth it.
+
+    Returns the number of the matrices, or -1. They replace the ones that have been used least.
+    """
+    candidate = run.strides[0]
+    if candidate.slot != slot or abs(candidate.length - h) > room:
+        candidate.slot, candidate.length, candidate.uses = slot, h, 0
+    candidate.uses += 1
+    if candidate.uses < _WORTH:
+        return -1
+    candidate.uses, least = 0, 1
+    for number in range(2, run.strides.size):
+        if run.strides[number].uses < run.strides[least].uses:
+            least = number
+    _compute(problem, run, slot, least, h)
+    return least
+
+
+@embedded
+def _change(problem, run, slot, step):
+    """Set the factors of a cell, and what the matrices make of them."""
+    z, memory, rates, n = run.z, run.memory, run.systems.rates[slot], problem.inverse.size
+    states, rows, guards = problem.states, step.rows, step.guards
+    factors, change = memory[: step.change], memory[step.change : step.change + rows]
+    doubt = memory[step.change + rows : step.change + rows + guards]
+    for i in range(n):
+        factors[i] = z[0, n + i]
+    for i in range(n, states):
+        factors[i] = _dot(rates[i], z[0])
+    at = states
+    for k in range(1, step.terms):
+        for j in range(states, z.shape[1] - 1):
+            factors[at] = z[k, j]
+            at += 1
+    change[:] = 0.0
+    doubt[:] = 0.0
+    place = step.first
+    for j in range(at):
+        factor = factors[j]
+        if factor != 0.0:
+            row = memory[place : place + rows]
+            for i in range(rows):
+                change[i] += factor * row[i]
+            factor = abs(factor)
+            row = memory[place + rows : place + rows + guards]
+            for i in range(guards):
+                doubt[i] += factor * row[i]
+        place += rows + guards
+
+
+@embedded
+def _is_quiet(problem, run, slot, step):
+    """Return True if no guard has a zero in a cell."""
+    z, at, end = run.z, step.change + problem.states, step.change + step.rows
+    bounds, doubt, quiet = run.memory[at:end], run.memory[end : end + step.guards], True
+    at, degree = 0, step.degree
+    for number in range(step.guards):
+        row, start, scale = run.systems.guards[slot, number], 0.0, 0.0
+        for j in range(row.size):
+            part = row[j] * z[0, j]
+            start += part
+            scale += abs(part)
+        what = run.systems.what[slot, number]
+        if what.kind == GuardKind.ZERO_SPEED:
+            scale += problem.contacts[what.contact].base_bound
+        least = 0.0
+        for i in range(at, at + degree):
+            least = min(least, bounds[i])
+        at += degree
+        quiet = quiet and start + least > doubt[number] + _MARGIN * scale
+    return quiet
+
+
+@embedded
+def _dot(row, state):
+    """Value of a row, also of zeros."""
+    total = 0.0
+    for j in range(row.size):
+        total += row[j] * state[j]
+    return total
+
+
+@borrowing
+def _record(problem, run, slot, step, observer, clock):
+    """Record the samples of the response in a cell. The motion does not depend on them."""
+    terms = _cell_terms(run, slot, step.length)
+    expand_inputs(problem, run, clock, terms)
+    expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
+    observe(observer, problem, run, slot, terms, clock, step.length, False)
+    expand_inputs(problem, run, clock, step.terms)
+
+
+@embedded
+def _cell_terms(run, slot, h):
+    """Number of terms of a cell."""
+    longest = run.systems.longest[slot]
+    return TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
+
+
+@borrowing
+def _shift(problem, run, slot, late):
+    """Move the states on by a time that is rounding [s]."""
+    z, rates, n = run.z, run.systems.rates[slot], problem.inverse.size
+    for i in range(n, problem.states):
+        run.memory[i] = _dot(rates[i], z[0])
+    for i in range(n):
+        z[0, i] += late * z[0, n + i]
+    for i in range(n, problem.states):
+        z[0, i] += late * run.memory[i]
+
+
+@embedded
+def _move(problem, run, step, late):
+    """Move the states to the end of a cell; returns False if one is beyond all bounds.
+
+    late : time by which the cell is longer than the others, as times are rounded [s]
+    """
+    z, bounded = run.z, True
+    factors, change = run.memory, run.memory[step.change : step.change + problem.states]
+    for i in range(problem.states):
+        z[0, i] += change[i] + late * factors[i]
+        bounded = bounded and abs(z[0, i]) < _LARGEST
+    return bounded
+
+
+@internal
+def _compute(problem, run, slot, number, h):
+    """Compute the matrices of a mode for cells of a length.
+
+    The row of a factor has the changes of the states, the Bernstein coefficients of the guards
+    without their initial values, and the bounds of what these leave out.
+    """
+    step, longest, states = run.strides[number], run.systems.longest[slot], problem.states
+    width = run.z.shape[1]
+    product = 0.0 if math.isinf(longest) else 2.0 * h / longest
+    terms = _cell_terms(run, slot, h)
+    step.slot, step.length, step.uses = slot, h, 1
+    step.terms = _signal_terms(problem, h, terms)
+    step.degree = min(_terms_of(product, math.log(_LEFT_OUT)) - 1, MOST_BOUNDS)
+    step.guards = run.systems.counts[slot]
+    step.rows = states + step.guards * step.degree
+    inputs = width - 1 - states
+    step.change = states + inputs * (TERMS - 1)
+    room = step.change + states + run.systems.what.shape[1] * (MOST_BOUNDS + 1)
+    step.first = room + (number - 1) * step.change * (room - step.change)
+    series, g = np.zeros((TERMS, width)), np.zeros(TERMS)
+    place = step.first
+    for i in range(states):
+        _column(problem, run, slot, step, terms, 1, i, series, g, place)
+        place += step.rows + step.guards
+    for k in range(1, step.terms):
+        for j in range(states, states + inputs):
+            _column(problem, run, slot, step, terms, k, j, series, g, place)
+            place += step.rows + step.guards
+
+
+@embedded
+def _terms_of(product, least):
+    """Number of terms product^k/k! until one has a logarithm below a given one."""
+    k, size = 1, 0.0
+    while k < TERMS and product > 0.0:
+        size += math.log(product / k)
+        if size < least:
+            break
+        k += 1
+    return k
+
+
+@internal
+def _signal_terms(problem, h, terms):
+    """Number of terms of the signals in a cell; one more for a base, whose rate is needed."""
+    count = np.int64(2)
+    if problem.frequency > 0.0:
+        count = max(_terms_of(problem.frequency * h, _NEGLIGIBLE), count)
+    for one in problem.signals.operations:
+        if one.kind == Operation.MULTIPLY:
+            count += 1
+    for contact in problem.contacts:
+        if contact.base_rate >= 0:
+            count += 1
+    return min(count, terms)
+
+
+@internal
+def _column(problem, run, slot, step, terms, order, column, series, g, place):
+    """Compute the row of a factor: coefficient ``order`` of a state or an input."""
+    series[:] = 0.0
+    series[order, column] = 1.0
+    rates, half, states = run.systems.rates[slot], problem.inverse.size, problem.states
+    for k in range(1, terms - 1):
+        next_coefficient(rates, half, states, series, k)
+    memory, h, degree = run.memory, step.length, step.degree
+    for i in range(states):
+        memory[place + i] = polynomial(series[:, i], terms, h)
+    place += states
+    for number in range(step.guards):
+        row = run.systems.guards[slot, number]
+        combine(row, series, terms, g)
+        power = 1.0
+        for k in range(terms):
+            g[k] *= power
+            power *= h
+        for i in range(1, degree + 1):
+            total, share = 0.0, 1.0  # C(i, k)/C(d, k)
+            for k in range(1, i + 1):
+                share *= (i - k + 1.0) / (degree - k + 1.0)
+                total += share * g[k]
+            memory[place] = total
+            place += 1
+    for number in range(step.guards):
+        row, left_out = run.systems.guards[slot, number], 0.0
+        combine(row, series, terms, g)
+        power = 1.0
+        for k in range(terms):
+            if k > degree:
+                left_out += power * abs(g[k])
+            for j in range(row.size):
+                left_out += _MARGIN * power * abs(row[j] * series[k, j])
+            power *= h
+        memory[place] = left_out
+        place += 1
