@@ -259,3 +259,12 @@ def test_stribeck_friction_takes_few_lines() -> None:
     law = wb.StribeckFriction(kinetic=0.2, static=0.35, speed=0.1, tolerance=1e-6)
     assert len(law.nodes()) - 1 <= 2.0 * np.sqrt(0.15) / (4.0 * np.sqrt(1e-6)) + 2
     assert wb.StribeckFriction(kinetic=0.2, speed=0.1).nodes() == ((0.0, 0.2),)
+
+
+def test_equal_tables_are_equal_once_they_have_been_evaluated() -> None:
+    one, other = (wb.Table([0.0, 1.0, 3.0], [0.0, 2.0, 1.0]) for _ in range(2))
+    assert one(0.5) == other(0.5)
+    assert one == other
+    assert len({one, other}) == 1
+    assert one != wb.Table([0.0, 1.0, 3.0], [0.0, 2.0, 1.0], after="hold")
+    assert one != wb.Constant(1.0)

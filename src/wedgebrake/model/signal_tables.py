@@ -67,13 +67,20 @@ class Table(Signal):
             after: Literal["error", "hold", "zero"] = "error",
         ) -> None: ...
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Table) and self._fields() == other._fields()
+
     def __hash__(self) -> int:
         return self._hash
 
     @cached_property
     def _hash(self) -> int:
         """Computed once, as records have many points."""
-        return hash((self.times, self.values, self.periodic, self.after))
+        return hash(self._fields())
+
+    def _fields(self) -> tuple[Any, ...]:
+        """What makes a table, without the arrays that are kept of it."""
+        return self.times, self.values, self.periodic, self.after
 
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
         """Representation in which long tables are given by their number of points."""
