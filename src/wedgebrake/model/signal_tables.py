@@ -229,9 +229,13 @@ class Table(Signal):
         at = np.clip(np.searchsorted(times, local, side="right") - 1, 0, times.size - 2)
         return np.asarray(np.where(times[at] == times[at + 1], at - 1, at))
 
-    @cached_property
+    @property
     def points(self) -> tuple[FloatArray, FloatArray]:
         """Times and values as arrays."""
+        return self._points
+
+    @cached_property
+    def _points(self) -> tuple[FloatArray, FloatArray]:
         return np.asarray(self.times), np.asarray(self.values)
 
     @cached_property
