@@ -25,6 +25,7 @@ datasets               labels of the results
 Of trajectories, compiled:
 
 accumulators           rest, sticks, heat, peak torque and size of a motion
+vibration              mean squares and peaks of speed, acceleration, jerk and torque
 saltation              derivative of the flow along a trajectory
 growth                 growth of small deviations: exponents and multipliers
 classify               class of a motion from its returns and the growth of deviations

@@ -19,7 +19,7 @@ core/       state and computations, independent of the browser
   computation        how motions are computed and classified, in one run and in sweeps
   snapshot           the motion, its class, and the contents of its charts
   verdict            the verdict in words
-  machine_view       the contents of the page of a machine
+  machine_view       the contents of the page of a machine; machine_sweep: its sweeps
   formatting         numbers as text, and back
   plots              plots over parameters, by progressive_sweep and attractors
   program            run and open plot as calls of public functions, and as a program

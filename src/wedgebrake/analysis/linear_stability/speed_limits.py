@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability.hopf import boundary_between, verdict_of
+from wedgebrake.analysis.linear_stability.limited_parameters import Knob, knobs_of
 from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
     machine_stability,
@@ -20,7 +21,6 @@ from wedgebrake.analysis.linear_stability.sliding_contact import frozen
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
-from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.sweep_settings import sweepable
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
@@ -30,43 +30,14 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-SLOPE, FRICTION, DAMPING = "slope", "friction", "damping"
-"""Kinds of parameters whose limits are sought."""
 # Distances from the present value at which the verdict is tried: the nearest and the farthest one
 # as shares of the parameter's scale, and the ratio of neighbours.
 _NEAREST, _FARTHEST, _RATIO = 1e-3, 1e3, 3.0
-# Friction coefficients beyond this one do not occur.
-_MOST_FRICTION = 5.0
 # Speeds by default: their number, the first as a share of the last, the last one as a multiple of
 # the machine's own speed, and the last one of a machine that does not turn [rad/s].
 _COUNT, _FIRST, _BEYOND, _LAST = 41, 0.01, 3.0, 100.0
 _MOST_SPEEDS = 10_000
 _FASTEST = 1e12
-
-
-class _Knob(NamedTuple):
-    """A parameter whose limit is sought.
-
-    name, kind : dotted name; ``SLOPE``, ``FRICTION`` or ``DAMPING``
-    present    : its value
-    scale      : of its effect on the damping of a vibration
-    low, high  : values that it may have
-    also       : further parameters that change in proportion, with their values
-    """
-
-    name: str
-    kind: str
-    present: float
-    scale: float
-    low: float
-    high: float
-    also: dict[str, float]
-
-    def changes(self, value: float) -> dict[str, float]:
-        """The parameters of the machine with another value."""
-        return {self.name: value} | {
-            name: one * value / self.present for name, one in self.also.items()
-        }
 
 
 @dataclass(frozen=True)
@@ -102,7 +73,8 @@ def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
     """The limits in slope, friction and damping at the machine's own speeds."""
     units = sweepable(machine)
     return tuple(
-        _limit_of(_Evaluation(machine, None), knob, units[knob.name][0]) for knob in _knobs(machine)
+        _limit_of(_Evaluation(machine, None), knob, units[knob.name][0])
+        for knob in knobs_of(machine)
     )
 
 
@@ -137,7 +109,7 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     check_instance("system", machine, Machine, "a BrakedDriveline or a Machine")
     turning = _Turning(machine)
     values = turning.values(speeds)
-    knobs = _knobs(machine)
+    knobs = knobs_of(machine)
     found, limits, sides = [], [], []
     for value in values.tolist():
         at = turning.at(value)
@@ -192,7 +164,7 @@ class _Evaluation:
     def __init__(self, machine: Machine, speeds: Mapping[str, float] | None) -> None:
         self._machine, self._speeds = machine, speeds
 
-    def __call__(self, value: float, knob: _Knob | None) -> tuple[int, MachineStability]:
+    def __call__(self, value: float, knob: Knob | None) -> tuple[int, MachineStability]:
         machine = self._machine if knob is None else self._machine.replace(knob.changes(value))
         found = machine_stability(machine, self._speeds)
         return verdict_of(found), found
@@ -246,58 +218,7 @@ class _Turning:
         return _Evaluation(self._machine.replace(bases), speeds)
 
 
-def _knobs(machine: Machine) -> list[_Knob]:
-    """The parameters whose limits are sought."""
-    known = machine.parameters()
-    damping = _critical_damping(machine)
-    knobs = []
-    for contact in machine.contacts:
-        name = contact.name
-        gain = _gain(contact)
-        if f"{name}.slope" in known and gain > 0.0:
-            present = known[f"{name}.slope"]
-            scale = max(damping / gain, abs(present))
-            knobs.append(_Knob(f"{name}.slope", SLOPE, present, scale, -math.inf, math.inf, {}))
-    for contact in machine.contacts:
-        knobs += _friction(contact.name, known)
-    for shaft in machine.shafts:
-        present = known[f"{shaft.name}.damping"]
-        scale = max(damping, present)
-        knobs.append(_Knob(f"{shaft.name}.damping", DAMPING, present, scale, 0.0, math.inf, {}))
-    return knobs
-
-
-def _friction(contact: str, known: Mapping[str, float]) -> Iterator[_Knob]:
-    """The level of the friction of a contact: the scale of a table, or its coefficients."""
-    for name, most in (("scale", math.inf), ("kinetic", _MOST_FRICTION)):
-        present = known.get(f"{contact}.{name}", 0.0)
-        if present <= 0.0:
-            continue
-        also = {}
-        static = known.get(f"{contact}.static")
-        if name == "kinetic" and static is not None:
-            also[f"{contact}.static"] = static
-            most = min(most, _MOST_FRICTION * present / static)
-        yield _Knob(f"{contact}.{name}", FRICTION, present, present, 0.0, most, also)
-        return
-
-
-def _critical_damping(machine: Machine) -> float:
-    """A damping of the order of the critical one [N m s/rad]."""
-    stiffness = max((one.stiffness for one in machine.shafts), default=0.0)
-    inertia = max(one.inertia for one in machine.inertias)
-    own = max((one.damping for one in machine.shafts), default=0.0)
-    return max(math.sqrt(stiffness * inertia), own) or inertia
-
-
-def _gain(contact: Contact) -> float:
-    """Torque per actuation force, forwards or backwards [m]."""
-    coefficient = contact.friction.reference
-    found = [abs(contact.brake.amplification(side * coefficient)) for side in (1.0, -1.0)]
-    return contact.brake.radius * min(one for one in found if math.isfinite(one))
-
-
-def _nearest(at: _Evaluation, knob: _Knob) -> tuple[float, int] | None:
+def _nearest(at: _Evaluation, knob: Knob) -> tuple[float, int] | None:
     """The limit nearest to the present value, and the side on which sliding is stable."""
 
     def of(value: float) -> tuple[int, MachineStability]:
@@ -328,7 +249,7 @@ def _nearest(at: _Evaluation, knob: _Knob) -> tuple[float, int] | None:
 
 
 def _bracket(
-    of: Callable[[float], tuple[int, MachineStability]], knob: _Knob, present: int, side: float
+    of: Callable[[float], tuple[int, MachineStability]], knob: Knob, present: int, side: float
 ) -> tuple[float, float] | None:
     """Two values on one side of the present one with different verdicts; None without limit."""
     last, distance = knob.present, _NEAREST * knob.scale
@@ -348,7 +269,7 @@ def _bracket(
     return None
 
 
-def _limit_of(at: _Evaluation, knob: _Knob, unit: str) -> ParameterLimit:
+def _limit_of(at: _Evaluation, knob: Knob, unit: str) -> ParameterLimit:
     """The limit in a parameter, with its critical mode."""
     found = _nearest(at, knob)
     value, frequency = None, None

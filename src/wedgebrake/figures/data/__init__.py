@@ -4,6 +4,8 @@ motion          one response: history, phase portrait, Poincaré section, spectr
 machine         response of a machine with several inertias: panels over time
 modes           shapes of small vibration of a machine
 bifurcation     bifurcation diagram: points, classes and exponents over one parameter
+response_diagram amplitudes over one parameter, up and down
+speed_limits    limits of linear stability over the speed, as parameter_lines
 class_map       map over two parameters: class of motion, any other result, linear stability
 basins          basins of attraction, with the attractors
 orbit_branches  branches of periodic orbits, with their bifurcations

@@ -4,6 +4,8 @@ motion          one response: history, phase portrait, Poincare section, spectru
 machine         response of a machine: speeds, sticks, torques and forces over time
 modes           shapes of small vibration of a machine, with frequency and damping
 bifurcation     Poincare points against a parameter, with classes of motion and of stick-slip
+response_diagram amplitudes against a parameter; bands: the classes below a diagram
+speed_limits    limits of linear stability over the speed, drawn by parameter_lines
 maps            over two parameters: regimes, basins, linear stability, curves of bifurcations
 stopping, order_map  measures of a stop; amplitudes over speed and order
 orbit_branches  periodic orbits over a parameter, stable and unstable, with their bifurcations

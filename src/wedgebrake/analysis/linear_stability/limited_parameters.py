@@ -1,0 +1,91 @@
+"""Parameters whose limits of stability are sought: slopes, levels of friction, damping."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import Contact
+
+SLOPE, FRICTION, DAMPING = "slope", "friction", "damping"
+"""Kinds of parameters."""
+# Friction coefficients beyond this one do not occur.
+_MOST_FRICTION = 5.0
+
+
+class Knob(NamedTuple):
+    """A parameter whose limit is sought.
+
+    name, kind : dotted name; ``SLOPE``, ``FRICTION`` or ``DAMPING``
+    present    : its value
+    scale      : of its effect on the damping of a vibration
+    low, high  : values that it may have
+    also       : further parameters that change in proportion, with their values
+    """
+
+    name: str
+    kind: str
+    present: float
+    scale: float
+    low: float
+    high: float
+    also: dict[str, float]
+
+    def changes(self, value: float) -> dict[str, float]:
+        """The parameters of the machine with another value."""
+        return {self.name: value} | {
+            name: one * value / self.present for name, one in self.also.items()
+        }
+
+
+def knobs_of(machine: Machine) -> list[Knob]:
+    """The parameters whose limits are sought."""
+    known = machine.parameters()
+    damping = _critical_damping(machine)
+    knobs = []
+    for contact in machine.contacts:
+        name = contact.name
+        gain = _gain(contact)
+        if f"{name}.slope" in known and gain > 0.0:
+            present = known[f"{name}.slope"]
+            scale = max(damping / gain, abs(present))
+            knobs.append(Knob(f"{name}.slope", SLOPE, present, scale, -math.inf, math.inf, {}))
+    for contact in machine.contacts:
+        knobs += _friction(contact.name, known)
+    for shaft in machine.shafts:
+        present = known[f"{shaft.name}.damping"]
+        scale = max(damping, present)
+        knobs.append(Knob(f"{shaft.name}.damping", DAMPING, present, scale, 0.0, math.inf, {}))
+    return knobs
+
+
+def _friction(contact: str, known: Mapping[str, float]) -> Iterator[Knob]:
+    """The level of the friction of a contact: the scale of a table, or its coefficients."""
+    for name, most in (("scale", math.inf), ("kinetic", _MOST_FRICTION)):
+        present = known.get(f"{contact}.{name}", 0.0)
+        if present <= 0.0:
+            continue
+        also = {}
+        static = known.get(f"{contact}.static")
+        if name == "kinetic" and static is not None:
+            also[f"{contact}.static"] = static
+            most = min(most, _MOST_FRICTION * present / static)
+        yield Knob(f"{contact}.{name}", FRICTION, present, present, 0.0, most, also)
+        return
+
+
+def _critical_damping(machine: Machine) -> float:
+    """A damping of the order of the critical one [N m s/rad]."""
+    stiffness = max((one.stiffness for one in machine.shafts), default=0.0)
+    inertia = max(one.inertia for one in machine.inertias)
+    own = max((one.damping for one in machine.shafts), default=0.0)
+    return max(math.sqrt(stiffness * inertia), own) or inertia
+
+
+def _gain(contact: Contact) -> float:
+    """Torque per actuation force, forwards or backwards [m]."""
+    coefficient = contact.friction.reference
+    found = [abs(contact.brake.amplification(side * coefficient)) for side in (1.0, -1.0)]
+    return contact.brake.radius * min(one for one in found if math.isfinite(one))
