@@ -42,7 +42,7 @@ class Panel(NamedTuple):
 
     label  : of the axis
     levels : horizontal lines
-    filled : (n, 2) lower and upper limit of a shaded range over the parameter; None without one
+    filled : (n, 2) lower and upper limit of the stable range over the parameter; None without one
     zero   : whether the axis includes 0
     """
 
@@ -57,7 +57,7 @@ class Panel(NamedTuple):
 class ParameterLines:
     """Panels of curves over one parameter, in ascending order of it.
 
-    shaded : intervals of the parameter that are shaded, with their meaning
+    shaded : intervals of the parameter that are shaded in panels without a range
     own    : value of the parameter that is marked; None for none
     """
 
@@ -65,7 +65,6 @@ class ParameterLines:
     panels: tuple[Panel, ...]
     sentences: tuple[str, ...]
     shaded: Sequence[tuple[float, float]] = ()
-    shade_word: str = ""
     own: float | None = None
 
 

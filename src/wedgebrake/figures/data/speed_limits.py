@@ -33,9 +33,8 @@ _KINDS = {
 }
 _LIMITS = (
     "Limits: values nearest to the present ones (dashed) at which the verdict on steady sliding"
-    " changes, one at a time; green: stable. Red: speeds at which sliding is unstable."
+    " changes, one at a time. Red: sliding is unstable; green: stable."
 )
-_SHADE = "linearly unstable"
 # Values beyond this multiple of the median of a curve's magnitudes, and of its present value, are
 # not shown.
 _FAR = 20.0
@@ -72,9 +71,7 @@ def of_limits(dataset: xr.Dataset) -> ParameterLines:
         sentences.append(f"No value changes the verdict: {', '.join(free)}.")
     if own > 0.0:
         sentences.append("Dotted: speed of the machine.")
-    return ParameterLines(
-        x, tuple(panels), tuple(sentences), shaded, _SHADE, own if own > 0.0 else None
-    )
+    return ParameterLines(x, tuple(panels), tuple(sentences), shaded, own if own > 0.0 else None)
 
 
 def of_map(dataset: xr.Dataset, name: str) -> ParameterLines:
@@ -95,7 +92,7 @@ def of_map(dataset: xr.Dataset, name: str) -> ParameterLines:
         *caption.sentences(dataset, [name]),
         "Linear stability of steady sliding: the least damped mode. Red: unstable, or no sliding.",
     ]
-    return ParameterLines(x, panels, tuple(sentences), shaded, _SHADE)
+    return ParameterLines(x, panels, tuple(sentences), shaded)
 
 
 def _of_kind(dataset: xr.Dataset, kind: str) -> list[str]:

@@ -43,7 +43,7 @@ def draw_panel(axes: Axes, data: ParameterLines, panel: Panel) -> None:
     """Draw the curves of a panel on axes of the parameter."""
     set_axes(axes, data.x)
     axes.set_ylabel(panel.label)
-    for low, high in data.shaded:
+    for low, high in data.shaded if panel.filled is None else ():
         axes.axvspan(low, high, color=REGIONS[UNSTABLE].colour, linewidth=0.0, zorder=0.2)
     x = data.x.values
     for line in panel.lines:
@@ -55,6 +55,8 @@ def draw_panel(axes: Axes, data: ParameterLines, panel: Panel) -> None:
     if panel.filled is not None:
         low, high = axes.get_ylim()
         lower, upper = np.clip(panel.filled.T, low, high)
+        rest: Any = {"color": REGIONS[UNSTABLE].colour, "linewidth": 0.0, "zorder": 0.2}
+        axes.fill_between(x, low, high, **rest)
         fill: Any = {"color": REGIONS[STABLE].colour, "linewidth": 0.0, "zorder": 0.4}
         axes.fill_between(x, lower, upper, **fill)
     for level in panel.levels:
