@@ -16,7 +16,7 @@ from wedgebrake.orbits.bifurcation_types import Kind, Margin
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 
-# Newton's method ends when its step is rounding, and fails if the step does not shrink.
+# Newton's method ends when its next step is rounding, and fails if the step does not shrink.
 _CONVERGED, _ACCEPTED = 1e-13, 1e-9
 _MOST_STEPS = 12
 # The first step as a share of the longest, and how steps grow and shrink.
@@ -127,8 +127,9 @@ def newton(
         if not np.isfinite(size) or (size > 0.5 * last and size > _ACCEPTED) or size > 10.0:
             break
         y = y + step
-        # Below the square root of rounding the next step, its square, is negligible.
-        if size <= _CONVERGED or (size > 0.5 * last and size <= _ACCEPTED):
+        # Steps shrink at least by the same factor again, mostly by its square.
+        ends = size * size <= _CONVERGED * last if np.isfinite(last) else size <= _CONVERGED
+        if ends or (size > 0.5 * last and size <= _ACCEPTED):
             return y, matrix
         last = size
     raise NotConvergedError
