@@ -27,8 +27,8 @@ _ROOT = 1e-6
 _NARROW = 0.5
 # A multiplier that goes through infinity, as where the end of a rest becomes tangent, is no root.
 _POLE = 1e-6
-# Functions smaller than this at both ends of a step are rounding, as for multipliers that remain 1
-# over a family of orbits at one value of the parameter.
+# Functions smaller than this have no sign, as for multipliers that remain 1 over a family of orbits
+# at one value of the parameter.
 _ROUNDING = 1e-9
 # Functions larger than this at both ends of a step are not expected to vanish twice between.
 _FAR = 0.1
@@ -250,7 +250,7 @@ def _sign_changes(
 ) -> list[tuple[float, float]]:
     """Intervals of s in each of which a function changes sign, one or two."""
     first, last = ends
-    if max(abs(first), abs(last)) <= _ROUNDING:
+    if min(abs(first), abs(last)) <= _ROUNDING:
         return []
     if first * last < 0.0:
         return [(0.0, until)]
