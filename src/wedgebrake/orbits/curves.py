@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small.
 _DIFFERENCE = 1e-6
 # Distance within which a derivative by the parameters is used again, where the flow itself is
-# computed to a tolerance: Newton's method then gains three digits in a step.
-_NEAR = 1e-3
+# computed to a tolerance. Where branches meet the equations are singular, and further is too far.
+_NEAR = 1e-5
 # Number of cached solutions of a curve.
 _REMEMBERED = 8
 
