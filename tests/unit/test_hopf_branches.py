@@ -280,6 +280,36 @@ def amplitude_ratio(matrix: np.ndarray) -> float:
     return float(abs(q[3]) / abs(q[2]))
 
 
+def test_a_machine_that_turns_freely() -> None:
+    """A motor with a falling characteristic turns a disc with a brake; the shaft vibrates."""
+    speed = 4.0
+    torque = 3.0 * speed + 20.0 * stribeck().kinetic_at(0.2 * speed)
+    machine = wb.Machine(
+        inertias=[wb.Inertia("motor", 1.0, speed=speed), wb.Inertia("disc", 0.2, speed=speed)],
+        shafts=[
+            wb.Shaft("motor", "ground", stiffness=0.0, damping=3.0),
+            wb.Shaft("motor", "disc", stiffness=100.0, damping=0.05),
+        ],
+        contacts=[
+            wb.Contact(
+                "disc", name="brake", brake=wb.ConventionalBrake(radius=0.2), friction=stribeck(),
+                actuation=wb.Actuation(initial_force=100.0, slope=0.0),
+            )
+        ],
+        torques=[wb.Torque("motor", wb.Constant(torque), name="drive")],
+    )  # fmt: skip
+    limit = wb.hopf(machine, "motor-disc.damping", between=(0.0, 5.0))
+    found = branch_from(limit, (0.0, 5.0), "smooth", step=0.05)
+    assert found.points[0].value == pytest.approx(limit.value, rel=1e-9)
+    assert found.points[0].period == pytest.approx(1.0 / limit.frequency, rel=1e-5)
+    assert [(one.bifurcation.kind, one.bifurcation.scenario) for one in found.bifurcations] == [
+        (Kind.HOPF, Scenario.NONE), (Kind.GRAZING_SLIDING, Scenario.FOLD)
+    ]  # fmt: skip
+    last = found.points[-1]
+    assert last.value == 0.0
+    assert wb.motion(last.system, method="smooth").period == pytest.approx(last.period, rel=1e-9)
+
+
 def test_branches_as_a_dataset() -> None:
     limit = wb.hopf(block(stribeck()), "belt.base_speed", between=(0.8, 1.5))
     found = wb.branches(limit, {"belt.base_speed": (0.5, 3.0)}, method="smooth", switch=0)

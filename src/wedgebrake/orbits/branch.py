@@ -34,6 +34,7 @@ from wedgebrake.orbits.palc import (
     corrected,
     first_vanishing,
     smooth_bifurcations,
+    tangent,
 )
 from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, value_of, with_values
 from wedgebrake.orbits.segment_orbit import violated
@@ -451,6 +452,9 @@ class Branch(Result, Iterator[BranchPoint]):
         if self._meets_parent(step, low):
             return True
         at, beyond = step.at(low), step.at(high)
+        # That of the last step of Newton's method may be of the other side.
+        matrix = step.curve.linearize(beyond.y)[1]
+        beyond = CurvePoint(beyond.y, matrix, tangent(matrix, step.start.direction))
         passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
         self._arclength += float(np.linalg.norm(beyond.y - step.start.y))
         self._queue.extend(passed)

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small.
 _DIFFERENCE = 1e-6
+# Distance within which a derivative by the parameters is used again, where the flow itself is
+# computed to a tolerance. Where branches meet the equations are singular, and further is too far.
+_NEAR = 1e-5
 # Number of cached solutions of a curve.
 _REMEMBERED = 8
 
@@ -180,6 +183,7 @@ class OrbitCurve:
         sizes = np.maximum(sizes, self.problem.size) * np.sqrt(self.equations.size)
         self.scales: FloatArray = np.concatenate((sizes, self.problem.scales))
         self._solutions: dict[bytes, OrbitSolution] = {}
+        self._columns: tuple[FloatArray, list[FloatArray]] | None = None
 
     def scaled(self, solution: OrbitSolution) -> FloatArray:
         """Scaled unknowns y of an orbit."""
@@ -210,9 +214,22 @@ class OrbitCurve:
         size, (unknowns, values) = self.equations.size, self._unscaled(y)
         problem = self.problem.kernel_problem(values)
         residual, matrix = self.equations.linearize(unknowns, problem)
-        columns = [matrix * self.scales[:size]]
-        columns += [self._by_parameter(y, i)[:, None] for i in range(size, y.size)]
-        return residual, np.hstack(columns)
+        if self.equations.to_rounding:
+            columns = [self._by_parameter(y, i) for i in range(size, y.size)]
+        else:
+            columns = self._by_parameters_nearby(y)
+        return residual, np.column_stack((matrix * self.scales[:size], *columns))
+
+    def _by_parameters_nearby(self, y: FloatArray) -> list[FloatArray]:
+        """Derivatives of F by the parameters, there or at a point nearby, by forward differences.
+
+        Each new value of a parameter is a system that has to be prepared, which takes longer than
+        the flow over a period.
+        """
+        if self._columns is None or np.linalg.norm(y - self._columns[0]) > _NEAR:
+            there = range(self.equations.size, y.size)
+            self._columns = y, [one_sided(self.residual, y, i) for i in there]
+        return self._columns[1]
 
     def _by_parameter(self, y: FloatArray, column: int) -> FloatArray:
         """Derivative of F by a parameter, on the side of y where events change near it."""
@@ -251,7 +268,9 @@ class BifurcationCurve:
 
 
 def difference(
-    function: Callable[[FloatArray], FloatArray], y: FloatArray, column: int
+    function: Callable[[FloatArray], FloatArray],
+    y: FloatArray,
+    column: int,
 ) -> FloatArray:
     """Derivative by one unknown: a central difference, one-sided where one side has no value."""
     ends, width = [], 0.0
@@ -266,3 +285,18 @@ def difference(
     if width == 0.0 or not np.all(np.isfinite(ends)):
         raise NoOrbitError
     return np.asarray((ends[0] - ends[1]) / width)
+
+
+def one_sided(
+    function: Callable[[FloatArray], FloatArray], y: FloatArray, column: int
+) -> FloatArray:
+    """Derivative by one unknown: a difference to the side on which the function has a value."""
+    here = function(y)
+    for step in (_DIFFERENCE, -_DIFFERENCE):
+        there = y.copy()
+        there[column] += step
+        try:
+            return np.asarray((function(there) - here) / step)
+        except NoOrbitError:
+            continue
+    raise NoOrbitError

@@ -16,7 +16,7 @@ from wedgebrake.orbits.bifurcation_types import Kind, Margin
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 
-# Newton's method ends when its step is rounding, and fails if the step does not shrink.
+# Newton's method ends when its next step is rounding, and fails if the step does not shrink.
 _CONVERGED, _ACCEPTED = 1e-13, 1e-9
 _MOST_STEPS = 12
 # The first step as a share of the longest, and how steps grow and shrink.
@@ -27,8 +27,8 @@ _ROOT = 1e-6
 _NARROW = 0.5
 # A multiplier that goes through infinity, as where the end of a rest becomes tangent, is no root.
 _POLE = 1e-6
-# Functions smaller than this at both ends of a step are rounding, as for multipliers that remain 1
-# over a family of orbits at one value of the parameter.
+# Functions smaller than this have no sign, as for multipliers that remain 1 over a family of orbits
+# at one value of the parameter.
 _ROUNDING = 1e-9
 # Functions larger than this at both ends of a step are not expected to vanish twice between.
 _FAR = 0.1
@@ -127,8 +127,9 @@ def newton(
         if not np.isfinite(size) or (size > 0.5 * last and size > _ACCEPTED) or size > 10.0:
             break
         y = y + step
-        # Below the square root of rounding the next step, its square, is negligible.
-        if size <= _CONVERGED or (size > 0.5 * last and size <= _ACCEPTED):
+        # Steps shrink at least by the same factor again, mostly by its square.
+        ends = size * size <= _CONVERGED * last if np.isfinite(last) else size <= _CONVERGED
+        if ends or (size > 0.5 * last and size <= _ACCEPTED):
             return y, matrix
         last = size
     raise NotConvergedError
@@ -249,7 +250,7 @@ def _sign_changes(
 ) -> list[tuple[float, float]]:
     """Intervals of s in each of which a function changes sign, one or two."""
     first, last = ends
-    if max(abs(first), abs(last)) <= _ROUNDING:
+    if min(abs(first), abs(last)) <= _ROUNDING:
         return []
     if first * last < 0.0:
         return [(0.0, until)]

@@ -26,6 +26,8 @@ class ReturnMap:
     change, the map is continuous or the motion jumps.
     """
 
+    to_rounding = True
+
     def __init__(self, order: int, dimension: int) -> None:
         self.order, self.dimension = order, dimension
 

@@ -53,6 +53,8 @@ class SegmentBVP:
             singular twice.
     """
 
+    to_rounding = True
+
     def __init__(self, codes: Codes, order: int, *, half: bool = False) -> None:
         self.codes, self.order, self.half = codes, order, half
         self._codes: NDArray[np.int64] = np.array(codes, dtype=np.int64)

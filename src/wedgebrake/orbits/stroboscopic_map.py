@@ -27,6 +27,8 @@ class StroboscopicMap:
     """
 
     sequence = ""
+    # The flow is computed to a tolerance.
+    to_rounding = False
 
     def __init__(self, order: int) -> None:
         self.order = order
