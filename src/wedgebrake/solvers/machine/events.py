@@ -6,19 +6,19 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.dynamics.jit import borrowing, inlined, internal
+from wedgebrake.dynamics.jit import borrowing, inlined
 from wedgebrake.solvers.machine.cells import size, value
 from wedgebrake.solvers.machine.complementarity import (
     ROUNDING,
-    at_rest_of,
-    pattern_of,
     rate,
     solve,
+    view_of,
 )
 from wedgebrake.solvers.machine.curves import curve_gain
 from wedgebrake.solvers.machine.modes import (
     GuardKind,
     bit,
+    compliance,
     is_straight,
     slip_row,
     unlimited_force_row,
@@ -44,7 +44,7 @@ class Cell(NamedTuple):
     elapsed: float
 
 
-@internal
+@borrowing
 def _limited_force(problem, number, run, side):
     """The actuation force in the present state, and -1 or 1 if it is at a limit, otherwise 0."""
     contact, row = problem.contacts[number], run.spare
@@ -65,17 +65,21 @@ def _times(gain, force):
     return gain * force if force != 0.0 else 0.0
 
 
-@internal
+@borrowing
 def _load(problem, run, contacts):
-    """Torques on the inertias without those of some contacts, and the sizes of their parts."""
-    n, z, row = problem.inverse.size, run.z, run.spare
-    load = np.empty((2, n))
-    for i in range(n):
-        load[0, i], load[1, i] = value(problem.torque[i], z), size(problem.torque[i], z)
+    """Set ``run.load``, for the inertias of some contacts that are at rest."""
+    z, row, load = run.z, run.spare, run.load
+    for number in contacts:
+        contact = problem.contacts[number]
+        _free_torque(problem, z, contact.a, load)
+        if contact.b >= 0:
+            _free_torque(problem, z, contact.b, load)
+    pending = 0
     for number in range(run.modes.size):
-        mode, contact = run.modes[number], problem.contacts[number]
-        if np.any(contacts == number):
+        if pending < contacts.size and contacts[pending] == number:
+            pending += 1
             continue
+        mode, contact = run.modes[number], problem.contacts[number]
         if is_straight(contact):
             slip_row(problem, number, mode, row, row)
             push = value(row, z)
@@ -90,25 +94,36 @@ def _load(problem, run, contacts):
         if contact.b >= 0:
             load[0, contact.b] -= push
             load[1, contact.b] += abs(push)
-    return load[0], load[1]
 
 
-@internal
+@inlined
+def _free_torque(problem, z, i, load):
+    """Set the torque on an inertia without the contacts, and the sizes of its parts."""
+    row = problem.torque[i]
+    load[0, i], load[1, i] = value(row, z), size(row, z)
+
+
+@borrowing
 def settle(problem, run):
     """Decide which of the contacts with zero sliding speed hold, and set their modes.
 
-    They are the pending ones of ``run.resting``. Returns False if there is no answer.
+    They are the pending ones of ``run.resting``, in ascending order. Returns False if there is no
+    answer.
     """
     count = run.pending[0]
     contacts = run.resting[:count]
-    rest, pattern = at_rest_of(problem, contacts), pattern_of(count)
+    rest, pattern = view_of(run.rest, run.pattern, count)
     scale, at_rest, limited = 0.0, np.int64(0), False
     for number in contacts:
         limited = limited or run.modes[number].limited != 0
-    torque, sizes = _load(problem, run, contacts)
+    _load(problem, run, contacts)
+    torque, sizes = run.load[0], run.load[1]
     for i in range(count):
         contact = problem.contacts[contacts[i]]
         force, _ = _limited_force(problem, contacts[i], run, at_rest)
+        rest.a[i], rest.b[i] = contact.a, contact.b if contact.b >= 0 else problem.inverse.size
+        for k in range(count):
+            rest.matrix[i, k] = compliance(problem, contacts[i], contacts[k])
         rest.lower[i] = -_times(contact.breakaway_forward, force)
         rest.upper[i] = -_times(contact.breakaway_backward, force)
         rest.forward[i] = -_times(contact.forward, force)
@@ -127,6 +142,7 @@ def settle(problem, run):
         scale = max(scale, size_)
         rest.limited[i] = run.modes[contacts[i]].limited
         rest.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
+        pattern.clamp[i] = 0
     rest.scale[0] = scale
     if count == 1:
         _settle_one(rest, pattern)
@@ -146,7 +162,7 @@ def settle(problem, run):
     return True
 
 
-@internal
+@borrowing
 def _settle_one(rest, pattern):
     """``solve`` for one contact."""
     needed = -rest.rates[0] / rest.matrix[0, 0]
@@ -163,7 +179,7 @@ def _settle_one(rest, pattern):
         pattern.torque[0] = rest.forward[0] if side > 0 else rest.backward[0]
 
 
-@internal
+@borrowing
 def _set_line(problem, number, speed, mode):
     """Set the line of the torque of a sliding contact."""
     contact = problem.contacts[number]
@@ -176,7 +192,7 @@ def _set_line(problem, number, speed, mode):
     mode.line = line
 
 
-@internal
+@borrowing
 def check_lines(problem, run):
     """Set the lines of sliding contacts anew where they do not belong to their speeds.
 
@@ -210,7 +226,7 @@ def _is_about(low, high, speed):
     return low * (1.0 - _AT_LINE) <= speed <= high * (1.0 + _AT_LINE)
 
 
-@internal
+@borrowing
 def set_sides(problem, run):
     """Set the sides of the contacts by their sliding speeds, at the start."""
     for number in range(run.modes.size):
@@ -220,7 +236,7 @@ def set_sides(problem, run):
         run.modes[number].side = 0 if at_rest else (1 if speed > 0.0 else -1)
 
 
-@internal
+@borrowing
 def classify(problem, run):
     """Set the modes by the sides of sliding; ``settle`` has to follow."""
     count = 0

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import compiled, inlined, internal
+from wedgebrake.dynamics.jit import borrowing, compiled, inlined, internal
 from wedgebrake.solvers.machine.cells import value
 from wedgebrake.solvers.machine.least_torques import least_torques
 
@@ -26,7 +26,7 @@ class GuardKind(IntEnum):
     HOLDING_LIMIT = 3
 
 
-@internal
+@borrowing
 def bit(kind, sign):
     """The bit of a guard among those of its contact."""
     return 1 << (2 * kind + (sign > 0))
@@ -38,7 +38,7 @@ def _key(mode):
     return 27 * mode.line + 9 * mode.side + 3 * mode.limit + mode.clamp
 
 
-@internal
+@borrowing
 def _has_key(modes, key):
     """Return True if the key of a system is that of the modes."""
     same = True
@@ -77,7 +77,7 @@ def _workspace(problem):
     )  # fmt: skip
 
 
-@internal
+@borrowing
 def command_row(problem, number, side, row):
     """Set a row to the command of the actuator, before its lag."""
     contact = problem.contacts[number]
@@ -93,7 +93,7 @@ def command_row(problem, number, side, row):
             row[i] += side * contact.slope * problem.sliding[number, i]
 
 
-@internal
+@borrowing
 def unlimited_force_row(problem, number, side, row):
     """Set a row to the actuation force of a contact before its limits."""
     contact = problem.contacts[number]
@@ -117,7 +117,7 @@ def _is_released(problem, contact, mode):
     return line.start > 0.0 and line.offset == 0.0 and line.slope == 0.0
 
 
-@internal
+@borrowing
 def _force_row(problem, number, mode, row):
     """Set the row of the actuation force of a contact."""
     contact = problem.contacts[number]
@@ -130,14 +130,14 @@ def _force_row(problem, number, mode, row):
         unlimited_force_row(problem, number, mode.side, row)
 
 
-@internal
+@borrowing
 def _scaled(target, factor, row):
     """Set a row to another one times a factor; an infinite factor counts where it presses."""
     for i in range(row.size):
         target[i] = factor * row[i] if row[i] != 0.0 else 0.0
 
 
-@internal
+@borrowing
 def slip_row(problem, number, mode, force, row):
     """Set a row to the torque of a sliding contact on its first inertia."""
     contact, side = problem.contacts[number], mode.side
@@ -157,7 +157,7 @@ def slip_row(problem, number, mode, force, row):
     _scaled(row, -(contact.forward if side > 0 else contact.backward), force)
 
 
-@internal
+@borrowing
 def _add_torque(problem, number, row, work):
     """Add the torque of a contact to those on its inertias."""
     contact, torque = problem.contacts[number], work.torque
@@ -168,7 +168,7 @@ def _add_torque(problem, number, row, work):
             torque[contact.b, i] -= row[i]
 
 
-@internal
+@borrowing
 def _acceleration_row(problem, number, work, row):
     """Set the row of the rate of a sliding speed, from the torques."""
     contact, torque = problem.contacts[number], work.torque
@@ -180,7 +180,7 @@ def _acceleration_row(problem, number, work, row):
         row[problem.states + contact.base_rate] -= 1.0
 
 
-@internal
+@borrowing
 def compliance(problem, one, other):
     """Rate of a sliding speed per torque of another contact: an entry of W' M^-1 W."""
     left, right = problem.contacts[one], problem.contacts[other]
@@ -198,6 +198,12 @@ def compliance(problem, one, other):
 
 @compiled
 def select_system(problem, run):
+    """``present_system`` for callers in Python."""
+    return present_system(problem, run)
+
+
+@borrowing
+def present_system(problem, run):
     """Return the slot of the system of the present modes; assemble it if it is new."""
     modes, keys, used = run.modes, run.systems.keys, run.systems.used
     for slot in range(used[0]):
@@ -266,14 +272,14 @@ def assemble(problem, run, slot):
     return unique
 
 
-@internal
+@borrowing
 def _width(work, number, z):
     """Largest torque at which a contact holds; 1 where there is none or no limit."""
     width = max(abs(value(work.upper[number], z)), abs(value(work.lower[number], z)))
     return width if 0.0 < width < math.inf else 1.0
 
 
-@internal
+@borrowing
 def _lag_rows(problem, number, side, rates):
     """Set the rates of the states of an actuator with a lag."""
     contact = problem.contacts[number]
@@ -294,7 +300,7 @@ def _lag_rows(problem, number, side, rates):
     second[contact.state + 1] -= 2.0 * contact.lag_damping * contact.lag_frequency
 
 
-@internal
+@borrowing
 def _square(matrix, count, result):
     """Store the square of a matrix."""
     for i in range(count):
@@ -305,7 +311,7 @@ def _square(matrix, count, result):
             result[i, j] = total
 
 
-@internal
+@borrowing
 def _longest_cell(rates, states, frequency, matrix):
     """Longest cell, from the growth of Taylor coefficients and the fastest signal.
 
@@ -338,7 +344,7 @@ def _longest_cell(rates, states, frequency, matrix):
     return _CELL / growth if growth > 0.0 else math.inf
 
 
-@internal
+@borrowing
 def _guards(problem, run, work, slot):
     """Set the guards of the present modes; returns their number."""
     count, systems = 0, run.systems
@@ -355,7 +361,7 @@ def _guards(problem, run, work, slot):
     return count
 
 
-@internal
+@borrowing
 def _speed_guards(problem, number, mode, rows, what, count):
     """Set the guards of the sliding speed of a contact; returns the number of guards."""
     contact, low, high = problem.contacts[number], 0.0, math.inf
@@ -375,7 +381,7 @@ def _speed_guards(problem, number, mode, rows, what, count):
     return count
 
 
-@internal
+@borrowing
 def _holding_guards(work, number, torque, rows, what, count):
     """Set the guards of the torque of a contact at rest; returns the number of guards."""
     for sign in (1, -1):
@@ -389,7 +395,7 @@ def _holding_guards(work, number, torque, rows, what, count):
     return count
 
 
-@internal
+@borrowing
 def _force_guards(problem, number, mode, spare, rows, what, count):
     """Set the guards of the force of a contact before its limits; returns the number of guards.
 
@@ -409,7 +415,7 @@ def _force_guards(problem, number, mode, spare, rows, what, count):
     return count
 
 
-@internal
+@borrowing
 def _is_finite(row):
     """Return True if all entries of a row are finite."""
     finite = True
@@ -418,13 +424,16 @@ def _is_finite(row):
     return finite
 
 
-@internal
+@borrowing
 def _varies(row):
     """Return True if a row is not a constant."""
-    return bool(np.any(row[: row.size - 1] != 0.0))
+    varies = False
+    for j in range(row.size - 1):
+        varies = varies or row[j] != 0.0
+    return varies
 
 
-@internal
+@borrowing
 def _guard(guard, what, number, kind, sign, factor, row, offset):
     """Set the guard factor row - offset >= 0."""
     for i in range(row.size):

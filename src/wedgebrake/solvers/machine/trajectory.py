@@ -34,7 +34,7 @@ from wedgebrake.solvers.machine.events import (
     settle,
 )
 from wedgebrake.solvers.machine.follow import follow, follow_samples
-from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system
+from wedgebrake.solvers.machine.modes import GuardKind, bit, present_system
 from wedgebrake.solvers.machine.observers import observe
 from wedgebrake.solvers.machine.problem import TERMS
 from wedgebrake.solvers.machine.stride import stride
@@ -217,13 +217,20 @@ def start(problem, run, restart):
 
 
 @compiled
-def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
+def move(problem, run, span, log, observer):
     """Continue a run after ``start`` or an earlier part of it; returns ``Ended``.
 
     log      : of dtype ``EVENT``; the run ends before it may be too short
     observer : an ``Observer`` of the cells
+    """
+    return _move(problem, run, span, log, observer)
 
-    ``settle`` and ``select_system`` are called at one place, as each call is compiled anew.
+
+@borrowing
+def _move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
+    """``move``, without counting references to arrays.
+
+    ``settle`` and ``present_system`` are called at one place, as each call is compiled anew.
     """
     clock, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0
     count = np.int64(0)  # Numba would compile functions for a literal 0 too
@@ -239,7 +246,7 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
                 outcome = Outcome.NO_FORWARD_SOLUTION
                 break
             run.pending[0] = -1
-            slot = select_system(problem, run)
+            slot = present_system(problem, run)
             begins = span.begins and cells == 0
             count = _log_events(run, clock.time, log, count, bent, begins)
             if span.pause and cells > 0 and bent < 0 and _all_at_rest(run.modes):
