@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.dynamics.signals import OPERATION, TABLE, Operation, Signals
+from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Signals, powers
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
@@ -20,7 +20,7 @@ from wedgebrake.model.signal_orders import Orders
 from wedgebrake.model.signal_tables import Table
 from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
 from wedgebrake.solvers.machine.friction_lines import Line, curved_lines, lag_order, straight_lines
-from wedgebrake.solvers.machine.problem import CONTACT, LINE, TERMS, MachineProblem
+from wedgebrake.solvers.machine.problem import CONTACT, LINE, MachineProblem
 
 FloatArray = NDArray[np.float64]
 # Coefficient of the torque that a contact with a smooth law holds at rest.
@@ -97,6 +97,7 @@ class _Programs:
         times, values = map(np.concatenate, zip(*self.points, strict=True))
         return Signals(
             np.array(self.operations, OPERATION),
+            np.array([_powers(one) for one in self.operations]).reshape(-1, TERMS),
             np.array(self.ends, np.int64),
             np.array(self.tables, TABLE),
             times,
@@ -105,6 +106,14 @@ class _Programs:
             np.array([self.numbers[one] for one in self.speeds], np.int64),
             np.zeros((depth, TERMS)),
         )
+
+
+def _powers(operation: tuple[Any, ...]) -> FloatArray:
+    """``powers`` of a harmonic, otherwise zeros."""
+    kind, _, value, frequency, _ = operation
+    if kind != Operation.HARMONIC:
+        return np.zeros(TERMS)
+    return powers(value, 2.0 * math.pi * frequency)
 
 
 def _speeds(signal: Signal) -> Iterator[Signal]:

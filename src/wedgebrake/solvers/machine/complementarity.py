@@ -7,9 +7,10 @@ are several answers, the one in which the most contacts hold is taken.
 """
 
 import math
+
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, inlined, internal
+from wedgebrake.dynamics.jit import borrowing, embedded, internal
 from wedgebrake.solvers.machine.least_torques import least_torques
 from wedgebrake.solvers.machine.problem import AtRest, Pattern
 
@@ -23,7 +24,7 @@ def pattern_of(count):
     return Pattern(np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64))
 
 
-@borrowing
+@embedded
 def view_of(rest, pattern, count):
     """The first contacts of ``AtRest`` and ``Pattern``."""
     return (
@@ -43,7 +44,7 @@ def _width(rest, i):
     return width if 0.0 < width < math.inf else 1.0
 
 
-@inlined
+@embedded
 def _at_limit(rest, i):
     """-1 or 1 where a holding torque is at a limit, else 0."""
     return rest.limited[i] if rest.limited[i] != 0 else rest.clamped[i]
@@ -198,7 +199,7 @@ def _is_balanced(rest, side, torque):
     return True
 
 
-@borrowing
+@embedded
 def rate(rest, torque, i):
     """Rate of the sliding speed of a contact."""
     total = rest.rates[i]

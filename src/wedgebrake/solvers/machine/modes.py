@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, compiled, inlined, internal
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded, internal
 from wedgebrake.solvers.machine.cells import value
 from wedgebrake.solvers.machine.least_torques import least_torques
 
@@ -32,13 +32,13 @@ def bit(kind, sign):
     return 1 << (2 * kind + (sign > 0))
 
 
-@inlined
+@embedded
 def _key(mode):
     """A number that differs between modes of a contact with different systems."""
     return 27 * mode.line + 9 * mode.side + 3 * mode.limit + mode.clamp
 
 
-@borrowing
+@embedded
 def _has_key(modes, key):
     """Return True if the key of a system is that of the modes."""
     same = True
@@ -78,39 +78,40 @@ def _workspace(problem):
 
 
 @borrowing
-def command_row(problem, number, side, row):
-    """Set a row to the command of the actuator, before its lag."""
-    contact = problem.contacts[number]
+def command_row(contact, states, sliding, side, row):
+    """Set a row to the command of the actuator, before its lag.
+
+    sliding : row of the sliding speed
+    """
     row[:] = 0.0
     if contact.held >= 0:
-        row[problem.states + contact.held] = 1.0
+        row[states + contact.held] = 1.0
         return
     if contact.force >= 0:
-        row[problem.states + contact.force] = 1.0
+        row[states + contact.force] = 1.0
     row[-1] = contact.initial_force
     if side != 0 and contact.slope != 0.0:
         for i in range(row.size):
-            row[i] += side * contact.slope * problem.sliding[number, i]
+            row[i] += side * contact.slope * sliding[i]
 
 
 @borrowing
-def unlimited_force_row(problem, number, side, row):
-    """Set a row to the actuation force of a contact before its limits."""
-    contact = problem.contacts[number]
+def unlimited_force_row(contact, states, sliding, side, row):
+    """Set a row to the actuation force of a contact before its limits, as ``command_row``."""
     if contact.lag > 0:
         row[:] = 0.0
         row[contact.state] = 1.0
     else:
-        command_row(problem, number, side, row)
+        command_row(contact, states, sliding, side, row)
 
 
-@inlined
+@embedded
 def is_straight(contact):
     """Return True if the torque is a straight line of the sliding speed, force included."""
     return contact.lines_forward > 0 and contact.curve < 0
 
 
-@inlined
+@embedded
 def _is_released(problem, contact, mode):
     """Return True on the line without torque that follows the release speed."""
     line = problem.lines[contact.first_line + mode.line]
@@ -127,7 +128,7 @@ def _force_row(problem, number, mode, row):
     elif mode.side != 0 and is_straight(contact) and _is_released(problem, contact, mode):
         row[:] = 0.0
     else:
-        unlimited_force_row(problem, number, mode.side, row)
+        unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
 
 
 @borrowing
@@ -180,7 +181,7 @@ def _acceleration_row(problem, number, work, row):
         row[problem.states + contact.base_rate] -= 1.0
 
 
-@borrowing
+@embedded
 def compliance(problem, one, other):
     """Rate of a sliding speed per torque of another contact: an entry of W' M^-1 W."""
     left, right = problem.contacts[one], problem.contacts[other]
@@ -202,7 +203,7 @@ def select_system(problem, run):
     return present_system(problem, run)
 
 
-@borrowing
+@embedded
 def present_system(problem, run):
     """Return the slot of the system of the present modes; assemble it if it is new."""
     modes, keys, used = run.modes, run.systems.keys, run.systems.used
@@ -228,7 +229,7 @@ def assemble(problem, run, slot):
     Returns False if it depends on the present state too: the shares of contacts at rest that
     depend on each other follow from their present limits.
     """
-    n, states, m = problem.inverse.size, problem.states, problem.contacts.size
+    states, m = problem.states, problem.contacts.size
     work, systems, modes = _workspace(problem), run.systems, run.modes
     matrix, rows, numbers, weights = work.matrix, work.rows, work.numbers, work.weights
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
@@ -259,17 +260,24 @@ def assemble(problem, run, slot):
     for i in range(held):
         contact_rows[numbers[i], :] = rows[i]
         _add_torque(problem, numbers[i], rows[i], work)
+    _set_rates(problem, modes, work, rates)
+    systems.counts[slot] = _guards(problem, run, work, slot)
+    systems.longest[slot] = _longest_cell(rates, states, problem.frequency, work.powers)
+    return unique
+
+
+@borrowing
+def _set_rates(problem, modes, work, rates):
+    """Set the rates of the states."""
+    n = problem.inverse.size
     for i in range(n):
         rates[i, :] = 0.0
         rates[i, n + i] = 1.0
         for k in range(rates.shape[1]):
             rates[n + i, k] = problem.inverse[i] * work.torque[i, k]
-    for number in range(m):
+    for number in range(modes.size):
         if problem.contacts[number].lag > 0:
             _lag_rows(problem, number, modes[number].side, rates)
-    systems.counts[slot] = _guards(problem, run, work, slot)
-    systems.longest[slot] = _longest_cell(rates, states, problem.frequency, work.powers)
-    return unique
 
 
 @borrowing
@@ -283,9 +291,9 @@ def _width(work, number, z):
 def _lag_rows(problem, number, side, rates):
     """Set the rates of the states of an actuator with a lag."""
     contact = problem.contacts[number]
-    row = rates[contact.state]
+    row, states, sliding = rates[contact.state], problem.states, problem.sliding[number]
     if contact.lag == 1:
-        command_row(problem, number, side, row)
+        command_row(contact, states, sliding, side, row)
         row[contact.state] -= 1.0
         for i in range(row.size):
             row[i] /= contact.lag_time
@@ -293,7 +301,7 @@ def _lag_rows(problem, number, side, rates):
     row[:] = 0.0
     row[contact.state + 1] = 1.0
     second = rates[contact.state + 1]
-    command_row(problem, number, side, second)
+    command_row(contact, states, sliding, side, second)
     second[contact.state] -= 1.0
     for i in range(second.size):
         second[i] *= contact.lag_frequency * contact.lag_frequency
@@ -402,7 +410,7 @@ def _force_guards(problem, number, mode, spare, rows, what, count):
     They are above the lowest force and below the highest one, or beyond the limit that it is at.
     """
     contact, row, kind = problem.contacts[number], spare, GuardKind.FORCE_LIMIT
-    unlimited_force_row(problem, number, mode.side, row)
+    unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
     if not _varies(row):
         return count
     for sign in (-1, 1):

@@ -10,10 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.records import record
-from wedgebrake.dynamics.signals import Signals
-
-TERMS = 28
-"""Most terms of a Taylor series."""
+from wedgebrake.dynamics.signals import TERMS, Signals
 
 # A contact between inertia ``a`` and inertia ``b`` (-1: ground or a moving base).
 #
@@ -184,7 +181,7 @@ class Run(NamedTuple):
     """What changes in a run.
 
     clock   : (2,) time [s], as a sum of two numbers
-    z       : (TERMS, z) Taylor series of the states, inputs and 1
+    z       : (z, TERMS) Taylor series of the states, inputs and 1
     modes   : (m,) of dtype ``MODE``
     queues  : (m, longest delay + 1) forces that controllers have sampled
     resting : (m,) contacts with zero sliding speed, whose next state is to be decided
@@ -225,7 +222,8 @@ def run_of(problem: MachineProblem) -> Run:
     systems = Systems(
         np.zeros(1, np.int64), np.zeros((_SLOTS, m), np.int64), np.zeros(_SLOTS),
         np.zeros(_SLOTS, np.int64),
-        np.zeros((_SLOTS, states, width)), np.zeros((_SLOTS, m, width)),
+        np.zeros((_SLOTS, states, width)),
+        np.zeros((_SLOTS, m, width)),
         np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),
         np.zeros((_SLOTS, most), GUARD),
     )  # fmt: skip
@@ -236,7 +234,7 @@ def run_of(problem: MachineProblem) -> Run:
     strides = np.zeros(_STRIDES, STRIDE)
     strides["slot"] = -1
     return Run(
-        np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems,
+        np.zeros(2), np.zeros((width, TERMS)), np.zeros(m, MODE), systems,
         np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
         _at_rest(m), Pattern(np.zeros(m, np.int64), np.zeros(m), np.zeros(m, np.int64)),
         np.zeros((2, problem.inverse.size)), np.zeros(TERMS), np.zeros(width), curves, strides,
