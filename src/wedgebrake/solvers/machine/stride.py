@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.jit import borrowing, chosen_by_class, embedded, inlined, internal
-from wedgebrake.dynamics.signals import Operation, advance, next_knot, pass_knots
+from wedgebrake.dynamics.signals import TERMS, Operation, advance, next_knot, pass_knots
 from wedgebrake.solvers.machine.cells import (
     add_inputs,
     combine,
@@ -36,7 +36,7 @@ from wedgebrake.solvers.machine.clock import Clock, expand_inputs, later
 from wedgebrake.solvers.machine.events import next_sampling, sample_controllers
 from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.observers import observe
-from wedgebrake.solvers.machine.problem import MOST_BOUNDS, TERMS
+from wedgebrake.solvers.machine.problem import MOST_BOUNDS
 from wedgebrake.solvers.machine.watch import NoWatch, Watch
 
 # Share of the size of a guard that may be rounding or count as zero elsewhere.
