@@ -460,7 +460,7 @@ def test_derivatives_of_a_torque() -> None:
     row, force = problem.sliding[0], run.systems.force[slot, 0]
     at = np.linspace(0.0, h, 5)
     value = lambda series: np.polynomial.polynomial.polyval(at, series[:terms])  # noqa: E731
-    speed, push, torque = value(z @ row), value(z @ force), value(z[:, column])
+    speed, push, torque = value(row @ z), value(force @ z), value(z[column])
     gain = np.array([stribeck_gain(1, one) for one in speed])
     slope = (KINETIC - gain) / DECAY
     np.testing.assert_allclose(torque, -gain * push, rtol=0, atol=1e-14)
@@ -482,7 +482,7 @@ def _sliding() -> Any:
 @compiled
 def _differentiated(problem, run, slot, terms):  # type: ignore[no-untyped-def]
     """Expand a cell, and the derivatives of its torques; returns its length."""
-    expand_inputs(problem, run, Clock(0.0, 0.0), terms)
+    expand_inputs(problem, run, Clock(0.0, 0.0))
     h = expand_curves(problem, run, slot, terms, 10.0)
     differentiate(problem, run, terms)
     return h

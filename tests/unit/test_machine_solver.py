@@ -191,7 +191,7 @@ def test_modelica_drivelines(name: str) -> None:
     assert [event[1:] for event in found] == [(j, kinds[kind]) for _, j, kind, _ in expected]
     for (time, *_), (exact, *_) in zip(found, expected, strict=True):
         assert time == pytest.approx(float(exact), rel=0, abs=2e-14)
-    np.testing.assert_allclose(response["angle"][0], np.array(angles, float), rtol=3e-15, atol=0)
+    np.testing.assert_allclose(response["angle"][0], np.array(angles, float), rtol=1e-14, atol=0)
     np.testing.assert_allclose(response["velocity"][0], np.array(speeds, float), rtol=0, atol=1e-12)
 
 

@@ -41,7 +41,7 @@ def moved(machine: wb.Machine, duration: float, times: Any = ()) -> Moved:
     ended = trajectory.move(problem, run, span, log, observer)
     assert ended.outcome == Outcome.COMPLETED
     return Moved(
-        log[: ended.events], run.z[0, : problem.states].copy(), observer.states,
+        log[: ended.events], run.z[: problem.states, 0].copy(), observer.states,
         int(run.strides["uses"][1:].sum()), ended.cells,
     )  # fmt: skip
 

@@ -9,9 +9,13 @@ from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.dynamics.records import record
+
+TERMS = 28
+"""Most terms of a Taylor series."""
 
 
 class Operation(IntEnum):
@@ -35,15 +39,17 @@ class Signals(NamedTuple):
     """Signals of a machine.
 
     operations : of dtype ``OPERATION``, the programs one after the other
+    powers     : (operations, TERMS) of a harmonic, by which its series follows from sine and cosine
     ends       : (signals,) end of each program
     tables     : of dtype ``TABLE``; their cursors belong to the run
     times, values : points of all tables
     angles     : integrals of the speeds that orders follow, at the present time [rad]
     speeds     : the signals that are these speeds
-    stack      : (depth, terms) for the programs
+    stack      : (depth, TERMS) for the programs
     """
 
     operations: Any
+    powers: Any
     ends: Any
     tables: Any
     times: Any
@@ -70,29 +76,31 @@ def turns(frequency, time, rest):
     return product - math.floor(product) + (error + frequency * rest)
 
 
-@embedded
-def _sine(stack, row, terms, value, rate, angle):
-    """Series of value sin(angle + rate tau)."""
-    sine, cosine = value * math.sin(angle), value * math.cos(angle)
-    factor = 1.0
-    for k in range(terms):
-        if k % 4 == 0:
-            stack[row, k] = factor * sine
-        elif k % 4 == 1:
-            stack[row, k] = factor * cosine
-        elif k % 4 == 2:
-            stack[row, k] = -factor * sine
-        else:
-            stack[row, k] = -factor * cosine
-        factor *= rate / (k + 1.0)
+def powers(value: float, rate: float) -> NDArray[np.float64]:
+    """Factors of sine and cosine of an angle in the series of value sin(angle + rate tau)."""
+    steps = rate / np.maximum(np.arange(float(TERMS)), 1.0)
+    steps[0] = value
+    found: NDArray[np.float64] = np.cumprod(steps)
+    found[2::4] *= -1.0
+    found[3::4] *= -1.0
+    return found
 
 
 @embedded
-def _table(signals, table, value, time, row, terms):
+def _sine(stack, row, powers, angle):
+    """Series of a harmonic at an angle."""
+    sine, cosine = math.sin(angle), math.cos(angle)
+    for k in range(0, TERMS, 2):
+        stack[row, k] = powers[k] * sine
+        stack[row, k + 1] = powers[k + 1] * cosine
+
+
+@embedded
+def _table(signals, table, value, time, row):
     """Series of a table between two knots."""
     times, values, at = signals.times, signals.values, table.cursor
     stack = signals.stack
-    for k in range(terms):
+    for k in range(TERMS):
         stack[row, k] = 0.0
     local = time - table.turns * table.period
     if at < table.first:
@@ -103,14 +111,13 @@ def _table(signals, table, value, time, row, terms):
         return
     slope = (values[at + 1] - values[at]) / (times[at + 1] - times[at])
     stack[row, 0] = value * (values[at] + slope * (local - times[at]))
-    if terms > 1:
-        stack[row, 1] = value * slope
+    stack[row, 1] = value * slope
 
 
 @borrowing
-def _multiply(stack, row, terms):
+def _multiply(stack, row):
     """Multiply the series of a row by that of the next one."""
-    for k in range(terms - 1, -1, -1):
+    for k in range(TERMS - 1, -1, -1):
         total = 0.0
         for i in range(k + 1):
             total += stack[row, i] * stack[row + 1, k - i]
@@ -118,8 +125,8 @@ def _multiply(stack, row, terms):
 
 
 @embedded
-def expand(signals, time, rest, terms, z, first):
-    """Store the series of all signals at ``time + rest`` in the columns of z from ``first`` on."""
+def expand(signals, time, rest, z, first):
+    """Store the series of all signals at ``time + rest`` in the rows of z from ``first`` on."""
     stack, begin = signals.stack, 0
     for number in range(signals.ends.size):
         top = -1
@@ -128,42 +135,42 @@ def expand(signals, time, rest, terms, z, first):
             if one.kind == Operation.CONSTANT:
                 top += 1
                 stack[top, 0] = one.value
-                for k in range(1, terms):
+                for k in range(1, TERMS):
                     stack[top, k] = 0.0
             elif one.kind == Operation.HARMONIC:
                 top += 1
                 angle = 2.0 * math.pi * turns(one.frequency, time, rest) + one.phase
-                _sine(stack, top, terms, one.value, 2.0 * math.pi * one.frequency, angle)
+                _sine(stack, top, signals.powers[place], angle)
             elif one.kind == Operation.TABLE:
                 top += 1
-                _table(signals, signals.tables[one.index], one.value, time + rest, top, terms)
+                _table(signals, signals.tables[one.index], one.value, time + rest, top)
             elif one.kind == Operation.ORDER:
                 top += 1
-                _order(signals, one, z, first, top, terms)
+                _order(signals, one, z, first, top)
             else:
                 top -= 1
                 if one.kind == Operation.ADD:
-                    for k in range(terms):
+                    for k in range(TERMS):
                         stack[top, k] += stack[top + 1, k]
                 else:
-                    _multiply(stack, top, terms)
+                    _multiply(stack, top)
         begin = signals.ends[number]
-        for k in range(terms):
-            z[k, first + number] = stack[0, k]
+        for k in range(TERMS):
+            z[first + number, k] = stack[0, k]
 
 
 @borrowing
-def _order(signals, one, z, first, row, terms):
+def _order(signals, one, z, first, row):
     """Series of a sine of an angle whose rate is a speed signal: S' = o w C, C' = -o w S."""
     stack = signals.stack
     angle = one.frequency * signals.angles[one.index] + one.phase
     speed = first + signals.speeds[one.index]
     # The next row is the workspace for the cosine.
     stack[row, 0], stack[row + 1, 0] = one.value * math.sin(angle), one.value * math.cos(angle)
-    for k in range(terms - 1):
+    for k in range(TERMS - 1):
         sine, cosine = 0.0, 0.0
         for i in range(k + 1):
-            rate = one.frequency * z[i, speed]
+            rate = one.frequency * z[speed, i]
             sine += rate * stack[row + 1, k - i]
             cosine -= rate * stack[row, k - i]
         stack[row, k + 1], stack[row + 1, k + 1] = sine / (k + 1.0), cosine / (k + 1.0)
@@ -175,7 +182,7 @@ def advance(signals, z, first, terms, tau):
     for number in range(signals.speeds.size):
         total = 0.0
         for k in range(terms - 1, -1, -1):
-            total = total * tau + z[k, first + signals.speeds[number]] / (k + 1.0)
+            total = total * tau + z[first + signals.speeds[number], k] / (k + 1.0)
         signals.angles[number] += total * tau
 
 

@@ -141,7 +141,7 @@ def vibration(problem: OrbitProblem, value: float, frequency: float) -> Vibratio
     """
     machine, space = problem.system((value,)), problem.space
     course = Course(machine, works=False, method=problem.method)
-    states = course.state.z[0, : space.to.shape[1]].copy()
+    states = course.state.z[: space.to.shape[1], 0].copy()
     for share in (_SHORT, _QUARTER):
         duration = share / frequency
         states, matrix = _steady(course, space, states, duration)
@@ -150,7 +150,7 @@ def vibration(problem: OrbitProblem, value: float, frequency: float) -> Vibratio
     best = int(np.argmin(np.abs(values - expected)))
     course.restart(states)
     rows = course.assembled.problem.sliding
-    sliding = rows @ course.state.z[0]
+    sliding = rows @ course.state.z[:, 0]
     if np.any(course.state.modes["side"] == 0):
         raise NoOrbitError
     return Vibration(

@@ -118,7 +118,7 @@ class MachineFlow:
             raise NoOrbitError
         states, problem = self.states(point), self.course.assembled.problem
         self.course.restart(states)
-        z = self.course.state.z[0]
+        z = self.course.state.z[:, 0]
         speeds, sizes = problem.sliding @ z, np.abs(problem.sliding) @ np.abs(z)
         stick = np.abs(speeds) <= _STICKS * sizes
         if np.any(speeds[stick]):

@@ -163,7 +163,7 @@ def _record(problem: OrbitProblem, state: FinalState, returns: int) -> FloatArra
     """Points of the section after a state, which itself is the first if it is on the section."""
     flow = problem.kernel_problem(())
     course = _course(problem, state)
-    section, begin = flow.section, course.state.z[0, : flow.space.to.shape[1]].copy()
+    section, begin = flow.section, course.state.z[: flow.space.to.shape[1], 0].copy()
     if isinstance(section, Every):
         distance, size = math.remainder(state.time, section.period), section.period
     else:

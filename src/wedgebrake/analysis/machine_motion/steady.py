@@ -49,7 +49,7 @@ def _linearized(problem: MachineProblem, run: Run, slot: int) -> tuple[FloatArra
     The torques of contacts that slide on curves are inputs; their values are those of the last
     cell.
     """
-    states, z = problem.states, run.z[0].copy()
+    states, z = problem.states, run.z[:, 0].copy()
     slopes = run.systems.rates[slot, :, :states].copy()
     for number in run.curves["contact"]:
         mode, contact = run.modes[number], problem.contacts[number]
@@ -116,7 +116,7 @@ def is_locked(problem: MachineProblem, run: Run) -> bool:
     All speeds are constant, and no guard approaches zero.
     """
     slot, states, n = select_system(problem, run), problem.states, problem.inverse.size
-    rates, z = run.systems.rates[slot], run.z[0]
+    rates, z = run.systems.rates[slot], run.z[:, 0]
     changes = rates @ z
     accelerates = np.abs(changes[n:]) > _ROUNDING * (np.abs(rates[n:]) @ np.abs(z))
     guards = run.systems.guards[slot, : run.systems.counts[slot], :states]

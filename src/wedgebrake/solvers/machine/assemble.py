@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.dynamics.signals import OPERATION, TABLE, Operation, Signals
+from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Signals, powers
 from wedgebrake.errors import InputError
-from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
+from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signal_orders import Orders
 from wedgebrake.model.signal_tables import Table
 from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
-from wedgebrake.solvers.machine.friction_lines import Line, curved_lines, lag_order, straight_lines
-from wedgebrake.solvers.machine.problem import CONTACT, LINE, TERMS, MachineProblem
+from wedgebrake.solvers.machine.friction_lines import Sliding, lag_order, lines_of
+from wedgebrake.solvers.machine.problem import CONTACT, LINE, MachineProblem
 
 FloatArray = NDArray[np.float64]
 # Coefficient of the torque that a contact with a smooth law holds at rest.
@@ -97,6 +97,7 @@ class _Programs:
         times, values = map(np.concatenate, zip(*self.points, strict=True))
         return Signals(
             np.array(self.operations, OPERATION),
+            np.array([_powers(one) for one in self.operations]).reshape(-1, TERMS),
             np.array(self.ends, np.int64),
             np.array(self.tables, TABLE),
             times,
@@ -105,6 +106,14 @@ class _Programs:
             np.array([self.numbers[one] for one in self.speeds], np.int64),
             np.zeros((depth, TERMS)),
         )
+
+
+def _powers(operation: tuple[Any, ...]) -> FloatArray:
+    """``powers`` of a harmonic, otherwise zeros."""
+    kind, _, value, frequency, _ = operation
+    if kind != Operation.HARMONIC:
+        return np.zeros(TERMS)
+    return powers(value, 2.0 * math.pi * frequency)
 
 
 def _speeds(signal: Signal) -> Iterator[Signal]:
@@ -157,15 +166,25 @@ def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembl
         else:
             load[on] += float(torque.signal(start))
         torques.append(number)
-    contacts = np.zeros(count, CONTACT)
+    parts, tables, first = [], [], 0
     state = 2 * n
-    for number, one in enumerate(machine.contacts):
-        _contact(contacts[number], one, machine, start, programs)
-        if lag_order(one.actuation) > 0:
-            contacts[number]["state"] = state
-            state += int(contacts[number]["lag"])
-    lines = _set_lines(contacts, machine, curved)
-    inputs = _number_inputs(contacts, len(programs.ends))
+    for one in machine.contacts:
+        part = _contact(one, machine, start, programs)
+        part["state"], state = state, state + part["lag"]
+        part["first_line"] = first
+        lines = lines_of(Sliding(one.name, one.brake, one.friction, one.actuation), curved)
+        part["curve"] = 0 if lines.curved else -1
+        part["lines_forward"], part["lines_backward"] = lines.forward, lines.backward
+        parts.append(part)
+        tables.append(lines.rows)
+        first += len(lines.rows)
+    inputs = _number_inputs(parts, len(programs.ends))
+    contacts = np.zeros(count, CONTACT)
+    for name in CONTACT.names:
+        contacts[name] = [part[name] for part in parts]
+    rows = np.zeros(max(first, 1), LINE)
+    for part, table in zip(parts, tables, strict=True):
+        rows[part["first_line"] :][: len(table)] = table
     stiffness, damping = shaft_matrices(machine)
     free = np.zeros((n, state + inputs + 1))
     free[:, :n], free[:, n : 2 * n], free[:, -1] = -stiffness, -damping, load
@@ -178,87 +197,73 @@ def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembl
             row[state + one["base_input"]] = -1.0
     problem = MachineProblem(
         1.0 / np.array([one.inertia for one in machine.inertias]), free, sliding, contacts,
-        _numbers_of(lines), programs.numbers_of(start), state,
+        rows, programs.numbers_of(start), state,
         max((one.rate for one in programs.numbers), default=0.0), start,
     )  # fmt: skip
     return Assembled(problem, tuple(programs.numbers), tuple(torques))
 
 
 def _contact(
-    row: Any, contact: Contact, machine: Machine, start: float, programs: _Programs
-) -> None:
-    """Set the numbers of a contact, except its lines."""
+    contact: Contact, machine: Machine, start: float, programs: _Programs
+) -> dict[str, Any]:
+    """The numbers of a contact, as ``CONTACT`` names them, except its state, lines and inputs."""
     brake, friction, given = contact.brake, contact.friction, contact.actuation
-    row["a"] = machine.index(contact.a)
-    row["b"] = -1 if contact.b == GROUND else machine.index(contact.b)
-    row["force"], row["initial_force"] = _input(given.initial_force, start, programs)
-    row["base_input"], row["base_speed"] = _input(contact.base_speed, start, programs)
-    row["base_bound"] = as_signal(contact.base_speed).bound
-    row["base_rate"] = row["held"] = -1
-    row["slope"] = given.slope
-    row["lag"] = lag_order(given)
-    row["lag_time"] = given.lag
-    row["lag_frequency"] = given.frequency or 0.0
-    row["lag_damping"] = given.damping_ratio or 0.0
+    force, initial_force = _input(given.initial_force, start, programs)
+    base_input, base_speed = _input(contact.base_speed, start, programs)
     low, high = given.limits or (-math.inf, math.inf)
-    row["lowest"] = max(low, 0.0) if given.release else low
-    row["highest"] = high
     # Smooth laws hold no torque at rest. One above rounding lets a contact at rest wait until its
     # direction is decided.
-    mu, breakaway = 0.0, _HELD
+    mu, peak = 0.0, _HELD
     if isinstance(friction, SetValuedFriction):
-        mu, breakaway = friction.kinetic_at(0.0), friction.breakaway
-    for name, m in (
-        ("forward", mu), ("backward", -mu),
-        ("breakaway_forward", breakaway), ("breakaway_backward", -breakaway),
-    ):  # fmt: skip
-        row[name] = brake.radius * brake.amplification(m)
-    if given.sample_time is not None:
-        row["sample_time"] = given.sample_time
-        row["resolution"] = given.resolution or 0.0
-        row["delay"] = given.delay
+        mu, peak = friction.kinetic_at(0.0), friction.breakaway
+    gains = {
+        name: brake.radius * brake.amplification(m)
+        for name, m in (
+            ("forward", mu), ("backward", -mu),
+            ("breakaway_forward", peak), ("breakaway_backward", -peak),
+        )
+    }  # fmt: skip
+    sampled = given.sample_time is not None
+    return {
+        "a": machine.index(contact.a),
+        "b": -1 if contact.b == GROUND else machine.index(contact.b),
+        "force": force,
+        "initial_force": initial_force,
+        "base_input": base_input,
+        "base_speed": base_speed,
+        "base_bound": abs(base_speed) if base_input < 0 else as_signal(contact.base_speed).bound,
+        "base_rate": -1,
+        "held": -1,
+        "slope": given.slope,
+        "lag": lag_order(given),
+        "lag_time": given.lag,
+        "lag_frequency": given.frequency or 0.0,
+        "lag_damping": given.damping_ratio or 0.0,
+        "lowest": max(low, 0.0) if given.release else low,
+        "highest": high,
+        "sample_time": given.sample_time if sampled else 0.0,
+        "resolution": (given.resolution or 0.0) if sampled else 0.0,
+        "delay": given.delay if sampled else 0,
+        **gains,
+    }
 
 
-def _number_inputs(contacts: Any, inputs: int) -> int:
+def _number_inputs(parts: list[dict[str, Any]], inputs: int) -> int:
     """Number the inputs of contacts that are no signals, after those that are; returns how many."""
-    for row in contacts:
-        if row["base_input"] >= 0:
-            row["base_rate"], inputs = inputs, inputs + 1
-        if row["sample_time"] > 0.0:
-            row["held"], inputs = inputs, inputs + 1
-        if row["curve"] >= 0:
-            row["curve"], inputs = inputs, inputs + 1
+    for part in parts:
+        if part["base_input"] >= 0:
+            part["base_rate"], inputs = inputs, inputs + 1
+        if part["sample_time"] > 0.0:
+            part["held"], inputs = inputs, inputs + 1
+        if part["curve"] >= 0:
+            part["curve"], inputs = inputs, inputs + 1
     return inputs
-
-
-def _set_lines(contacts: Any, machine: Machine, curved: bool) -> list[Line]:
-    """Return the lines of all contacts, and set their numbers; ``curve`` is 0 if it has curves."""
-    lines: list[Line] = []
-    for row, one in zip(contacts, machine.contacts, strict=True):
-        smooth = isinstance(one.friction, SmoothFriction)
-        bends = curved and (smooth or not one.friction.constant)
-        row["curve"] = 0 if bends else -1
-        found = curved_lines(one) if bends else straight_lines(one)
-        row["first_line"] = len(lines)
-        row["lines_forward"], row["lines_backward"] = map(len, found)
-        lines += [*found[0], *found[1]]
-    return lines
 
 
 def _input(value: float | Signal, start: float, programs: _Programs) -> tuple[int, float]:
     """(number of the input, 0), or (-1, value) for a signal that does not vary."""
-    signal = as_signal(value)
-    if signal.varies:
-        return programs.input(signal), 0.0
-    return -1, float(signal(start))
-
-
-def _numbers_of(lines: list[Line]) -> Any:
-    """Lines as the kernels take them, of dtype ``LINE``."""
-    rows = np.zeros(max(len(lines), 1), LINE)
-    for row, line in zip(rows, lines, strict=False):
-        for name in ("start", "offset", "slope", "bends"):
-            row[name] = getattr(line, name)
-        row["degree"] = max(len(line.factors) - 1, 0)
-        row["factors"][: len(line.factors)] = line.factors
-    return rows
+    if not isinstance(value, Signal):
+        return -1, float(value)
+    if value.varies:
+        return programs.input(value), 0.0
+    return -1, float(value(start))

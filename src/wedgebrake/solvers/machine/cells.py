@@ -1,11 +1,15 @@
-"""Cells of Taylor series, linear quantities on them, and the first zero of such a quantity."""
+"""Cells of Taylor series, linear quantities on them, and the first zero of such a quantity.
+
+A series is a row of coefficients. Numbers of terms are multiples of four, so that polynomials are
+evaluated as several that do not wait for each other.
+"""
 
 import math
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, inlined
-from wedgebrake.solvers.machine.problem import TERMS
+from wedgebrake.dynamics.jit import borrowing, embedded
+from wedgebrake.dynamics.signals import TERMS
 
 # Share of its change in a cell below which a value that has just been zero is zero.
 _FRESH = 1e-7
@@ -23,45 +27,67 @@ _NEEDED = np.array(
 )  # fmt: skip
 
 
+_SHARES = 1.0 / np.arange(1, TERMS)
+
+
 @borrowing
 def terms_for(product):
     """Number of terms for a cell, from its length times the growth of the series, at most 2."""
     place = math.ceil(16.0 * product - 1e-9)
-    return min(_NEEDED[min(max(place, 0), 32)] + 1, TERMS)
+    return min((_NEEDED[min(max(place, 0), 32)] + 4) // 4 * 4, TERMS)
 
 
-@borrowing
-def expand_states(rates, half, states, z, terms):
-    """Store the Taylor coefficients of the states in z[1:terms], from z[0] and the inputs."""
+@embedded
+def expand_states(rates, half, z, terms):
+    """Store the Taylor coefficients of the states in z[:, 1:terms], from z[:, 0] and the inputs."""
+    add_inputs(rates, half, z)
     for k in range(terms - 1):
-        next_coefficient(rates, half, states, z, k)
+        next_coefficient(rates, half, z, k)
 
 
-@inlined
-def next_coefficient(rates, half, states, z, k):
-    """Store the Taylor coefficients of the states in z[k + 1], from z[k]."""
-    share = 1.0 / (k + 1.0)
-    for i in range(half):
-        z[k + 1, i] = z[k, half + i] * share
+@embedded
+def add_inputs(rates, half, z):
+    """Store what the inputs add to the rates of the states, for ``next_coefficient``."""
+    states = rates.shape[0]
     for i in range(half, states):
-        total = 0.0
-        for j in range(z.shape[1]):
-            total += rates[i, j] * z[k, j]
-        z[k + 1, i] = total * share
+        for k in range(TERMS - 1):
+            z[i, k + 1] = 0.0
+        for j in range(states, rates.shape[1]):
+            factor = rates[i, j]
+            if factor != 0.0:
+                for k in range(TERMS - 1):
+                    z[i, k + 1] += factor * z[j, k]
 
 
-@borrowing
-def combine(row, z, terms, result):
+@embedded
+def next_coefficient(rates, half, z, k):
+    """Store the Taylor coefficients of the states in z[:, k + 1], from z[:, k].
+
+    Those of the speeds and actuators are what the inputs add to their rates before.
+    """
+    share, states, i = _SHARES[k], rates.shape[0], 0
+    for number in range(half, states):
+        total, row = z[number, k + 1], rates[number]
+        for j in range(states):
+            total += row[j] * z[j, k]
+        z[number, k + 1] = total * share
+    while i < half:  # a loop over a range would be compiled for many inertias
+        z[i, k + 1] = z[half + i, k] * share
+        i += 1
+
+
+@embedded
+def combine(row, z, result):
     """Store the series of a row; returns the sum of the sizes of what its value is made of."""
     scale = 0.0
-    for k in range(terms):
+    for k in range(TERMS):
         result[k] = 0.0
     for j in range(row.size):
         factor = row[j]
         if factor != 0.0:
-            scale += abs(factor * z[0, j])
-            for k in range(terms):
-                result[k] += factor * z[k, j]
+            scale += abs(factor * z[j, 0])
+            for k in range(TERMS):
+                result[k] += factor * z[j, k]
     return scale
 
 
@@ -71,7 +97,7 @@ def value(row, z):
     total = 0.0
     for j in range(row.size):
         if row[j] != 0.0:
-            total += row[j] * z[0, j]
+            total += row[j] * z[j, 0]
     return total
 
 
@@ -80,49 +106,79 @@ def size(row, z):
     """Sum of the sizes of what the value of a row is made of."""
     total = 0.0
     for j in range(row.size):
-        total += abs(row[j] * z[0, j])
+        total += abs(row[j] * z[j, 0])
     return total
 
 
-@inlined
-def polynomial(coefficients, terms, tau):
+@embedded
+def polynomial(series, terms, tau):
     """Value of a series at tau."""
-    total = 0.0
-    for k in range(terms - 1, -1, -1):
-        total = total * tau + coefficients[k]
-    return total
+    square = tau * tau
+    fourth = square * square
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    for k in range(terms - 4, -1, -4):
+        a = a * fourth + series[k]
+        b = b * fourth + series[k + 1]
+        c = c * fourth + series[k + 2]
+        d = d * fourth + series[k + 3]
+    return (a + b * tau) + (c + d * tau) * square
+
+
+@embedded
+def advance_states(z, states, terms, tau):
+    """Advance the states z[:, 0] by tau."""
+    for i in range(states):
+        z[i, 0] = polynomial(z[i], terms, tau)
 
 
 @borrowing
-def advance_states(z, states, terms, tau):
-    """Advance the states z[0] by tau."""
-    for i in range(states):
-        z[0, i] = polynomial(z[:, i], terms, tau)
+def largest_change(g, terms, h):
+    """Bound of the change of a series on [0, h]: the sum of the sizes of its terms."""
+    square = h * h
+    fourth = square * square
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    for k in range(terms - 4, 0, -4):
+        a = a * fourth + abs(g[k])
+        b = b * fourth + abs(g[k + 1])
+        c = c * fourth + abs(g[k + 2])
+        d = d * fourth + abs(g[k + 3])
+    a, b, c, d = a * fourth, b * fourth + abs(g[1]), c * fourth + abs(g[2]), d * fourth + abs(g[3])
+    return (a + b * h) + (c + d * h) * square
+
+
+@embedded
+def _third(g, terms, h):
+    """Bound of what the terms beyond the fourth add to the third derivative on [0, h]."""
+    square = h * h
+    even, odd, factor = 0.0, 0.0, terms - 2.0
+    for k in range(terms - 2, 3, -2):
+        even = even * square + factor * (factor - 1.0) * (factor - 2.0) * abs(g[k])
+        odd = odd * square + (factor + 1.0) * factor * (factor - 1.0) * abs(g[k + 1])
+        factor -= 2.0
+    return (even + odd * h) * h
 
 
 @borrowing
 def first_zero(g, terms, h, room, fresh, flat):
     """First zero of the polynomial g in [0, h]; inf: there is none.
 
-    Each step is one within which a bound of the second derivative excludes a zero (Newton's step
-    from the safe side).
+    Each step is one within which a bound of the third derivative excludes a zero. The steps
+    converge to a simple zero like those of Newton's method from the safe side, or faster.
 
     room  : size of an initial value that is rounding error
     fresh : True if g has just been zero, so that a small initial value is zero
     flat  : True if the same holds for its derivative
     """
-    reach = 0.0
-    for k in range(terms - 1, 0, -1):
-        reach = (reach + abs(g[k])) * h
-    small = room + (_FRESH * reach if fresh else 0.0)
-    zero = abs(g[0]) <= small or (fresh and reach == 0.0 and h > 0.0)
+    change = largest_change(g, terms, h)
+    small = room + (_FRESH * change if fresh else 0.0)
+    zero = abs(g[0]) <= small or (fresh and change == 0.0 and h > 0.0)
     offset = g[0] if zero else 0.0
     start = g[0] - offset
-    if start > reach:
+    if start > change:
         return math.inf
-    third = 0.0
-    for k in range(terms - 1, 2, -1):
-        third = third * h + k * (k - 1.0) * (k - 2.0) * abs(g[k])
+    others = _third(g, terms, h)
+    # The third derivative is not below minus this.
+    third = max(others - 6.0 * g[3], 0.0)
     tau = 0.0
     if zero:
         tau = _first_step(0.0 if flat else g[1], g[2], third / 6.0, h)
@@ -130,40 +186,52 @@ def first_zero(g, terms, h, room, fresh, flat):
             return 0.0 if tau < 0.0 else math.inf
     elif start <= 0.0:
         return 0.0
-    tick = 1e-16 * h
+    tick, largest, third = 1e-16 * h, others + 6.0 * abs(g[3]), third / 3.0
+    u, du, ddu = start, g[1], 2.0 * g[2]
     for _ in range(400):
-        u, du, ddu = _derivatives(g, terms, tau)
-        u -= offset
+        if tau > 0.0:
+            u, du, ddu = _derivatives(g, terms, tau)
+            u -= offset
         if u <= 0.0:
             return tau
         rest = h - tau
-        bound = max(-ddu, 0.0) + third * rest
-        d = _safe_step(u, du, bound, rest)
+        d = _safe_step(u, du, third * rest - ddu, rest)
         if d >= rest:
             return math.inf
         # A tighter bound within twice the step, as the third derivative acts there alone.
-        longer = _safe_step(u, du, max(-ddu, 0.0) + third * 2.0 * d, rest)
+        longer = _safe_step(u, du, third * 2.0 * d - ddu, rest)
         d = max(d, min(longer, 2.0 * d))
         if d >= rest:
             return math.inf
         tau += d
-        if d <= tick:
+        # Behind the step, g is not above largest d^3/2.
+        if d <= tick or largest * d * d * d <= tick * abs(du + ddu * d):
             return tau
     return tau
 
 
-@inlined
+@embedded
 def _derivatives(g, terms, tau):
-    """Value, first and second derivative of a polynomial."""
-    u, du, ddu = 0.0, 0.0, 0.0
-    for k in range(terms - 1, -1, -1):
-        ddu = ddu * tau + du
-        du = du * tau + u
-        u = u * tau + g[k]
-    return u, du, 2.0 * ddu
+    """Value, first and second derivative of a polynomial.
+
+    Even and odd terms are polynomials e and o of tau^2, with derivatives e1 and e2, here by
+    Horner's rule: g = e + tau o.
+    """
+    square = tau * tau
+    e, e1, e2, o, o1, o2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(terms - 2, -1, -2):
+        e2 = e2 * square + e1
+        o2 = o2 * square + o1
+        e1 = e1 * square + e
+        o1 = o1 * square + o
+        e = e * square + g[k]
+        o = o * square + g[k + 1]
+    first = o + 2.0 * (tau * e1 + square * o1)
+    second = 2.0 * e1 + 6.0 * tau * o1 + 8.0 * square * (e2 + tau * o2)
+    return e + tau * o, first, second
 
 
-@inlined
+@embedded
 def _first_step(slope, curve, third, h):
     """Step within which a polynomial that begins at zero is positive; negative: it is not.
 
@@ -179,10 +247,13 @@ def _first_step(slope, curve, third, h):
     return max(step, 1e-9 * h)
 
 
-@inlined
+@embedded
 def _safe_step(u, du, bound, rest):
-    """Step within which u + du d - bound d^2/2 stays positive."""
+    """Step within which u + du d - bound d^2/2 stays positive; infinite or ``rest``: for ever."""
     if bound == 0.0:
         return rest if du >= 0.0 else -u / du
-    root = math.sqrt(du * du + 2.0 * bound * u)
+    square = du * du + 2.0 * bound * u
+    if square < 0.0 or (bound < 0.0 and du >= 0.0):
+        return rest
+    root = math.sqrt(square)
     return (du + root) / bound if du >= 0.0 else 2.0 * u / (root - du)

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from wedgebrake.dynamics.jit import embedded, inlined
-from wedgebrake.dynamics.signals import expand
+from wedgebrake.dynamics.jit import embedded
+from wedgebrake.dynamics.signals import TERMS, expand
 
 
 class Clock(NamedTuple):
@@ -13,7 +13,7 @@ class Clock(NamedTuple):
     rest: float
 
 
-@inlined
+@embedded
 def later(clock, tau):
     """A clock a time tau later."""
     total = clock.time + tau
@@ -24,13 +24,13 @@ def later(clock, tau):
 
 
 @embedded
-def expand_inputs(problem, run, clock, terms):
+def expand_inputs(problem, run, clock):
     """Store the series of the signals, and the rates of moving bases."""
     states, z = problem.states, run.z
-    expand(problem.signals, clock.time, clock.rest, terms, z, states)
+    expand(problem.signals, clock.time, clock.rest, z, states)
     for contact in problem.contacts:
         if contact.base_rate >= 0:
             base, rate = states + contact.base_input, states + contact.base_rate
-            for k in range(terms - 1):
-                z[k, rate] = (k + 1.0) * z[k + 1, base]
-            z[terms - 1, rate] = 0.0
+            for k in range(TERMS - 1):
+                z[rate, k] = (k + 1.0) * z[base, k + 1]
+            z[rate, TERMS - 1] = 0.0

@@ -7,56 +7,15 @@ are several answers, the one in which the most contacts hold is taken.
 """
 
 import math
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import inlined, internal
+from wedgebrake.dynamics.jit import borrowing, embedded, internal
 from wedgebrake.solvers.machine.least_torques import least_torques
-from wedgebrake.solvers.machine.modes import compliance
+from wedgebrake.solvers.machine.problem import AtRest, Pattern
 
 ROUNDING = 1e-11
 """Relative size of rates and torques that are rounding."""
-
-
-class AtRest(NamedTuple):
-    """Contacts at rest at an instant, as numbers.
-
-    a, b     : (count,) inertias that they join, the ground is the number of inertias
-    matrix   : (count, count) G
-    rates    : (count,) c
-    scale    : (1,) of c: the sum of the sizes of what it is made of
-    lower, upper   : (count,) limits of the torque that holds
-    forward, backward : (count,) torque of sliding
-    limited  : (count,) -1 or 1 where the torque has just reached a limit and would exceed it
-    clamped  : (count,) -1 or 1 where the torque has been at a limit since others held the rest, and
-               another one has reached its limit now
-    """
-
-    a: Any
-    b: Any
-    matrix: Any
-    rates: Any
-    scale: Any
-    lower: Any
-    upper: Any
-    forward: Any
-    backward: Any
-    limited: Any
-    clamped: Any
-
-
-class Pattern(NamedTuple):
-    """Which contacts hold and which slip.
-
-    side   : (count,) side of sliding, 0 where the contact holds
-    torque : (count,)
-    clamp  : (count,) -1 or 1 where a holding torque is at a limit since others hold the rest
-    """
-
-    side: Any
-    torque: Any
-    clamp: Any
 
 
 @internal
@@ -65,31 +24,27 @@ def pattern_of(count):
     return Pattern(np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64))
 
 
-@internal
-def at_rest_of(problem, contacts):
-    """Room for ``AtRest``, with the inertias of some contacts and their G."""
-    count, ground = contacts.size, problem.inverse.size
-    matrix, ends = np.empty((count, count)), np.empty((2, count), np.int64)
-    for i in range(count):
-        contact = problem.contacts[contacts[i]]
-        ends[0, i], ends[1, i] = contact.a, contact.b if contact.b >= 0 else ground
-        for k in range(count):
-            matrix[i, k] = compliance(problem, contacts[i], contacts[k])
-    numbers, sides = np.empty((5, count)), np.zeros((2, count), np.int64)
-    return AtRest(
-        ends[0], ends[1], matrix, numbers[0], np.zeros(1), numbers[1], numbers[2], numbers[3],
-        numbers[4], sides[0], sides[1],
+@embedded
+def view_of(rest, pattern, count):
+    """The first contacts of ``AtRest`` and ``Pattern``."""
+    return (
+        AtRest(
+            rest.a[:count], rest.b[:count], rest.matrix, rest.rates[:count],
+            rest.scale, rest.lower[:count], rest.upper[:count], rest.forward[:count],
+            rest.backward[:count], rest.limited[:count], rest.clamped[:count],
+        ),
+        Pattern(pattern.side[:count], pattern.torque[:count], pattern.clamp[:count]),
     )  # fmt: skip
 
 
-@internal
+@borrowing
 def _width(rest, i):
     """Largest torque at which a contact holds; 1 where there is none or no limit."""
     width = max(abs(rest.lower[i]), abs(rest.upper[i]))
     return width if 0.0 < width < math.inf else 1.0
 
 
-@inlined
+@embedded
 def _at_limit(rest, i):
     """-1 or 1 where a holding torque is at a limit, else 0."""
     return rest.limited[i] if rest.limited[i] != 0 else rest.clamped[i]
@@ -244,7 +199,7 @@ def _is_balanced(rest, side, torque):
     return True
 
 
-@internal
+@embedded
 def rate(rest, torque, i):
     """Rate of the sliding speed of a contact."""
     total = rest.rates[i]

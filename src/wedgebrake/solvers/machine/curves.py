@@ -8,8 +8,8 @@ series of the states and of T are computed order by order.
 
 import math
 
-from wedgebrake.dynamics.jit import borrowing, inlined
-from wedgebrake.solvers.machine.cells import next_coefficient
+from wedgebrake.dynamics.jit import borrowing, embedded
+from wedgebrake.solvers.machine.cells import add_inputs, next_coefficient
 
 CURVE_TERMS = 24
 """Terms of a series in a mode in which contacts slide on curves.
@@ -45,7 +45,7 @@ def slides_on_curve(run):
 
 @borrowing
 def expand_curves(problem, run, slot, terms, longest):
-    """Store the series of the states and of the torques on curves in z[:terms], from z[0].
+    """Store the series of the states and of the torques on curves in z[:, :terms], from z[:, 0].
 
     Returns the length of the cell within which they are resolved, at most ``longest``.
 
@@ -57,20 +57,23 @@ def expand_curves(problem, run, slot, terms, longest):
     for curve in run.curves:
         if run.modes[curve.contact].side != 0:
             _begin(problem, run, curve)
+    add_inputs(rates, half, z)
     for k in range(terms):
         for curve in run.curves:
             if run.modes[curve.contact].side != 0:
                 _extend(problem, run, curve, run.systems.force[slot, curve.contact], terms, k)
+                if k + 1 < terms:
+                    add_curve(problem, run, slot, curve, z, k)
         if k + 1 < terms:
-            next_coefficient(rates, half, problem.states, z, k)
+            next_coefficient(rates, half, z, k)
     h = longest
-    for column in range(half, z.shape[1] - 1):
+    for column in range(half, z.shape[0] - 1):
         if column < problem.states or _is_torque(problem, run, column - problem.states):
-            h = min(h, _resolved(z[:, column], terms))
+            h = min(h, _resolved(z[column], terms))
     return h
 
 
-@inlined
+@embedded
 def _is_torque(problem, run, number):
     """Return True if an input is the torque of a contact that slides on a curve."""
     found = False
@@ -80,15 +83,24 @@ def _is_torque(problem, run, number):
     return found
 
 
+@embedded
+def add_curve(problem, run, slot, curve, z, k):
+    """Add the torque of a contact to the rates of the states, for ``next_coefficient``."""
+    column = problem.states + problem.contacts[curve.contact].curve
+    for i in range(problem.inverse.size, problem.states):
+        z[i, k + 1] += run.systems.rates[slot, i, column] * z[column, k]
+
+
 @borrowing
 def _begin(problem, run, curve):
-    """Expand the polynomial of a contact about its present sliding speed."""
+    """Expand the polynomial of a contact about its present sliding speed, without the torque."""
+    run.z[problem.states + problem.contacts[curve.contact].curve] = 0.0
     mode, about = run.modes[curve.contact], curve.about
     one = problem.lines[problem.contacts[curve.contact].first_line + mode.line]
     row = problem.sliding[curve.contact]
     speed = 0.0
     for j in range(row.size):
-        speed += row[j] * run.z[0, j]
+        speed += row[j] * run.z[j, 0]
     s = one.offset + one.slope * mode.side * speed
     for j in range(one.degree + 1):
         about[j] = one.factors[j]
@@ -99,7 +111,7 @@ def _begin(problem, run, curve):
 
 @borrowing
 def _extend(problem, run, curve, force, terms, k):
-    """Store the coefficient of order k of the torque of a contact in z, from those of z[:k + 1].
+    """Store the coefficient of order k of the torque of a contact in z, from those of z[:, :k + 1].
 
     force : row of its force
 
@@ -111,8 +123,8 @@ def _extend(problem, run, curve, force, terms, k):
     argument, stages, forces = curve.argument, curve.stages, curve.force
     speed, push = 0.0, 0.0
     for j in range(sliding.size):
-        speed += sliding[j] * z[k, j]
-        push += force[j] * z[k, j]
+        speed += sliding[j] * z[j, k]
+        push += force[j] * z[j, k]
     argument[k], forces[k] = one.slope * mode.side * speed, push
     used, now = min(one.degree, terms - k + 1), stages[k]
     for j in range(one.degree + 1):
@@ -126,10 +138,10 @@ def _extend(problem, run, curve, force, terms, k):
     total = 0.0
     for i in range(k + 1):
         total += stages[k - i, 0] * forces[i]
-    z[k, problem.states + contact.curve] = -total
+    z[problem.states + contact.curve, k] = -total
 
 
-@inlined
+@embedded
 def _resolved(series, terms):
     """Time at which the last two terms of a series are rounding relative to the first ones."""
     h = math.inf

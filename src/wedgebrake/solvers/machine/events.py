@@ -6,19 +6,19 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.dynamics.jit import borrowing, inlined, internal
+from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.solvers.machine.cells import size, value
 from wedgebrake.solvers.machine.complementarity import (
     ROUNDING,
-    at_rest_of,
-    pattern_of,
     rate,
     solve,
+    view_of,
 )
 from wedgebrake.solvers.machine.curves import curve_gain
 from wedgebrake.solvers.machine.modes import (
     GuardKind,
     bit,
+    compliance,
     is_straight,
     slip_row,
     unlimited_force_row,
@@ -44,11 +44,11 @@ class Cell(NamedTuple):
     elapsed: float
 
 
-@internal
+@embedded
 def _limited_force(problem, number, run, side):
     """The actuation force in the present state, and -1 or 1 if it is at a limit, otherwise 0."""
     contact, row = problem.contacts[number], run.spare
-    unlimited_force_row(problem, number, side, row)
+    unlimited_force_row(contact, problem.states, problem.sliding[number], side, row)
     force = value(row, run.z)
     if is_straight(contact) or (contact.held >= 0 and contact.lag == 0):
         return force, 0
@@ -59,23 +59,27 @@ def _limited_force(problem, number, run, side):
     return force, 0
 
 
-@inlined
+@embedded
 def _times(gain, force):
     """Torque by a force; none without a force, also where the brake locks itself."""
     return gain * force if force != 0.0 else 0.0
 
 
-@internal
+@embedded
 def _load(problem, run, contacts):
-    """Torques on the inertias without those of some contacts, and the sizes of their parts."""
-    n, z, row = problem.inverse.size, run.z, run.spare
-    load = np.empty((2, n))
-    for i in range(n):
-        load[0, i], load[1, i] = value(problem.torque[i], z), size(problem.torque[i], z)
+    """Set ``run.load``, for the inertias of some contacts that are at rest."""
+    z, row, load = run.z, run.spare, run.load
+    for number in contacts:
+        contact = problem.contacts[number]
+        _free_torque(problem, z, contact.a, load)
+        if contact.b >= 0:
+            _free_torque(problem, z, contact.b, load)
+    pending = 0
     for number in range(run.modes.size):
-        mode, contact = run.modes[number], problem.contacts[number]
-        if np.any(contacts == number):
+        if pending < contacts.size and contacts[pending] == number:
+            pending += 1
             continue
+        mode, contact = run.modes[number], problem.contacts[number]
         if is_straight(contact):
             slip_row(problem, number, mode, row, row)
             push = value(row, z)
@@ -90,44 +94,27 @@ def _load(problem, run, contacts):
         if contact.b >= 0:
             load[0, contact.b] -= push
             load[1, contact.b] += abs(push)
-    return load[0], load[1]
 
 
-@internal
+@embedded
+def _free_torque(problem, z, i, load):
+    """Set the torque on an inertia without the contacts, and the sizes of its parts."""
+    row = problem.torque[i]
+    load[0, i], load[1, i] = value(row, z), size(row, z)
+
+
+@embedded
 def settle(problem, run):
     """Decide which of the contacts with zero sliding speed hold, and set their modes.
 
-    They are the pending ones of ``run.resting``. Returns False if there is no answer.
+    They are the pending ones of ``run.resting``, in ascending order. Returns False if there is no
+    answer.
     """
     count = run.pending[0]
     contacts = run.resting[:count]
-    rest, pattern = at_rest_of(problem, contacts), pattern_of(count)
-    scale, at_rest, limited = 0.0, np.int64(0), False
-    for number in contacts:
-        limited = limited or run.modes[number].limited != 0
-    torque, sizes = _load(problem, run, contacts)
-    for i in range(count):
-        contact = problem.contacts[contacts[i]]
-        force, _ = _limited_force(problem, contacts[i], run, at_rest)
-        rest.lower[i] = -_times(contact.breakaway_forward, force)
-        rest.upper[i] = -_times(contact.breakaway_backward, force)
-        rest.forward[i] = -_times(contact.forward, force)
-        rest.backward[i] = -_times(contact.backward, force)
-        rest.rates[i] = problem.inverse[contact.a] * torque[contact.a]
-        size_ = problem.inverse[contact.a] * sizes[contact.a]
-        if contact.b >= 0:
-            rest.rates[i] -= problem.inverse[contact.b] * torque[contact.b]
-            size_ += problem.inverse[contact.b] * sizes[contact.b]
-        if contact.base_rate >= 0:
-            base = run.z[0, problem.states + contact.base_rate]
-            rest.rates[i] -= base
-            size_ += abs(base)
-        if math.isfinite(rest.lower[i]) and math.isfinite(rest.upper[i]):
-            size_ += problem.inverse[contact.a] * max(abs(rest.lower[i]), abs(rest.upper[i]))
-        scale = max(scale, size_)
-        rest.limited[i] = run.modes[contacts[i]].limited
-        rest.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
-    rest.scale[0] = scale
+    rest, pattern = view_of(run.rest, run.pattern, count)
+    _describe(problem, run, contacts, rest)
+    pattern.clamp[:] = 0
     if count == 1:
         _settle_one(rest, pattern)
     elif not solve(rest, pattern):
@@ -141,12 +128,47 @@ def settle(problem, run):
             if math.isinf(pattern.torque[i]):
                 return False
             mode.fresh |= bit(GuardKind.ZERO_SPEED, -1)
-            if abs(rate(rest, pattern.torque, i)) <= ROUNDING * scale:
+            if abs(rate(rest, pattern.torque, i)) <= ROUNDING * rest.scale[0]:
                 mode.fresh |= FLAT
     return True
 
 
-@internal
+@embedded
+def _describe(problem, run, contacts, rest):
+    """Set the numbers of contacts at rest."""
+    scale, at_rest, limited = 0.0, np.int64(0), False
+    for number in contacts:
+        limited = limited or run.modes[number].limited != 0
+    _load(problem, run, contacts)
+    torque, sizes = run.load[0], run.load[1]
+    for i in range(contacts.size):
+        contact = problem.contacts[contacts[i]]
+        force, _ = _limited_force(problem, contacts[i], run, at_rest)
+        rest.a[i], rest.b[i] = contact.a, contact.b if contact.b >= 0 else problem.inverse.size
+        for k in range(contacts.size):
+            rest.matrix[i, k] = compliance(problem, contacts[i], contacts[k])
+        rest.lower[i] = -_times(contact.breakaway_forward, force)
+        rest.upper[i] = -_times(contact.breakaway_backward, force)
+        rest.forward[i] = -_times(contact.forward, force)
+        rest.backward[i] = -_times(contact.backward, force)
+        rest.rates[i] = problem.inverse[contact.a] * torque[contact.a]
+        size_ = problem.inverse[contact.a] * sizes[contact.a]
+        if contact.b >= 0:
+            rest.rates[i] -= problem.inverse[contact.b] * torque[contact.b]
+            size_ += problem.inverse[contact.b] * sizes[contact.b]
+        if contact.base_rate >= 0:
+            base = run.z[problem.states + contact.base_rate, 0]
+            rest.rates[i] -= base
+            size_ += abs(base)
+        if math.isfinite(rest.lower[i]) and math.isfinite(rest.upper[i]):
+            size_ += problem.inverse[contact.a] * max(abs(rest.lower[i]), abs(rest.upper[i]))
+        scale = max(scale, size_)
+        rest.limited[i] = run.modes[contacts[i]].limited
+        rest.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
+    rest.scale[0] = scale
+
+
+@embedded
 def _settle_one(rest, pattern):
     """``solve`` for one contact."""
     needed = -rest.rates[0] / rest.matrix[0, 0]
@@ -163,7 +185,7 @@ def _settle_one(rest, pattern):
         pattern.torque[0] = rest.forward[0] if side > 0 else rest.backward[0]
 
 
-@internal
+@borrowing
 def _set_line(problem, number, speed, mode):
     """Set the line of the torque of a sliding contact."""
     contact = problem.contacts[number]
@@ -176,7 +198,7 @@ def _set_line(problem, number, speed, mode):
     mode.line = line
 
 
-@internal
+@borrowing
 def check_lines(problem, run):
     """Set the lines of sliding contacts anew where they do not belong to their speeds.
 
@@ -196,7 +218,7 @@ def check_lines(problem, run):
             _set_line(problem, number, mode.side * abs(speed), mode)
 
 
-@inlined
+@embedded
 def _lines_of(contact, side):
     """First line of a direction of sliding, and the line after its last one."""
     if side > 0:
@@ -204,13 +226,13 @@ def _lines_of(contact, side):
     return contact.lines_forward, contact.lines_forward + contact.lines_backward
 
 
-@inlined
+@embedded
 def _is_about(low, high, speed):
     """Return True if a speed is between two others, up to rounding."""
     return low * (1.0 - _AT_LINE) <= speed <= high * (1.0 + _AT_LINE)
 
 
-@internal
+@borrowing
 def set_sides(problem, run):
     """Set the sides of the contacts by their sliding speeds, at the start."""
     for number in range(run.modes.size):
@@ -220,7 +242,7 @@ def set_sides(problem, run):
         run.modes[number].side = 0 if at_rest else (1 if speed > 0.0 else -1)
 
 
-@internal
+@borrowing
 def classify(problem, run):
     """Set the modes by the sides of sliding; ``settle`` has to follow."""
     count = 0
@@ -281,7 +303,7 @@ def sample_controllers(problem, run, time):
             continue
         force = contact.initial_force
         if contact.force >= 0:
-            force += run.z[0, problem.states + contact.force]
+            force += run.z[problem.states + contact.force, 0]
         start = force
         if mode.side != 0:
             force += contact.slope * abs(value(problem.sliding[number], run.z))
@@ -295,11 +317,11 @@ def sample_controllers(problem, run, time):
         force = queue[mode.samples % places]
         if contact.lag == 0:
             force = min(max(force, contact.lowest), contact.highest)
-        run.z[:, problem.states + contact.held] = 0.0
-        run.z[0, problem.states + contact.held] = force
+        run.z[problem.states + contact.held] = 0.0
+        run.z[problem.states + contact.held, 0] = force
 
 
-@inlined
+@embedded
 def sample_time(contact, mode):
     """Time of the next sampling of a controller."""
     return mode.first_sample + mode.samples * contact.sample_time
@@ -315,11 +337,11 @@ def next_sampling(problem, modes):
     return nearest
 
 
-@borrowing
+@embedded
 def apply_event(problem, run, what, cell, jumped):
     """Change the modes at an event that a guard announces; ``settle`` has to follow.
 
-    cell   : whose series is in ``run.z``, but for its first terms
+    cell   : whose series of states is in ``run.z``, but for the first terms
     jumped : the condition has jumped beyond zero
 
     Returns True if the brake torque bends, and False if it is smooth or if a contact may come to
@@ -353,7 +375,7 @@ def apply_event(problem, run, what, cell, jumped):
     return False
 
 
-@borrowing
+@embedded
 def _has_arrived(problem, run, number, cell):
     """Return True if the speed of a sliding contact has become zero, up to rounding."""
     z, row = run.z, problem.sliding[number]
@@ -362,12 +384,12 @@ def _has_arrived(problem, run, number, cell):
         if row[j] != 0.0:
             reach = 0.0
             for k in range(cell.terms - 1, -1, -1):
-                reach = reach * cell.length + abs(z[k, j])
+                reach = reach * cell.length + abs(z[j, k])
             scale += abs(row[j]) * reach
     return abs(value(row, z)) <= _TOGETHER * scale
 
 
-@borrowing
+@embedded
 def _arrives_too(problem, run, number, cell):
     """Return True if a contact comes to rest at the same instant as others, and has not just left.
 
@@ -379,14 +401,16 @@ def _arrives_too(problem, run, number, cell):
     trend = 0.0
     for j in range(row.size):
         if row[j] != 0.0:
-            part = 0.0
-            for k in range(cell.terms - 1, 0, -1):
-                part = part * cell.elapsed + k * z[k, j]
+            part = z[j, 1]  # of inputs, at the end already
+            if j < problem.states:
+                part = 0.0
+                for k in range(cell.terms - 1, 0, -1):
+                    part = part * cell.elapsed + k * z[j, k]
             trend += row[j] * part
     return mode.side * trend < 0.0 and _has_arrived(problem, run, number, cell)
 
 
-@inlined
+@embedded
 def kind_of(before, after):
     """Kind of the event that changes the side of sliding."""
     if after == 0:

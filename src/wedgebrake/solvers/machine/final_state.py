@@ -85,7 +85,7 @@ def final_state(response: xr.Dataset) -> FinalState:
 
 def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:
     """The state that a run has reached."""
-    n, z, states = len(machine.inertias), run.z[0], problem.states
+    n, z, states = len(machine.inertias), run.z[:, 0], problem.states
     names = [one.name for one in machine.inertias]
     held = [
         (float(z[states + one["held"]]), *map(float, queue[: one["delay"] + 1]))
@@ -114,28 +114,28 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
             f"initial = {shown(state)}: must be a state of a machine with the same inertias,"
             " contacts and lags. Use the final state of a run of this machine."
         )
-    run.z[0, :n] = list(state.angles.values())
-    run.z[0, n : 2 * n] = list(state.speeds.values())
-    run.z[0, 2 * n : states] = state.actuators
+    run.z[:n, 0] = list(state.angles.values())
+    run.z[n : 2 * n, 0] = list(state.speeds.values())
+    run.z[2 * n : states, 0] = state.actuators
     for number, mode in enumerate(run.modes):
         for name, value in zip(_MODE, state.modes[number], strict=True):
             mode[name] = value
         mode["first_sample"], mode["samples"] = state.sampled[number]
         contact = problem.contacts[number]
         if contact["held"] >= 0:
-            run.z[0, states + contact["held"]] = state.held[number][0]
+            run.z[states + contact["held"], 0] = state.held[number][0]
             run.queues[number, : contact["delay"] + 1] = state.held[number][1:]
 
 
 def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:
     """Set the states of a run to the initial ones of the machine; lags start at the force."""
     n = len(machine.inertias)
-    run.z[0, :n] = [one.angle for one in machine.inertias]
-    run.z[0, n : 2 * n] = [one.speed for one in machine.inertias]
-    run.z[0, 2 * n : problem.states] = 0.0
+    run.z[:n, 0] = [one.angle for one in machine.inertias]
+    run.z[n : 2 * n, 0] = [one.speed for one in machine.inertias]
+    run.z[2 * n : problem.states, 0] = 0.0
     for contact, one in zip(problem.contacts, machine.contacts, strict=True):
         if contact["lag"] > 0:
             force = one.actuation.initial_force
             at = problem.start_time
-            run.z[0, contact["state"]] = float(force(at)) if callable(force) else force
+            run.z[contact["state"], 0] = float(force(at)) if callable(force) else force
     run.modes["first_sample"] = problem.start_time

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, chosen_by_class, inlined
-from wedgebrake.solvers.machine.cells import combine, polynomial
+from wedgebrake.dynamics.jit import borrowing, chosen_by_class, embedded
+from wedgebrake.solvers.machine.cells import combine, largest_change, polynomial
 from wedgebrake.solvers.machine.section import next_return, next_turn
 from wedgebrake.solvers.machine.variation import begin, store_matrix, vary, vary_event, vary_samples
 from wedgebrake.solvers.machine.watch import Anew, NoWatch, SectionKind, Watch
@@ -63,7 +63,7 @@ def _store(watch, problem, run, terms, clock, tau):
     if watch.kind == SectionKind.EVERY:
         watch.times[state.count] = watch.origin + state.next * watch.period
     for i in range(problem.states):
-        watch.states[state.count, i] = polynomial(run.z[:, i], terms, tau)
+        watch.states[state.count, i] = polynomial(run.z[i], terms, tau)
 
 
 @borrowing
@@ -71,7 +71,7 @@ def _add(watch, run, slot, terms, tau):
     """Add a cell to the extremes and to the sums."""
     g = run.guard
     for i in range(watch.low.size):
-        combine(watch.rows[i], run.z, terms, g)
+        combine(watch.rows[i], run.z, g)
         watch.low[i], watch.high[i] = _widened(
             watch.work[0], g, terms, tau, watch.low[i], watch.high[i]
         )
@@ -82,7 +82,7 @@ def _add(watch, run, slot, terms, tau):
             if watch.sides[number] != 0:
                 watch.entered[number, 0 if watch.sides[number] > 0 else 1] += 1
         watch.sides[number] = side
-        combine(run.systems.contact[slot, number], run.z, terms, g)
+        combine(run.systems.contact[slot, number], run.z, g)
         peak = watch.peak[number]
         low, high = _widened(watch.work[0], g, terms, tau, -peak, peak)
         watch.peak[number] = max(-low, high)
@@ -100,9 +100,9 @@ def _add_quantity(watch, run, slot, terms, tau, i):
         combine(run.systems.contact[slot, contact], run.z, terms, g)
     g[0] -= found.level[i]
     for _ in range(found.order[i]):
-        terms -= 1
-        for k in range(terms):
+        for k in range(terms - 1):
             g[k] = (k + 1.0) * g[k + 1]
+        g[terms - 1] = 0.0
     total, square = 0.0, 0.0
     for point in range(_POINTS.size):
         here = polynomial(g, terms, _POINTS[point] * tau)
@@ -121,18 +121,17 @@ def _widened(work, g, terms, tau, low, high):
 
     work : workspace for the derivative of the series
     """
-    reach = 0.0
-    for k in range(terms - 1, 0, -1):
-        reach = (reach + abs(g[k])) * tau
+    reach = largest_change(g, terms, tau)
     if low <= g[0] - reach and g[0] + reach <= high:
         return low, high
     end = polynomial(g, terms, tau)
     low, high = min(low, g[0], end), max(high, g[0], end)
     for k in range(terms - 1):
         work[k] = (k + 1.0) * g[k + 1]
+    work[terms - 1] = 0.0
     at = 0.0
     for _ in range(_TURNS):
-        step = next_turn(work, terms - 1, tau - at)
+        step = next_turn(work, terms, tau - at)
         at += step
         if at >= tau:
             break
@@ -148,13 +147,13 @@ def _follow_samples(watch, problem, run):
         vary_samples(watch, problem, run)
 
 
-@inlined
+@embedded
 def _pass(watch, problem, run, slot, terms, clock, tau, event):  # noqa: ARG001 - as ``_follow``
     """``_follow`` where nothing is recorded."""
     return tau, event[0], False
 
 
-@inlined
+@embedded
 def _pass_samples(watch, problem, run):
     """``_follow_samples`` where nothing is recorded."""
 

@@ -21,9 +21,8 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import CustomFriction, SetValuedFriction, SmoothFriction
-from wedgebrake.model.machine_parts import Contact
-from wedgebrake.model.signals import as_signal
-from wedgebrake.solvers.machine.problem import MOST_DEGREE
+from wedgebrake.model.signals import Signal
+from wedgebrake.solvers.machine.problem import LINE, MOST_DEGREE
 
 FloatArray = NDArray[np.float64]
 
@@ -64,14 +63,51 @@ class Line(NamedTuple):
     factors: tuple[float, ...] = ()
 
 
+class Sliding(NamedTuple):
+    """What the lines of a contact follow from."""
+
+    name: str
+    brake: Brake
+    friction: Any
+    actuation: Actuation
+
+
+class Lines(NamedTuple):
+    """Lines of a contact: whether they are curves, how many each way, of dtype ``problem.LINE``."""
+
+    curved: bool
+    forward: int
+    backward: int
+    rows: NDArray[np.void]
+
+
+@lru_cache(maxsize=256)
+def lines_of(contact: Sliding, curved: bool) -> Lines:
+    """Lines of a contact, the same for all points of most sweeps; curved: as curves."""
+    smooth = isinstance(contact.friction, SmoothFriction)
+    bends = curved and (smooth or not contact.friction.constant)
+    forward, backward = curved_lines(contact) if bends else straight_lines(contact)
+    rows = np.zeros(len(forward) + len(backward), LINE)
+    for place, line in enumerate((*forward, *backward)):
+        degree, missing = max(len(line.factors) - 1, 0), MOST_DEGREE + 1 - len(line.factors)
+        rows[place] = (degree, *line[:3], line.bends, line.factors + (0.0,) * missing)
+    rows.flags.writeable = False
+    return Lines(bends, len(forward), len(backward), rows)
+
+
 def lag_order(given: Actuation) -> int:
     """Order of the lag; 0 also if the command never changes."""
-    if given.slope == 0.0 and not as_signal(given.initial_force).varies:
+    if given.slope == 0.0 and not _varies(given):
         return 0
     return 2 if given.frequency is not None else int(given.lag > 0.0)
 
 
-def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
+def _varies(given: Actuation) -> bool:
+    """Whether the force varies in time without a feedback of the speed."""
+    return isinstance(given.initial_force, Signal) and given.initial_force.varies
+
+
+def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
     """Straight lines of the torque forwards and backwards, if friction depends on the speed."""
     friction, given = contact.friction, contact.actuation
     if isinstance(friction, SmoothFriction):
@@ -82,11 +118,7 @@ def straight_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
         )  # fmt: skip
     if friction.constant or not isinstance(friction, SetValuedFriction):
         return [], []
-    simple = (
-        not as_signal(given.initial_force).varies
-        and given.sample_time is None
-        and given.limits is None
-    )
+    simple = not _varies(given) and given.sample_time is None and given.limits is None
     if not simple or lag_order(given) > 0:
         raise InputError(
             f"{contact.name}.friction = {type(friction).__name__}: varies with the sliding speed,"
@@ -158,7 +190,7 @@ class _Curve:
         return max(largest, self.size) * _ERROR + largest * _ROUNDING * steep
 
 
-def curved_lines(contact: Contact) -> tuple[list[Line], list[Line]]:
+def curved_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
     """Pieces of the curve forwards and backwards, if friction depends on the speed."""
     given = contact.name, contact.brake, contact.friction
     pieces: Any = _pieces

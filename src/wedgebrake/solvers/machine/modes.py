@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import compiled, inlined, internal
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded, internal
 from wedgebrake.solvers.machine.cells import value
 from wedgebrake.solvers.machine.least_torques import least_torques
 
@@ -26,19 +26,19 @@ class GuardKind(IntEnum):
     HOLDING_LIMIT = 3
 
 
-@internal
+@borrowing
 def bit(kind, sign):
     """The bit of a guard among those of its contact."""
     return 1 << (2 * kind + (sign > 0))
 
 
-@inlined
+@embedded
 def _key(mode):
     """A number that differs between modes of a contact with different systems."""
     return 27 * mode.line + 9 * mode.side + 3 * mode.limit + mode.clamp
 
 
-@internal
+@embedded
 def _has_key(modes, key):
     """Return True if the key of a system is that of the modes."""
     same = True
@@ -77,47 +77,48 @@ def _workspace(problem):
     )  # fmt: skip
 
 
-@internal
-def command_row(problem, number, side, row):
-    """Set a row to the command of the actuator, before its lag."""
-    contact = problem.contacts[number]
+@borrowing
+def command_row(contact, states, sliding, side, row):
+    """Set a row to the command of the actuator, before its lag.
+
+    sliding : row of the sliding speed
+    """
     row[:] = 0.0
     if contact.held >= 0:
-        row[problem.states + contact.held] = 1.0
+        row[states + contact.held] = 1.0
         return
     if contact.force >= 0:
-        row[problem.states + contact.force] = 1.0
+        row[states + contact.force] = 1.0
     row[-1] = contact.initial_force
     if side != 0 and contact.slope != 0.0:
         for i in range(row.size):
-            row[i] += side * contact.slope * problem.sliding[number, i]
+            row[i] += side * contact.slope * sliding[i]
 
 
-@internal
-def unlimited_force_row(problem, number, side, row):
-    """Set a row to the actuation force of a contact before its limits."""
-    contact = problem.contacts[number]
+@borrowing
+def unlimited_force_row(contact, states, sliding, side, row):
+    """Set a row to the actuation force of a contact before its limits, as ``command_row``."""
     if contact.lag > 0:
         row[:] = 0.0
         row[contact.state] = 1.0
     else:
-        command_row(problem, number, side, row)
+        command_row(contact, states, sliding, side, row)
 
 
-@inlined
+@embedded
 def is_straight(contact):
     """Return True if the torque is a straight line of the sliding speed, force included."""
     return contact.lines_forward > 0 and contact.curve < 0
 
 
-@inlined
+@embedded
 def _is_released(problem, contact, mode):
     """Return True on the line without torque that follows the release speed."""
     line = problem.lines[contact.first_line + mode.line]
     return line.start > 0.0 and line.offset == 0.0 and line.slope == 0.0
 
 
-@internal
+@borrowing
 def _force_row(problem, number, mode, row):
     """Set the row of the actuation force of a contact."""
     contact = problem.contacts[number]
@@ -127,17 +128,17 @@ def _force_row(problem, number, mode, row):
     elif mode.side != 0 and is_straight(contact) and _is_released(problem, contact, mode):
         row[:] = 0.0
     else:
-        unlimited_force_row(problem, number, mode.side, row)
+        unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
 
 
-@internal
+@borrowing
 def _scaled(target, factor, row):
     """Set a row to another one times a factor; an infinite factor counts where it presses."""
     for i in range(row.size):
         target[i] = factor * row[i] if row[i] != 0.0 else 0.0
 
 
-@internal
+@borrowing
 def slip_row(problem, number, mode, force, row):
     """Set a row to the torque of a sliding contact on its first inertia."""
     contact, side = problem.contacts[number], mode.side
@@ -157,7 +158,7 @@ def slip_row(problem, number, mode, force, row):
     _scaled(row, -(contact.forward if side > 0 else contact.backward), force)
 
 
-@internal
+@borrowing
 def _add_torque(problem, number, row, work):
     """Add the torque of a contact to those on its inertias."""
     contact, torque = problem.contacts[number], work.torque
@@ -168,7 +169,7 @@ def _add_torque(problem, number, row, work):
             torque[contact.b, i] -= row[i]
 
 
-@internal
+@borrowing
 def _acceleration_row(problem, number, work, row):
     """Set the row of the rate of a sliding speed, from the torques."""
     contact, torque = problem.contacts[number], work.torque
@@ -180,7 +181,7 @@ def _acceleration_row(problem, number, work, row):
         row[problem.states + contact.base_rate] -= 1.0
 
 
-@internal
+@embedded
 def compliance(problem, one, other):
     """Rate of a sliding speed per torque of another contact: an entry of W' M^-1 W."""
     left, right = problem.contacts[one], problem.contacts[other]
@@ -198,6 +199,12 @@ def compliance(problem, one, other):
 
 @compiled
 def select_system(problem, run):
+    """``present_system`` for callers in Python."""
+    return present_system(problem, run)
+
+
+@embedded
+def present_system(problem, run):
     """Return the slot of the system of the present modes; assemble it if it is new."""
     modes, keys, used = run.modes, run.systems.keys, run.systems.used
     for slot in range(used[0]):
@@ -222,7 +229,7 @@ def assemble(problem, run, slot):
     Returns False if it depends on the present state too: the shares of contacts at rest that
     depend on each other follow from their present limits.
     """
-    n, states, m = problem.inverse.size, problem.states, problem.contacts.size
+    states, m = problem.states, problem.contacts.size
     work, systems, modes = _workspace(problem), run.systems, run.modes
     matrix, rows, numbers, weights = work.matrix, work.rows, work.numbers, work.weights
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
@@ -253,33 +260,40 @@ def assemble(problem, run, slot):
     for i in range(held):
         contact_rows[numbers[i], :] = rows[i]
         _add_torque(problem, numbers[i], rows[i], work)
-    for i in range(n):
-        rates[i, :] = 0.0
-        rates[i, n + i] = 1.0
-        for k in range(rates.shape[1]):
-            rates[n + i, k] = problem.inverse[i] * work.torque[i, k]
-    for number in range(m):
-        if problem.contacts[number].lag > 0:
-            _lag_rows(problem, number, modes[number].side, rates)
+    _set_rates(problem, modes, work, rates)
     systems.counts[slot] = _guards(problem, run, work, slot)
     systems.longest[slot] = _longest_cell(rates, states, problem.frequency, work.powers)
     return unique
 
 
-@internal
+@borrowing
+def _set_rates(problem, modes, work, rates):
+    """Set the rates of the states."""
+    n = problem.inverse.size
+    for i in range(n):
+        rates[i, :] = 0.0
+        rates[i, n + i] = 1.0
+        for k in range(rates.shape[1]):
+            rates[n + i, k] = problem.inverse[i] * work.torque[i, k]
+    for number in range(modes.size):
+        if problem.contacts[number].lag > 0:
+            _lag_rows(problem, number, modes[number].side, rates)
+
+
+@borrowing
 def _width(work, number, z):
     """Largest torque at which a contact holds; 1 where there is none or no limit."""
     width = max(abs(value(work.upper[number], z)), abs(value(work.lower[number], z)))
     return width if 0.0 < width < math.inf else 1.0
 
 
-@internal
+@borrowing
 def _lag_rows(problem, number, side, rates):
     """Set the rates of the states of an actuator with a lag."""
     contact = problem.contacts[number]
-    row = rates[contact.state]
+    row, states, sliding = rates[contact.state], problem.states, problem.sliding[number]
     if contact.lag == 1:
-        command_row(problem, number, side, row)
+        command_row(contact, states, sliding, side, row)
         row[contact.state] -= 1.0
         for i in range(row.size):
             row[i] /= contact.lag_time
@@ -287,14 +301,14 @@ def _lag_rows(problem, number, side, rates):
     row[:] = 0.0
     row[contact.state + 1] = 1.0
     second = rates[contact.state + 1]
-    command_row(problem, number, side, second)
+    command_row(contact, states, sliding, side, second)
     second[contact.state] -= 1.0
     for i in range(second.size):
         second[i] *= contact.lag_frequency * contact.lag_frequency
     second[contact.state + 1] -= 2.0 * contact.lag_damping * contact.lag_frequency
 
 
-@internal
+@borrowing
 def _square(matrix, count, result):
     """Store the square of a matrix."""
     for i in range(count):
@@ -305,7 +319,7 @@ def _square(matrix, count, result):
             result[i, j] = total
 
 
-@internal
+@borrowing
 def _longest_cell(rates, states, frequency, matrix):
     """Longest cell, from the growth of Taylor coefficients and the fastest signal.
 
@@ -338,7 +352,7 @@ def _longest_cell(rates, states, frequency, matrix):
     return _CELL / growth if growth > 0.0 else math.inf
 
 
-@internal
+@borrowing
 def _guards(problem, run, work, slot):
     """Set the guards of the present modes; returns their number."""
     count, systems = 0, run.systems
@@ -355,7 +369,7 @@ def _guards(problem, run, work, slot):
     return count
 
 
-@internal
+@borrowing
 def _speed_guards(problem, number, mode, rows, what, count):
     """Set the guards of the sliding speed of a contact; returns the number of guards."""
     contact, low, high = problem.contacts[number], 0.0, math.inf
@@ -375,7 +389,7 @@ def _speed_guards(problem, number, mode, rows, what, count):
     return count
 
 
-@internal
+@borrowing
 def _holding_guards(work, number, torque, rows, what, count):
     """Set the guards of the torque of a contact at rest; returns the number of guards."""
     for sign in (1, -1):
@@ -389,14 +403,14 @@ def _holding_guards(work, number, torque, rows, what, count):
     return count
 
 
-@internal
+@borrowing
 def _force_guards(problem, number, mode, spare, rows, what, count):
     """Set the guards of the force of a contact before its limits; returns the number of guards.
 
     They are above the lowest force and below the highest one, or beyond the limit that it is at.
     """
     contact, row, kind = problem.contacts[number], spare, GuardKind.FORCE_LIMIT
-    unlimited_force_row(problem, number, mode.side, row)
+    unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
     if not _varies(row):
         return count
     for sign in (-1, 1):
@@ -409,7 +423,7 @@ def _force_guards(problem, number, mode, spare, rows, what, count):
     return count
 
 
-@internal
+@borrowing
 def _is_finite(row):
     """Return True if all entries of a row are finite."""
     finite = True
@@ -418,13 +432,16 @@ def _is_finite(row):
     return finite
 
 
-@internal
+@borrowing
 def _varies(row):
     """Return True if a row is not a constant."""
-    return bool(np.any(row[: row.size - 1] != 0.0))
+    varies = False
+    for j in range(row.size - 1):
+        varies = varies or row[j] != 0.0
+    return varies
 
 
-@internal
+@borrowing
 def _guard(guard, what, number, kind, sign, factor, row, offset):
     """Set the guard factor row - offset >= 0."""
     for i in range(row.size):

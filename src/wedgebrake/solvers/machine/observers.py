@@ -4,9 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, internal
+from wedgebrake.dynamics.jit import borrowing, embedded, internal
+from wedgebrake.dynamics.signals import TERMS
 from wedgebrake.solvers.machine.cells import combine, polynomial
-from wedgebrake.solvers.machine.problem import TERMS
 from wedgebrake.solvers.machine.watch import NoWatch, Watch
 
 # Products of two series are integrated to rounding by Gauss' rule: their terms fall as 4^k/k! on
@@ -64,7 +64,7 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
     )  # fmt: skip
 
 
-@borrowing
+@embedded
 def observe(observer, problem, run, slot, terms, clock, tau, last):
     """Record a cell of length tau, from the time of a clock on.
 
@@ -87,11 +87,11 @@ def _sample(observer, problem, run, slot, terms, at, since, tau):
     """Record the state at a time since the beginning of a cell of length tau."""
     since, z, g, systems = min(max(since, 0.0), tau), run.z, run.guard, run.systems
     for i in range(problem.states):
-        observer.states[at, i] = polynomial(z[:, i], terms, since)
+        observer.states[at, i] = polynomial(z[i], terms, since)
     for number in range(run.modes.size):
-        combine(systems.contact[slot, number], z, terms, g)
+        combine(systems.contact[slot, number], z, g)
         observer.torque[at, number] = polynomial(g, terms, since)
-        combine(systems.force[slot, number], z, terms, g)
+        combine(systems.force[slot, number], z, g)
         observer.force[at, number] = polynomial(g, terms, since)
         observer.side[at, number] = run.modes[number].side
 
@@ -103,10 +103,10 @@ def _add_work(observer, run, slot, terms, tau):
     for number in range(observer.work.size):
         contact = observer.contact[number]
         if contact < 0:
-            combine(observer.left[number], run.z, terms, left)
+            combine(observer.left[number], run.z, left)
         else:
-            combine(run.systems.contact[slot, contact], run.z, terms, left)
-        combine(observer.right[number], run.z, terms, right)
+            combine(run.systems.contact[slot, contact], run.z, left)
+        combine(observer.right[number], run.z, right)
         total = 0.0
         for i in range(_POINTS.size):
             s = _POINTS[i] * tau

@@ -38,8 +38,8 @@ _ROWS = 1024
 _CHUNK = 64
 # Share of a period, and of the time, within which a run is at a return.
 _AT_RETURN, _ROUNDING = 1e-12, 4e-16
-# A time that is never reached [s].
-_NEVER = 1e300
+# A time that is never reached [s], whose fourth power is a number.
+_NEVER = 1e70
 # Cells without an end of time after which a run counts as one that does not return.
 _CELLS = 10**7
 
@@ -180,7 +180,7 @@ class Course:
         """
         problem, run = self.assembled.problem, self._run
         run.z[:] = 0.0
-        run.z[0, : problem.states] = states
+        run.z[: problem.states, 0] = states
         run.modes[:] = np.zeros(1, run.modes.dtype)
         run.modes["first_sample"] = problem.start_time
         problem.signals.angles[:] = self._angles
@@ -281,7 +281,7 @@ class Course:
         found = quantities_of(given, problem.states, width)
         # Near its mean, so that the mean square of a small vibration is not a difference of
         # large numbers.
-        values = found.rows[:, : problem.states] @ self._run.z[0, : problem.states]
+        values = found.rows[:, : problem.states] @ self._run.z[: problem.states, 0]
         found.level[:] = np.where((found.order == 0) & (found.contact < 0), values, 0.0)
         found.low[:], found.high[:] = math.inf, -math.inf
         self._watch = self._watch._replace(quantities=found)
@@ -377,6 +377,6 @@ def _statistics(found: Quantities, duration: float) -> QuantityStatistics:
 def _kept(run: Run) -> Run:
     """Copy of a run whose state no longer changes."""
     return run._replace(
-        clock=run.clock.copy(), z=run.z[:1].copy(), modes=run.modes.copy(),
+        clock=run.clock.copy(), z=run.z[:, :1].copy(), modes=run.modes.copy(),
         queues=run.queues.copy(),
     )  # fmt: skip

@@ -10,10 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.records import record
-from wedgebrake.dynamics.signals import Signals
-
-TERMS = 28
-"""Most terms of a Taylor series."""
+from wedgebrake.dynamics.signals import TERMS, Signals
 
 # A contact between inertia ``a`` and inertia ``b`` (-1: ground or a moving base).
 #
@@ -140,15 +137,57 @@ class Systems(NamedTuple):
     what: Any
 
 
+class AtRest(NamedTuple):
+    """Contacts at rest at an instant, as numbers.
+
+    a, b     : (count,) inertias that they join, the ground is the number of inertias
+    matrix   : (count, count) G, or larger
+    rates    : (count,) c
+    scale    : (1,) of c: the sum of the sizes of what it is made of
+    lower, upper   : (count,) limits of the torque that holds
+    forward, backward : (count,) torque of sliding
+    limited  : (count,) -1 or 1 where the torque has just reached a limit and would exceed it
+    clamped  : (count,) -1 or 1 where the torque has been at a limit since others held the rest, and
+               another one has reached its limit now
+    """
+
+    a: Any
+    b: Any
+    matrix: Any
+    rates: Any
+    scale: Any
+    lower: Any
+    upper: Any
+    forward: Any
+    backward: Any
+    limited: Any
+    clamped: Any
+
+
+class Pattern(NamedTuple):
+    """Which contacts hold and which slip.
+
+    side   : (count,) side of sliding, 0 where the contact holds
+    torque : (count,)
+    clamp  : (count,) -1 or 1 where a holding torque is at a limit since others hold the rest
+    """
+
+    side: Any
+    torque: Any
+    clamp: Any
+
+
 class Run(NamedTuple):
     """What changes in a run.
 
     clock   : (2,) time [s], as a sum of two numbers
-    z       : (TERMS, z) Taylor series of the states, inputs and 1
+    z       : (z, TERMS) Taylor series of the states, inputs and 1
     modes   : (m,) of dtype ``MODE``
     queues  : (m, longest delay + 1) forces that controllers have sampled
     resting : (m,) contacts with zero sliding speed, whose next state is to be decided
     pending : (1,) number of them; -1 where the modes have not changed
+    rest, pattern : of these contacts
+    load    : (2, n) torques on the inertias without those of these contacts, and their sizes
     guard   : (TERMS,) series of a guard
     spare   : (z,) workspace for a row
     curves  : of dtype ``CURVE``, of the contacts with curved lines
@@ -163,6 +202,9 @@ class Run(NamedTuple):
     queues: Any
     resting: Any
     pending: Any
+    rest: AtRest
+    pattern: Pattern
+    load: Any
     guard: Any
     spare: Any
     curves: Any
@@ -180,7 +222,8 @@ def run_of(problem: MachineProblem) -> Run:
     systems = Systems(
         np.zeros(1, np.int64), np.zeros((_SLOTS, m), np.int64), np.zeros(_SLOTS),
         np.zeros(_SLOTS, np.int64),
-        np.zeros((_SLOTS, states, width)), np.zeros((_SLOTS, m, width)),
+        np.zeros((_SLOTS, states, width)),
+        np.zeros((_SLOTS, m, width)),
         np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),
         np.zeros((_SLOTS, most), GUARD),
     )  # fmt: skip
@@ -191,8 +234,17 @@ def run_of(problem: MachineProblem) -> Run:
     strides = np.zeros(_STRIDES, STRIDE)
     strides["slot"] = -1
     return Run(
-        np.zeros(2), np.zeros((TERMS, width)), np.zeros(m, MODE), systems,
+        np.zeros(2), np.zeros((width, TERMS)), np.zeros(m, MODE), systems,
         np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
-        np.zeros(TERMS), np.zeros(width), curves, strides,
+        _at_rest(m), Pattern(np.zeros(m, np.int64), np.zeros(m), np.zeros(m, np.int64)),
+        np.zeros((2, problem.inverse.size)), np.zeros(TERMS), np.zeros(width), curves, strides,
         np.empty(most_factors + most_rows + max(_STRIDES - 1, 0) * most_factors * most_rows),
     )  # fmt: skip
+
+
+def _at_rest(m: int) -> AtRest:
+    """Room for contacts at rest."""
+    numbers, places = np.zeros((5, m)), np.zeros((4, m), np.int64)
+    return AtRest(
+        places[0], places[1], np.zeros((m, m)), numbers[0], np.zeros(1), *numbers[1:], *places[2:]
+    )

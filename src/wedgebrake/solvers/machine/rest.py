@@ -48,7 +48,7 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
     slot = select_system(problem, run)
     guards = run.systems.guards[slot, : run.systems.counts[slot]]
     free = _free_directions(problem)
-    mean = run.z[0].copy()
+    mean = run.z[:, 0].copy()
     steady = _equilibrium(problem, signals, mean[:n], free)
     if steady is None:
         return False
@@ -63,9 +63,9 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
     for number, signal in enumerate(signals):
         mean[states + number] = signal.mean
     least = guards @ mean
-    transient = run.z[0, :states] - mean[:states]
+    transient = run.z[:states, 0] - mean[:states]
     for frequency in sorted({one for signal in signals for one, _ in signal.sines}):
-        shape = _vibration(problem, signals, frequency, free, len(run.z[0]))
+        shape = _vibration(problem, signals, frequency, free, len(run.z))
         if shape is None:
             return False
         least = least - np.abs(guards @ shape)

@@ -3,7 +3,7 @@
 import math
 
 from wedgebrake.dynamics.jit import borrowing
-from wedgebrake.solvers.machine.cells import combine, first_zero, polynomial
+from wedgebrake.solvers.machine.cells import combine, first_zero, largest_change, polynomial
 from wedgebrake.solvers.machine.watch import SectionKind
 
 # Size of a value on the section, relative to the largest one of what it is made of.
@@ -32,10 +32,8 @@ def _next_crossing(watch, run, terms, tau, event):
     Since its previous crossing, it must have been below the level by more than rounding.
     """
     state, g = watch.state[0], watch.work[0]
-    scale = combine(watch.row, run.z, terms, g)
-    reach = 0.0
-    for k in range(terms - 1, 0, -1):
-        reach = (reach + abs(g[k])) * tau
+    scale = combine(watch.row, run.z, g)
+    reach = largest_change(g, terms, tau)
     state.scale = max(state.scale, scale + reach)
     room = _ON_SECTION * state.scale
     if g[0] < -room:
@@ -96,9 +94,7 @@ def next_turn(g, terms, tau):
     The origin of the series is moved to this time, where its value then counts as zero.
     """
     scale = abs(g[0])
-    reach = 0.0
-    for k in range(terms - 1, 0, -1):
-        reach = (reach + abs(g[k])) * tau
+    reach = largest_change(g, terms, tau)
     if scale > reach:
         return math.inf
     at = first_zero(g, terms, tau, 0.0, True, False)

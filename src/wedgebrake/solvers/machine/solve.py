@@ -82,7 +82,7 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     observer = observer_of(problem, task.times, power_rows(machine, assembled) if powers else None)
     trajectory.start(problem, run, task.initial is not None)
     run.modes["first"] = run.modes["side"]
-    log, events, count, cells = np.zeros(_ROWS, EVENT), [np.zeros(0, EVENT)], 0, 0
+    log, events, count, cells = np.zeros(_ROWS, EVENT), [], 0, 0
     outcome, at_rest, end, begins = Outcome.LOG_FULL, False, task.end, True
     while outcome in (Outcome.LOG_FULL, Outcome.PAUSED):
         if task.until_rest and not run.modes["side"].any():
@@ -102,7 +102,7 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     return MachineAnswer(
         assembled,
         observer,
-        np.concatenate(events),
+        events[0] if len(events) == 1 else np.concatenate(events),
         task.start,
         run.modes["first"].copy(),
         outcome,

@@ -22,19 +22,21 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.jit import borrowing, chosen_by_class, embedded, inlined, internal
-from wedgebrake.dynamics.signals import Operation, advance, next_knot, pass_knots
+from wedgebrake.dynamics.signals import TERMS, Operation, advance, next_knot, pass_knots
 from wedgebrake.solvers.machine.cells import (
+    add_inputs,
     combine,
     expand_states,
     next_coefficient,
     polynomial,
     terms_for,
+    value,
 )
 from wedgebrake.solvers.machine.clock import Clock, expand_inputs, later
 from wedgebrake.solvers.machine.events import next_sampling, sample_controllers
 from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.observers import observe
-from wedgebrake.solvers.machine.problem import MOST_BOUNDS, TERMS
+from wedgebrake.solvers.machine.problem import MOST_BOUNDS
 from wedgebrake.solvers.machine.watch import NoWatch, Watch
 
 # Share of the size of a guard that may be rounding or count as zero elsewhere.
@@ -76,14 +78,14 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
     most : number of cells that is not reached here
     """
     signals, longest = problem.signals, run.systems.longest[slot]
-    cells, number, terms = np.int64(0), np.int64(-1), np.int64(2)
+    cells, number = np.int64(0), np.int64(-1)
     sampled, based = _has_samples(problem), _has_bases(problem)
     knot, sample = math.inf, _next_sample(observer)
     stale, passed = True, False
     regular = _is_regular(run, observer)
     while True:
         if stale:
-            expand_inputs(problem, run, clock, terms)
+            expand_inputs(problem, run, clock)
             if passed and sampled:
                 sample_controllers(problem, run, clock.time)
             knot = next_knot(signals)
@@ -113,9 +115,6 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
                 number = _propose(problem, run, slot, h, room)
             if number < 0:
                 break
-            if run.strides[number].terms != terms:
-                terms, stale = run.strides[number].terms, True
-                continue
         step = run.strides[number]
         late = rest - step.length
         whole = abs(late) <= room + _EQUAL * step.length
@@ -131,7 +130,7 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
             _record(problem, run, slot, step, observer, clock)
             sample = _next_sample(observer)
         if signals.speeds.size > 0:
-            advance(signals, run.z, problem.states, terms, step.length)
+            advance(signals, run.z, problem.states, step.terms, step.length)
         regular = _move(problem, run, step, late if whole else 0.0)
         step.uses += 1
         clock, cells, stale, passed = after, cells + 1, True, whole
@@ -244,13 +243,13 @@ def _change(problem, run, slot, step):
     factors, change = memory[: step.change], memory[step.change : step.change + rows]
     doubt = memory[step.change + rows : step.change + rows + guards]
     for i in range(n):
-        factors[i] = z[0, n + i]
+        factors[i] = z[n + i, 0]
     for i in range(n, states):
-        factors[i] = _dot(rates[i], z[0])
+        factors[i] = value(rates[i], z)
     at = states
     for k in range(1, step.terms):
-        for j in range(states, z.shape[1] - 1):
-            factors[at] = z[k, j]
+        for j in range(states, z.shape[0] - 1):
+            factors[at] = z[j, k]
             at += 1
     change[:] = 0.0
     doubt[:] = 0.0
@@ -277,7 +276,7 @@ def _is_quiet(problem, run, slot, step):
     for number in range(step.guards):
         row, start, scale = run.systems.guards[slot, number], 0.0, 0.0
         for j in range(row.size):
-            part = row[j] * z[0, j]
+            part = row[j] * z[j, 0]
             start += part
             scale += abs(part)
         what = run.systems.what[slot, number]
@@ -291,23 +290,14 @@ def _is_quiet(problem, run, slot, step):
     return quiet
 
 
-@embedded
-def _dot(row, state):
-    """Value of a row, also of zeros."""
-    total = 0.0
-    for j in range(row.size):
-        total += row[j] * state[j]
-    return total
-
-
 @borrowing
 def _record(problem, run, slot, step, observer, clock):
     """Record the samples of the response in a cell. The motion does not depend on them."""
     terms = _cell_terms(run, slot, step.length)
-    expand_inputs(problem, run, clock, terms)
-    expand_states(run.systems.rates[slot], problem.inverse.size, problem.states, run.z, terms)
+    expand_inputs(problem, run, clock)
+    expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
     observe(observer, problem, run, slot, terms, clock, step.length, False)
-    expand_inputs(problem, run, clock, step.terms)
+    expand_inputs(problem, run, clock)
 
 
 @embedded
@@ -322,11 +312,11 @@ def _shift(problem, run, slot, late):
     """Move the states on by a time that is rounding [s]."""
     z, rates, n = run.z, run.systems.rates[slot], problem.inverse.size
     for i in range(n, problem.states):
-        run.memory[i] = _dot(rates[i], z[0])
+        run.memory[i] = value(rates[i], z)
     for i in range(n):
-        z[0, i] += late * z[0, n + i]
+        z[i, 0] += late * z[n + i, 0]
     for i in range(n, problem.states):
-        z[0, i] += late * run.memory[i]
+        z[i, 0] += late * run.memory[i]
 
 
 @embedded
@@ -338,8 +328,8 @@ def _move(problem, run, step, late):
     z, bounded = run.z, True
     factors, change = run.memory, run.memory[step.change : step.change + problem.states]
     for i in range(problem.states):
-        z[0, i] += change[i] + late * factors[i]
-        bounded = bounded and abs(z[0, i]) < _LARGEST
+        z[i, 0] += change[i] + late * factors[i]
+        bounded = bounded and abs(z[i, 0]) < _LARGEST
     return bounded
 
 
@@ -351,7 +341,7 @@ def _compute(problem, run, slot, number, h):
     without their initial values, and the bounds of what these leave out.
     """
     step, longest, states = run.strides[number], run.systems.longest[slot], problem.states
-    width = run.z.shape[1]
+    width = run.z.shape[0]
     product = 0.0 if math.isinf(longest) else 2.0 * h / longest
     terms = _cell_terms(run, slot, h)
     step.slot, step.length, step.uses = slot, h, 1
@@ -363,7 +353,7 @@ def _compute(problem, run, slot, number, h):
     step.change = states + inputs * (TERMS - 1)
     room = step.change + states + run.systems.what.shape[1] * (MOST_BOUNDS + 1)
     step.first = room + (number - 1) * step.change * (room - step.change)
-    series, g = np.zeros((TERMS, width)), np.zeros(TERMS)
+    series, g = np.zeros((width, TERMS)), np.zeros(TERMS)
     place = step.first
     for i in range(states):
         _column(problem, run, slot, step, terms, 1, i, series, g, place)
@@ -405,17 +395,20 @@ def _signal_terms(problem, h, terms):
 def _column(problem, run, slot, step, terms, order, column, series, g, place):
     """Compute the row of a factor: coefficient ``order`` of a state or an input."""
     series[:] = 0.0
-    series[order, column] = 1.0
+    series[column, order] = 1.0
     rates, half, states = run.systems.rates[slot], problem.inverse.size, problem.states
+    add_inputs(rates, half, series)
+    if column < states:
+        series[column, 1] = 1.0
     for k in range(1, terms - 1):
-        next_coefficient(rates, half, states, series, k)
+        next_coefficient(rates, half, series, k)
     memory, h, degree = run.memory, step.length, step.degree
     for i in range(states):
-        memory[place + i] = polynomial(series[:, i], terms, h)
+        memory[place + i] = polynomial(series[i], terms, h)
     place += states
     for number in range(step.guards):
         row = run.systems.guards[slot, number]
-        combine(row, series, terms, g)
+        combine(row, series, g)
         power = 1.0
         for k in range(terms):
             g[k] *= power
@@ -429,13 +422,13 @@ def _column(problem, run, slot, step, terms, order, column, series, g, place):
             place += 1
     for number in range(step.guards):
         row, left_out = run.systems.guards[slot, number], 0.0
-        combine(row, series, terms, g)
+        combine(row, series, g)
         power = 1.0
         for k in range(terms):
             if k > degree:
                 left_out += power * abs(g[k])
             for j in range(row.size):
-                left_out += _MARGIN * power * abs(row[j] * series[k, j])
+                left_out += _MARGIN * power * abs(row[j] * series[j, k])
             power *= h
         memory[place] = left_out
         place += 1

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.dynamics.jit import borrowing, compiled
-from wedgebrake.dynamics.signals import advance, next_knot, pass_knots, start_tables
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
+from wedgebrake.dynamics.signals import TERMS, advance, next_knot, pass_knots, start_tables
 from wedgebrake.solvers.machine.cells import (
     advance_states,
     combine,
@@ -34,9 +34,8 @@ from wedgebrake.solvers.machine.events import (
     settle,
 )
 from wedgebrake.solvers.machine.follow import follow, follow_samples
-from wedgebrake.solvers.machine.modes import GuardKind, bit, select_system
+from wedgebrake.solvers.machine.modes import GuardKind, bit, present_system
 from wedgebrake.solvers.machine.observers import observe
-from wedgebrake.solvers.machine.problem import TERMS
 from wedgebrake.solvers.machine.stride import stride
 
 # Relative size of a guard that is rounding.
@@ -82,14 +81,14 @@ class Ended(NamedTuple):
     time: float
 
 
-@borrowing
+@embedded
 def _first_event(run, slot, terms, longest):
     """(time until the first zero of a guard, its number); (longest, -1) if there is none."""
     systems, z, g = run.systems, run.z, run.guard
     tau, first = longest, -1
     for number in range(systems.counts[slot]):
         what = systems.what[slot, number]
-        scale = combine(systems.guards[slot, number], z, terms, g)
+        scale = combine(systems.guards[slot, number], z, g)
         marks = run.modes[what.contact].fresh
         fresh = marks & bit(what.kind, what.sign) != 0
         flat = what.kind == GuardKind.ZERO_SPEED and marks & FLAT != 0
@@ -101,14 +100,14 @@ def _first_event(run, slot, terms, longest):
     return tau, first
 
 
-@borrowing
+@embedded
 def _is_beyond(run, slot, number):
     """Return True if a guard is below zero at the begin of a cell by more than rounding."""
     row = run.systems.guards[slot, number]
     return value(row, run.z) < -_BEYOND * size(row, run.z)
 
 
-@borrowing
+@embedded
 def _log_events(run, time, log, count, bent, begins):
     """Log what has happened to the contacts; returns the number of events.
 
@@ -129,7 +128,7 @@ def _log_events(run, time, log, count, bent, begins):
     return count
 
 
-@borrowing
+@embedded
 def _log(log, count, time, contact, kind, before, after):
     """Log an event; returns the number of events."""
     event = log[count]
@@ -138,7 +137,7 @@ def _log(log, count, time, contact, kind, before, after):
     return count + 1
 
 
-@borrowing
+@embedded
 def _after_knot(problem, run, cell, time):
     """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
 
@@ -151,7 +150,7 @@ def _after_knot(problem, run, cell, time):
         find_arrived(problem, run, cell)
 
 
-@borrowing
+@embedded
 def _is_locked(run, slot):
     """Return True if a contact slides in a direction in which its brake locks itself."""
     for number in range(run.modes.size):
@@ -162,16 +161,16 @@ def _is_locked(run, slot):
     return False
 
 
-@borrowing
-def _is_bounded(state):
+@embedded
+def _is_bounded(z):
     """Return True if no state is beyond the largest allowed, or no number."""
     bounded = True
-    for entry in state:
-        bounded = bounded and abs(entry) < _LARGEST
+    for i in range(z.shape[0]):
+        bounded = bounded and abs(z[i, 0]) < _LARGEST
     return bounded
 
 
-@borrowing
+@embedded
 def _all_at_rest(modes):
     """Return True if no contact slides."""
     resting = True
@@ -180,7 +179,7 @@ def _all_at_rest(modes):
     return resting
 
 
-@borrowing
+@embedded
 def _finish_cell(problem, run, terms, tau, passed):
     """Move the states and the angles of orders on by tau.
 
@@ -199,11 +198,11 @@ def start(problem, run, restart):
 
     restart : the modes, held forces and queues are those of a former run
     """
-    clock, terms = Clock(problem.start_time, 0.0), np.int64(2)
+    clock = Clock(problem.start_time, 0.0)
     run.clock[0], run.clock[1] = clock.time, clock.rest
     start_tables(problem.signals, clock.time)
-    expand_inputs(problem, run, clock, terms)
-    run.z[0, run.z.shape[1] - 1] = 1.0
+    expand_inputs(problem, run, clock)
+    run.z[run.z.shape[0] - 1, 0] = 1.0
     if restart:
         run.pending[0] = 0
         if follow_bases(problem, run):
@@ -217,29 +216,55 @@ def start(problem, run, restart):
 
 
 @compiled
-def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
+def move(problem, run, span, log, observer):
     """Continue a run after ``start`` or an earlier part of it; returns ``Ended``.
 
     log      : of dtype ``EVENT``; the run ends before it may be too short
     observer : an ``Observer`` of the cells
+    """
+    return _move(problem, run, span, log, observer)
 
-    ``settle`` and ``select_system`` are called at one place, as each call is compiled anew.
+
+@borrowing
+def _move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
+    """``move``, without counting references to arrays.
+
+    ``settle`` and ``present_system`` are called at one place, as each call is compiled anew.
     """
     clock, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0
     count = np.int64(0)  # Numba would compile functions for a literal 0 too
-    few = np.int64(2)
-    contacts, slot, bent, watch = run.modes.size, 0, -1, observer.watch
-    quiet = True
+    contacts, slot, watch = run.modes.size, np.int64(0), observer.watch
     run.pending[0] = max(run.pending[0], 0)
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
     outcome = Outcome.STEP_LIMIT
-    while cells < span.cells and not span.stop[0]:
+    quiet, first, jumped, at_knot = False, np.int64(-1), False, False
+    cell = Cell(0.0, np.int64(TERMS), 0.0)
+    while True:
+        if quiet:
+            strode = stride(
+                watch, problem, run, slot, span.end, span.cells - cells, observer, clock
+            )
+            clock, knot = strode.clock, strode.knot
+            cells += strode.cells
+            again = 0
+        expand_inputs(problem, run, clock)
+        bent = -1
+        if at_knot:
+            _after_knot(problem, run, cell, clock.time)
+            follow_samples(watch, problem, run)
+            knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
+        if first >= 0:
+            what = run.systems.what[slot, first]
+            if apply_event(problem, run, what, cell, jumped):
+                bent = what.contact
+        if cells >= span.cells or span.stop[0]:
+            break
         if run.pending[0] >= 0:
             if run.pending[0] > 0 and not settle(problem, run):
                 outcome = Outcome.NO_FORWARD_SOLUTION
                 break
             run.pending[0] = -1
-            slot = select_system(problem, run)
+            slot = present_system(problem, run)
             begins = span.begins and cells == 0
             count = _log_events(run, clock.time, log, count, bent, begins)
             if span.pause and cells > 0 and bent < 0 and _all_at_rest(run.modes):
@@ -254,14 +279,6 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
             if count + contacts > log.size:
                 outcome = Outcome.LOG_FULL
                 break
-        if quiet:
-            strode = stride(
-                watch, problem, run, slot, span.end, span.cells - cells, observer, clock
-            )
-            clock, knot = strode.clock, strode.knot
-            cells += strode.cells
-            if strode.cells > 0:
-                again, bent = 0, -1
         ahead = min(span.end, knot)
         remaining = (ahead - clock.time) - clock.rest
         longest = run.systems.longest[slot]
@@ -270,12 +287,10 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
         if curved:
             terms = CURVE_TERMS
-        expand_inputs(problem, run, clock, terms)
-        rates = run.systems.rates[slot]
         if curved:
             longest = h = expand_curves(problem, run, slot, terms, h)
         else:
-            expand_states(rates, problem.inverse.size, problem.states, run.z, terms)
+            expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
         tau, first = _first_event(run, slot, terms, h)
         jumped = first >= 0 and _is_beyond(run, slot, first)
         event = first, jumped
@@ -286,15 +301,13 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
         _finish_cell(problem, run, terms, tau, passed)
         clock = later(clock, tau)
         cells += 1
-        if not _is_bounded(run.z[0]):
+        if not _is_bounded(run.z):
             outcome = Outcome.DIVERGED
             break
         if enough:
             outcome = Outcome.COMPLETED
             break
         again = 0 if passed else again + 1
-        quiet = passed and first < 0
-        bent = -1
         # An event within rounding of a knot is at the knot.
         at_knot = remaining - tau <= (_TOGETHER * max(abs(ahead), h) if first >= 0 else 0.0)
         if at_knot:
@@ -303,17 +316,7 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
                 outcome = Outcome.COMPLETED
                 break
             pass_knots(problem.signals, clock.time)
-        elif first < 0:
-            continue
-        expand_inputs(problem, run, clock, few)
         cell = Cell(h, terms, tau)
-        if at_knot:
-            _after_knot(problem, run, cell, clock.time)
-            follow_samples(watch, problem, run)
-            knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
-        if first >= 0:
-            what = run.systems.what[slot, first]
-            if apply_event(problem, run, what, cell, jumped):
-                bent = what.contact
+        quiet = passed and first < 0 and not at_knot
     run.clock[0], run.clock[1] = clock.time, clock.rest
     return Ended(outcome, count, cells, clock.time)

@@ -11,8 +11,8 @@ depends on the state only.
 import math
 
 from wedgebrake.dynamics.jit import borrowing
-from wedgebrake.solvers.machine.cells import polynomial
-from wedgebrake.solvers.machine.curves import differentiate
+from wedgebrake.solvers.machine.cells import next_coefficient, polynomial
+from wedgebrake.solvers.machine.curves import add_curve, differentiate
 from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.watch import Anew, SectionKind
 
@@ -30,7 +30,7 @@ def vary(watch, problem, run, slot, terms, tau):
         begin(watch, problem, run)
     elif state.pending != 0:
         for i in range(problem.states):
-            change = run.z[1, i] - watch.before[i]
+            change = run.z[i, 1] - watch.before[i]
             if change != 0.0:
                 for column in range(watch.shift.size):
                     watch.variation[i, column] += change * watch.shift[column]
@@ -42,7 +42,7 @@ def vary(watch, problem, run, slot, terms, tau):
         for column in range(watch.shift.size):
             _expand_column(watch, problem, run, slot, column, terms)
             for i in range(problem.states):
-                watch.variation[i, column] = polynomial(watch.series[:, i], terms, tau)
+                watch.variation[i, column] = polynomial(watch.series[i], terms, tau)
 
 
 @borrowing
@@ -54,25 +54,16 @@ def _expand_column(watch, problem, run, slot, column, terms):
     d, half, states = watch.series, problem.inverse.size, problem.states
     rates = run.systems.rates[slot]
     for i in range(states):
-        d[0, i] = watch.variation[i, column]
+        d[i, 0] = watch.variation[i, column]
+        d[i, 1:terms] = 0.0
+    for i in range(half, states):
+        d[i, 1] = _by_held(watch, problem, rates[i], column)
     for k in range(terms - 1):
-        share = 1.0 / (k + 1.0)
         for curve in run.curves:
             if run.modes[curve.contact].side != 0:
                 _extend_torque(watch, problem, run, slot, curve, column, k)
-        for i in range(half):
-            d[k + 1, i] = d[k, half + i] * share
-        for i in range(half, states):
-            total = 0.0
-            for j in range(states):
-                total += rates[i, j] * d[k, j]
-            for curve in run.curves:
-                if run.modes[curve.contact].side != 0:
-                    place = states + problem.contacts[curve.contact].curve
-                    total += rates[i, place] * d[k, place]
-            if k == 0:
-                total += _by_held(watch, problem, rates[i], column)
-            d[k + 1, i] = total * share
+                add_curve(problem, run, slot, curve, d, k)
+        next_coefficient(rates, half, d, k)
 
 
 @borrowing
@@ -85,8 +76,8 @@ def _extend_torque(watch, problem, run, slot, curve, column, k):
     sliding, force = problem.sliding[curve.contact], run.systems.force[slot, curve.contact]
     speed, push = 0.0, 0.0
     for j in range(states):
-        speed += sliding[j] * d[k, j]
-        push += force[j] * d[k, j]
+        speed += sliding[j] * d[j, k]
+        push += force[j] * d[j, k]
     if k == 0:
         push += _by_held(watch, problem, force, column)
     curve.speed_change[k], curve.force_change[k] = speed, push
@@ -94,7 +85,7 @@ def _extend_torque(watch, problem, run, slot, curve, column, k):
     for i in range(k + 1):
         total += curve.by_speed[i] * curve.speed_change[k - i]
         total += curve.by_force[i] * curve.force_change[k - i]
-    d[k, states + problem.contacts[curve.contact].curve] = total
+    d[states + problem.contacts[curve.contact].curve, k] = total
 
 
 @borrowing
@@ -136,7 +127,7 @@ def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
     """
     z, states = run.z, problem.states
     for i in range(states):
-        watch.before[i] = _slope(z[:, i], terms, tau)
+        watch.before[i] = _slope(z[i], terms, tau)
     watch.state[0].pending = 1
     kind = run.systems.what[slot, first].kind
     if jumped and kind != GuardKind.ZERO_SPEED:
@@ -145,7 +136,7 @@ def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
     rate, scale = 0.0, 0.0
     for j in range(row.size):
         if row[j] != 0.0:
-            part = row[j] * _slope(z[:, j], terms, tau)
+            part = row[j] * _slope(z[j], terms, tau)
             rate += part
             scale += abs(part)
     for column in range(watch.shift.size):
@@ -175,7 +166,7 @@ def store_matrix(watch, problem, run, terms, tau):
     if watch.kind == SectionKind.CROSSING:
         rate = 0.0
         for i in range(problem.states):
-            watch.before[i] = _slope(run.z[:, i], terms, tau)
+            watch.before[i] = _slope(run.z[i], terms, tau)
             rate += watch.row[i] * watch.before[i]
         for column in range(watch.shift.size):
             total = 0.0

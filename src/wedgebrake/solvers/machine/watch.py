@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.records import record
-from wedgebrake.solvers.machine.problem import TERMS
+from wedgebrake.dynamics.signals import TERMS
 
 
 class SectionKind(IntEnum):
@@ -100,7 +100,7 @@ class Watch(NamedTuple):
     variation : (rows, memory) derivative of the states and of the memory of controllers
     shift   : (memory,) minus the derivative of the time of the last event
     before  : (states,) rates before that event
-    series  : (TERMS, z) Taylor series of a column of ``variation``
+    series  : (z, TERMS) Taylor series of a column of ``variation``
     held    : (m,) first row of ``variation`` of the controller of a contact; -1 if none
     samples : (m,) number of samples of the controllers so far
     rows    : (r, z) factors of the quantities whose extremes are recorded
@@ -156,7 +156,7 @@ def watch_of(problem: Any, factors: Any) -> Watch:
     return Watch(
         False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
         np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory)),
-        np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((TERMS, width)),
+        np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((width, TERMS)),
         held, np.zeros(m, np.int64), quantities, np.zeros(len(factors)), np.zeros(len(factors)),
         np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64), np.zeros(m, np.int64),
         np.zeros((2, TERMS)), quantities_of(None, states, width),
