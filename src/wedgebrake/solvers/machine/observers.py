@@ -98,9 +98,11 @@ def _sample(observer, problem, run, slot, terms, at, since, tau):
 
 @internal
 def _add_work(observer, run, slot, terms, tau):
-    """Add the work of a cell of length tau."""
+    """Add the work of a cell of length tau; a contact at rest produces no heat."""
     left, right = np.empty(TERMS), np.empty(TERMS)
     for number in range(observer.work.size):
+        if number < run.modes.size and run.modes[number].side == 0:
+            continue
         contact = observer.contact[number]
         if contact < 0:
             combine(observer.left[number], run.z, left)
