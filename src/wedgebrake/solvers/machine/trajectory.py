@@ -237,16 +237,9 @@ def _move(problem, run, span, log, observer):  # noqa: C901 - the loop of search
     run.pending[0] = max(run.pending[0], 0)
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
     outcome = Outcome.STEP_LIMIT
-    quiet, first, jumped, at_knot = False, np.int64(-1), False, False
+    quiet, first, jumped, at_knot = True, np.int64(-1), False, False
     cell = Cell(0.0, np.int64(TERMS), 0.0)
     while True:
-        if quiet:
-            strode = stride(
-                watch, problem, run, slot, span.end, span.cells - cells, observer, clock
-            )
-            clock, knot = strode.clock, strode.knot
-            cells += strode.cells
-            again = 0
         expand_inputs(problem, run, clock)
         bent = -1
         if at_knot:
@@ -279,6 +272,14 @@ def _move(problem, run, span, log, observer):  # noqa: C901 - the loop of search
             if count + contacts > log.size:
                 outcome = Outcome.LOG_FULL
                 break
+        if quiet:  # leaves the inputs at its end expanded
+            strode = stride(
+                watch, problem, run, slot, span.end, span.cells - cells, observer, clock
+            )
+            clock, knot = strode.clock, strode.knot
+            cells += strode.cells
+            if strode.cells > 0:
+                again = 0
         ahead = min(span.end, knot)
         remaining = (ahead - clock.time) - clock.rest
         longest = run.systems.longest[slot]
@@ -317,6 +318,6 @@ def _move(problem, run, span, log, observer):  # noqa: C901 - the loop of search
                 break
             pass_knots(problem.signals, clock.time)
         cell = Cell(h, terms, tau)
-        quiet = passed and first < 0 and not at_knot
+        quiet = passed and first < 0
     run.clock[0], run.clock[1] = clock.time, clock.rest
     return Ended(outcome, count, cells, clock.time)
