@@ -215,7 +215,7 @@ def present_system(problem, run):
         keys[slot, number] = _key(modes[number])
     for stride in run.strides:
         if stride.slot == slot:
-            stride.slot = -1
+            stride.slot, stride.uses = -1, 0
     if not assemble(problem, run, slot):
         keys[slot, 0] = _NO_KEY
     used[0] = slot + 1

@@ -21,38 +21,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, chosen_by_class, embedded, inlined, internal
-from wedgebrake.dynamics.signals import TERMS, Operation, advance, next_knot, pass_knots
+from wedgebrake.dynamics.jit import borrowing, chosen_by_class, embedded, inlined
+from wedgebrake.dynamics.signals import advance, next_knot, pass_knots
 from wedgebrake.solvers.machine.cells import (
-    add_inputs,
-    combine,
     expand_states,
-    next_coefficient,
-    polynomial,
-    terms_for,
     value,
 )
 from wedgebrake.solvers.machine.clock import Clock, expand_inputs, later
 from wedgebrake.solvers.machine.events import next_sampling, sample_controllers
 from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.observers import observe
-from wedgebrake.solvers.machine.problem import MOST_BOUNDS
+from wedgebrake.solvers.machine.stride_matrices import MARGIN, cell_terms, find, propose
 from wedgebrake.solvers.machine.watch import NoWatch, Watch
 
-# Share of the size of a guard that may be rounding or count as zero elsewhere.
-_MARGIN = 1e-12
-# Size of the first term that is not in the Bernstein coefficients, relative to the guard.
-_LEFT_OUT = 1e-5
-# Equal cells after which their matrices are worth computing.
-_WORTH = 16
 # Most cells up to a point of time at which a cell has to end, if they are to be of equal lengths.
 _PIECES = 64
 # Relative sizes of differences of times, and of lengths of cells, that are rounding.
 _TOGETHER, _EQUAL = 4.0 * np.finfo(float).eps, 1e-14
 # Size of a state beyond which the run is left to the test for divergence.
 _LARGEST = 1e17
-# Size of a Taylor term that is left out, relative to the first one: its logarithm.
-_NEGLIGIBLE = math.log(1e-18)
 
 
 class Strode(NamedTuple):
@@ -108,11 +95,11 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
             h = _length(rest, longest, ahead < end)
             room += _EQUAL * h
             if number < 0 or abs(h - run.strides[number].length) > room:
-                number = _find(run, slot, h, room)
+                number = find(run, slot, h, room)
             if number < 0 and longest < rest:
-                number = _find(run, slot, longest, room)
+                number = find(run, slot, longest, room)
             if number < 0 and (h == longest or clock.rest == 0.0):
-                number = _propose(problem, run, slot, h, room)
+                number = propose(problem, run, slot, h, room)
             if number < 0:
                 break
         step = run.strides[number]
@@ -204,37 +191,6 @@ def _length(rest, longest, divided):
     return rest / pieces if divided and pieces <= _PIECES else longest
 
 
-@borrowing
-def _find(run, slot, h, room):
-    """Number of the matrices for a mode and a length; -1: there are none."""
-    found = -1
-    for number in range(1, run.strides.size):
-        one = run.strides[number]
-        if one.slot == slot and one.uses > 0 and abs(one.length - h) <= room:
-            found = number
-    return found
-
-
-@borrowing
-def _propose(problem, run, slot, h, room):
-    """Count the equal cells of a mode, and compute their matrices when they are worth it.
-
-    Returns the number of the matrices, or -1. They replace the ones that have been used least.
-    """
-    candidate = run.strides[0]
-    if candidate.slot != slot or abs(candidate.length - h) > room:
-        candidate.slot, candidate.length, candidate.uses = slot, h, 0
-    candidate.uses += 1
-    if candidate.uses < _WORTH:
-        return -1
-    candidate.uses, least = 0, 1
-    for number in range(2, run.strides.size):
-        if run.strides[number].uses < run.strides[least].uses:
-            least = number
-    _compute(problem, run, slot, least, h)
-    return least
-
-
 @embedded
 def _change(problem, run, slot, step):
     """Set the factors of a cell, and what the matrices make of them."""
@@ -286,25 +242,18 @@ def _is_quiet(problem, run, slot, step):
         for i in range(at, at + degree):
             least = min(least, bounds[i])
         at += degree
-        quiet = quiet and start + least > doubt[number] + _MARGIN * scale
+        quiet = quiet and start + least > doubt[number] + MARGIN * scale
     return quiet
 
 
 @borrowing
 def _record(problem, run, slot, step, observer, clock):
     """Record the samples of the response in a cell. The motion does not depend on them."""
-    terms = _cell_terms(run, slot, step.length)
+    terms = cell_terms(run, slot, step.length)
     expand_inputs(problem, run, clock)
     expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
     observe(observer, problem, run, slot, terms, clock, step.length, False)
     expand_inputs(problem, run, clock)
-
-
-@embedded
-def _cell_terms(run, slot, h):
-    """Number of terms of a cell."""
-    longest = run.systems.longest[slot]
-    return TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
 
 
 @borrowing
@@ -331,104 +280,3 @@ def _move(problem, run, step, late):
         z[i, 0] += change[i] + late * factors[i]
         bounded = bounded and abs(z[i, 0]) < _LARGEST
     return bounded
-
-
-@internal
-def _compute(problem, run, slot, number, h):
-    """Compute the matrices of a mode for cells of a length.
-
-    The row of a factor has the changes of the states, the Bernstein coefficients of the guards
-    without their initial values, and the bounds of what these leave out.
-    """
-    step, longest, states = run.strides[number], run.systems.longest[slot], problem.states
-    width = run.z.shape[0]
-    product = 0.0 if math.isinf(longest) else 2.0 * h / longest
-    terms = _cell_terms(run, slot, h)
-    step.slot, step.length, step.uses = slot, h, 1
-    step.terms = _signal_terms(problem, h, terms)
-    step.degree = min(_terms_of(product, math.log(_LEFT_OUT)) - 1, MOST_BOUNDS)
-    step.guards = run.systems.counts[slot]
-    step.rows = states + step.guards * step.degree
-    inputs = width - 1 - states
-    step.change = states + inputs * (TERMS - 1)
-    room = step.change + states + run.systems.what.shape[1] * (MOST_BOUNDS + 1)
-    step.first = room + (number - 1) * step.change * (room - step.change)
-    series, g = np.zeros((width, TERMS)), np.zeros(TERMS)
-    place = step.first
-    for i in range(states):
-        _column(problem, run, slot, step, terms, 1, i, series, g, place)
-        place += step.rows + step.guards
-    for k in range(1, step.terms):
-        for j in range(states, states + inputs):
-            _column(problem, run, slot, step, terms, k, j, series, g, place)
-            place += step.rows + step.guards
-
-
-@embedded
-def _terms_of(product, least):
-    """Number of terms product^k/k! until one has a logarithm below a given one."""
-    k, size = 1, 0.0
-    while k < TERMS and product > 0.0:
-        size += math.log(product / k)
-        if size < least:
-            break
-        k += 1
-    return k
-
-
-@internal
-def _signal_terms(problem, h, terms):
-    """Number of terms of the signals in a cell; one more for a base, whose rate is needed."""
-    count = np.int64(2)
-    if problem.frequency > 0.0:
-        count = max(_terms_of(problem.frequency * h, _NEGLIGIBLE), count)
-    for one in problem.signals.operations:
-        if one.kind == Operation.MULTIPLY:
-            count += 1
-    for contact in problem.contacts:
-        if contact.base_rate >= 0:
-            count += 1
-    return min(count, terms)
-
-
-@internal
-def _column(problem, run, slot, step, terms, order, column, series, g, place):
-    """Compute the row of a factor: coefficient ``order`` of a state or an input."""
-    series[:] = 0.0
-    series[column, order] = 1.0
-    rates, half, states = run.systems.rates[slot], problem.inverse.size, problem.states
-    add_inputs(rates, half, series)
-    if column < states:
-        series[column, 1] = 1.0
-    for k in range(1, terms - 1):
-        next_coefficient(rates, half, series, k)
-    memory, h, degree = run.memory, step.length, step.degree
-    for i in range(states):
-        memory[place + i] = polynomial(series[i], terms, h)
-    place += states
-    for number in range(step.guards):
-        row = run.systems.guards[slot, number]
-        combine(row, series, g)
-        power = 1.0
-        for k in range(terms):
-            g[k] *= power
-            power *= h
-        for i in range(1, degree + 1):
-            total, share = 0.0, 1.0  # C(i, k)/C(d, k)
-            for k in range(1, i + 1):
-                share *= (i - k + 1.0) / (degree - k + 1.0)
-                total += share * g[k]
-            memory[place] = total
-            place += 1
-    for number in range(step.guards):
-        row, left_out = run.systems.guards[slot, number], 0.0
-        combine(row, series, g)
-        power = 1.0
-        for k in range(terms):
-            if k > degree:
-                left_out += power * abs(g[k])
-            for j in range(row.size):
-                left_out += _MARGIN * power * abs(row[j] * series[j, k])
-            power *= h
-        memory[place] = left_out
-        place += 1

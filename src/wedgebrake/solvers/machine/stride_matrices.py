@@ -1,0 +1,164 @@
+"""Matrices for cells of equal lengths in a mode: what ``stride`` takes, and when it is worth it."""
+
+import math
+
+import numpy as np
+
+from wedgebrake.dynamics.jit import borrowing, embedded, internal
+from wedgebrake.dynamics.signals import TERMS, Operation
+from wedgebrake.solvers.machine.cells import (
+    add_inputs,
+    combine,
+    next_coefficient,
+    polynomial,
+    terms_for,
+)
+from wedgebrake.solvers.machine.problem import MOST_BOUNDS
+
+# Share of the size of a guard that may be rounding or count as zero elsewhere.
+MARGIN = 1e-12
+# Size of the first term that is not in the Bernstein coefficients, relative to the guard.
+_LEFT_OUT = 1e-5
+# Equal cells after which their matrices are worth computing.
+_WORTH = 16
+# Size of a Taylor term that is left out, relative to the first one: its logarithm.
+_NEGLIGIBLE = math.log(1e-18)
+
+
+@borrowing
+def find(run, slot, h, room):
+    """Number of the matrices for a mode and a length; -1: there are none."""
+    found = -1
+    for number in range(1, run.strides.size):
+        one = run.strides[number]
+        if one.slot == slot and one.uses > 0 and abs(one.length - h) <= room:
+            found = number
+    return found
+
+
+@borrowing
+def propose(problem, run, slot, h, room):
+    """Count the equal cells of a mode, and compute their matrices when they are worth it.
+
+    Returns the number of the matrices, or -1. They replace the ones that have been used least.
+    """
+    candidate = run.strides[0]
+    if candidate.slot != slot or abs(candidate.length - h) > room:
+        candidate.slot, candidate.length, candidate.uses = slot, h, 0
+    candidate.uses += 1
+    if candidate.uses < _WORTH:
+        return -1
+    candidate.uses, least = 0, 1
+    for number in range(2, run.strides.size):
+        if run.strides[number].uses < run.strides[least].uses:
+            least = number
+    _compute(problem, run, slot, least, h)
+    return least
+
+
+@internal
+def _compute(problem, run, slot, number, h):
+    """Compute the matrices of a mode for cells of a length.
+
+    The row of a factor has the changes of the states, the Bernstein coefficients of the guards
+    without their initial values, and the bounds of what these leave out.
+    """
+    step, longest, states = run.strides[number], run.systems.longest[slot], problem.states
+    width = run.z.shape[0]
+    product = 0.0 if math.isinf(longest) else 2.0 * h / longest
+    terms = cell_terms(run, slot, h)
+    step.slot, step.length, step.uses = slot, h, 1
+    step.terms = _signal_terms(problem, h, terms)
+    step.degree = min(_terms_of(product, math.log(_LEFT_OUT)) - 1, MOST_BOUNDS)
+    step.guards = run.systems.counts[slot]
+    step.rows = states + step.guards * step.degree
+    inputs = width - 1 - states
+    step.change = states + inputs * (TERMS - 1)
+    room = step.change + states + run.systems.what.shape[1] * (MOST_BOUNDS + 1)
+    step.first = room + (number - 1) * step.change * (room - step.change)
+    series, g = np.zeros((width, TERMS)), np.zeros(TERMS)
+    place = step.first
+    for i in range(states):
+        _column(problem, run, slot, step, terms, 1, i, series, g, place)
+        place += step.rows + step.guards
+    for k in range(1, step.terms):
+        for j in range(states, states + inputs):
+            _column(problem, run, slot, step, terms, k, j, series, g, place)
+            place += step.rows + step.guards
+
+
+@embedded
+def cell_terms(run, slot, h):
+    """Number of terms of a cell."""
+    longest = run.systems.longest[slot]
+    return TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
+
+
+@embedded
+def _terms_of(product, least):
+    """Number of terms product^k/k! until one has a logarithm below a given one."""
+    k, size = 1, 0.0
+    while k < TERMS and product > 0.0:
+        size += math.log(product / k)
+        if size < least:
+            break
+        k += 1
+    return k
+
+
+@internal
+def _signal_terms(problem, h, terms):
+    """Number of terms of the signals in a cell; one more for a base, whose rate is needed."""
+    count = np.int64(2)
+    if problem.frequency > 0.0:
+        count = max(_terms_of(problem.frequency * h, _NEGLIGIBLE), count)
+    for one in problem.signals.operations:
+        if one.kind == Operation.MULTIPLY:
+            count += 1
+    for contact in problem.contacts:
+        if contact.base_rate >= 0:
+            count += 1
+    return min(count, terms)
+
+
+@internal
+def _column(problem, run, slot, step, terms, order, column, series, g, place):
+    """Compute the row of a factor: coefficient ``order`` of a state or an input."""
+    series[:] = 0.0
+    series[column, order] = 1.0
+    rates, half, states = run.systems.rates[slot], problem.inverse.size, problem.states
+    add_inputs(rates, half, series)
+    if column < states:
+        series[column, 1] = 1.0
+    for k in range(1, terms - 1):
+        next_coefficient(rates, half, series, k)
+    memory, h, degree = run.memory, step.length, step.degree
+    for i in range(states):
+        memory[place + i] = polynomial(series[i], terms, h)
+    place += states
+    for number in range(step.guards):
+        row = run.systems.guards[slot, number]
+        combine(row, series, g)
+        power = 1.0
+        for k in range(terms):
+            g[k] *= power
+            power *= h
+        for i in range(1, degree + 1):
+            total, share = 0.0, 1.0  # C(i, k)/C(d, k)
+            for k in range(1, i + 1):
+                share *= (i - k + 1.0) / (degree - k + 1.0)
+                total += share * g[k]
+            memory[place] = total
+            place += 1
+    for number in range(step.guards):
+        row, left_out = run.systems.guards[slot, number], 0.0
+        combine(row, series, g)
+        power = 1.0
+        for k in range(terms):
+            if k > degree:
+                left_out += power * abs(g[k])
+            for j in range(row.size):
+                left_out += MARGIN * power * abs(row[j] * series[j, k])
+            power *= h
+        memory[place] = left_out
+        place += 1
