@@ -95,9 +95,9 @@ def _add_quantity(watch, run, slot, terms, tau, i):
     """Add a cell to the integrals and extremes of a quantity."""
     g, found, contact = run.guard, watch.quantities, watch.quantities.contact[i]
     if contact < 0:
-        combine(found.rows[i], run.z, terms, g)
+        combine(found.rows[i], run.z, g)
     else:
-        combine(run.systems.contact[slot, contact], run.z, terms, g)
+        combine(run.systems.contact[slot, contact], run.z, g)
     g[0] -= found.level[i]
     for _ in range(found.order[i]):
         for k in range(terms - 1):
