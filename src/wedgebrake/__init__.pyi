@@ -48,8 +48,9 @@ from .model.stribeck import StribeckFriction
 from .model.study import Study, load_study, read_study
 from .model.study_text import save_study
 from .model.system import BrakedDriveline
-from .orbits.branch import Branch, continuation
+from .orbits.branch import Branch
 from .orbits.codim2 import boundaries, boundary
+from .orbits.continuation import continuation
 from .orbits.diagram import branches
 from .orbits.orbit import BranchPoint, Orbit
 from .orbits.shooting import orbit

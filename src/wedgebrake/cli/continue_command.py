@@ -20,8 +20,9 @@ from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import Study
-from wedgebrake.orbits.branch import Branch, check_step
+from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.codim2 import boundary
+from wedgebrake.orbits.continuation import check_step
 from wedgebrake.orbits.diagram import Followed, assemble, follow
 from wedgebrake.orbits.orbit import BranchPoint, Orbit, OrbitStatus
 from wedgebrake.orbits.problem import Range, make_ranges, value_of, with_values

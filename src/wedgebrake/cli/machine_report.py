@@ -229,8 +229,6 @@ def machine_text(machine: Machine, report: dict[str, Any]) -> str:
     response = f"Response ({report['method']}), {span}: {report['message']}"
     lines = [describe_machine(machine), "", response]
     lines += [f"  {sentence}" for sentence in report["summary"]]
-    if report["motion"]:
-        lines.append(f"  steady motion: {_motion_text(report['motion'])}")
     events = ", ".join(f"{count} {name}" for name, count in report["events"].items())
     lines.append(f"  events: {events or 'none'}")
     if report["energy"]:
@@ -242,6 +240,8 @@ def machine_text(machine: Machine, report: dict[str, Any]) -> str:
         for name in final["angles"]
     ]
     lines.append(f"  state at t = {final['time']:.6g} s: {'; '.join(states)}")
+    if report["motion"]:
+        lines.append(f"  if continued, the motion settles to: {_motion_text(report['motion'])}")
     return "\n".join(lines)
 
 

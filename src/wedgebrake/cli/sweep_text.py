@@ -87,7 +87,7 @@ def _settings(report: dict[str, Any]) -> str:
         )
     else:
         text = f"over {what} {protocol['transient']}–{protocol['periods']}"
-    angle, velocity = protocol["initial"]
+    angle, velocity = protocol.get("initial", (0.0, 0.0))
     if protocol["follow"] is not None:
         text += f"; each point starts where its neighbour in {protocol['follow']} ended"
     elif of_machine:

@@ -19,7 +19,8 @@ shooting               ``orbit``: near a guess, by Newton's method
 machine_shooting       guesses and sections of machines
 hopf_start             first limit cycle beside a Hopf point of steady sliding
 palc                   pseudo-arclength continuation, and bifurcations between two points
-branch                 ``continuation``: one branch, point by point
+continuation           ``continuation``: the branch of an orbit, or from a Hopf point
+branch                 one branch, point by point
 bifurcation_types      the bifurcations by name, and the stable intervals between them
 discontinuity_induced  the segments beyond a bifurcation of friction, and the branch with them
 event_changes          the same for machines, by the slips and sticks on both sides

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
-from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
-from wedgebrake.model.sweep_settings import joined
-from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
 from wedgebrake.orbits.branch_switching import CLOSED, Mark, reached, way
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
@@ -24,8 +20,7 @@ from wedgebrake.orbits.discontinuity_induced import (
     restart,
 )
 from wedgebrake.orbits.event_changes import bifurcation_of, corner, first_change, turned
-from wedgebrake.orbits.hopf_start import check_limit, first_cycle
-from wedgebrake.orbits.orbit import BranchPoint, Orbit
+from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import (
     CurvePoint,
     NotConvergedError,
@@ -36,12 +31,9 @@ from wedgebrake.orbits.palc import (
     smooth_bifurcations,
     tangent,
 )
-from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, value_of, with_values
+from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.segment_orbit import violated
-from wedgebrake.solvers.machine.simulate import machine_method
 
-STEP, LONGEST_STEP = 0.02, 0.5
-POINTS, _MOST_POINTS = 2000, 1_000_000
 # Shortest step, as a share of the longest.
 _SHORTEST = 1e-6
 # Largest turn of the direction in a step (cosine); steps of this share of the longest may
@@ -59,100 +51,6 @@ _POINT = 1e-4
 # equal; are equal; are equal if no orbit is found further on.
 MEETS, COLLAPSED, _NEARLY = 1e-4, 1e-8, 1e-3
 NOTHING_FURTHER = "no orbit was found further on"
-
-
-def continuation(
-    orbit: Orbit | StabilityLimit,
-    over: Mapping[str, tuple[float, float]] | None = None,
-    *,
-    step: float = STEP,
-    points: int = POINTS,
-    method: str | None = None,
-    rtol: float = 1e-10,
-    **parameter: tuple[float, float],
-) -> Branch:
-    """The branch of an orbit over a parameter, as an iterator (docs/theory.md, section 13).
-
-    Parameters
-    ----------
-    orbit : Orbit or StabilityLimit
-        Start of the branch, as found by ``wb.orbit``, or a Hopf point of steady sliding, as found
-        by ``wb.hopf``: the branch of the limit cycles that begin there, stable or not. Its
-        parameter must be that of the limit.
-    over : mapping
-        The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
-        same as a keyword, for names with a dot.
-    step : float
-        Longest step along the branch, as a share of the range.
-    points : int
-        Largest number of points, including bifurcations.
-    method, rtol
-        With a limit, as for ``wb.orbit``; an orbit has its own.
-    **parameter : (float, float)
-        One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
-        starts at the orbit's own value towards the second end, and ends where it leaves the
-        range or closes. From a limit it goes where the limit cycles are.
-
-    Returns
-    -------
-    Branch
-        Each ``next`` gives a ``BranchPoint``. ``points``, ``bifurcations``, ``step`` and
-        ``end`` can be read at any time; ``stop()`` ends it.
-
-    Raises ``InputError`` for invalid arguments, or an orbit that was not found.
-    """
-    if isinstance(orbit, StabilityLimit):
-        (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
-        chosen = machine_method(method, orbit.machine)
-        return from_limit(orbit, along, chosen, float(rtol), step=step, points=points)
-    check_instance(
-        "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or that of wb.hopf"
-    )
-    if orbit._solution is None:
-        raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
-    if method not in (None, orbit.method):
-        raise wrong("method", method, f"{orbit.method!r}, the method of the orbit")
-    check_step(step, points)
-    parameter = joined(over, parameter)
-    (along,) = make_ranges(orbit.system, parameter, 1)
-    value = value_of(orbit.system, along.name)
-    low, high = along.bounds
-    if not low <= value <= high:
-        raise InputError(
-            f"{along.name} = {shown(parameter[along.name])}: must contain {value:g}, where the"
-            f" orbit is. Find the orbit at {along.name}={along.first:g} first, or widen the range."
-        )
-    equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
-    if not has_odd_symmetry(with_values(orbit.system, {along.name: along.last})):
-        # An orbit that is its own mirror image does not stay so.
-        equations, unknowns = equations.whole(unknowns)
-    problem = orbit._solution.problem.over((along.name,), (along.scale,))
-    start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
-    return _branch(start, along, step, points)
-
-
-def from_limit(
-    limit: StabilityLimit, along: Range, method: str, rtol: float, *, step: float, points: int
-) -> Branch:
-    """The branch of the limit cycles that begin at a Hopf point.
-
-    Raises ``InputError`` if there is none.
-    """
-    check_step(step, points)
-    check_limit(limit, along)
-    return _branch(first_cycle(limit, along, method, rtol), along, step, points)
-
-
-def _branch(start: BranchPoint, along: Range, step: float, points: int) -> Branch:
-    longest = float(step) * along.scale / along.exact_scale
-    return Branch(start, along.bounds, along.last > along.first, longest, int(points))
-
-
-def check_step(step: Any, points: Any) -> None:
-    """Refuse, with ``InputError``, steps and numbers of points out of range."""
-    why = " It is a share of the range."
-    check_number("step", step, 1e-6, LONGEST_STEP, f"a number, 1e-6 to {LONGEST_STEP}", why)
-    check_whole("points", points, 2, _MOST_POINTS)
 
 
 @dataclass(repr=False)
@@ -279,9 +177,9 @@ class Branch(Result, Iterator[BranchPoint]):
     def _advance(self) -> None:
         """Make one step and queue its points."""
         self._obstacle = ""
-        if self._length.attempt(self._try, _SHORTEST) or self._comes_to_rest():
+        if self._length.attempt(self._try, _SHORTEST) or self._end_at_rest():
             return
-        if self._turns_at_change():
+        if self._turn_at_change():
             return
         parent = self._parent_of(self._now, _NEARLY)
         self.met = bool(parent)
@@ -304,7 +202,7 @@ class Branch(Result, Iterator[BranchPoint]):
             return False
         if self._at(after).sides != self._at(before).sides:
             return self._pass_change(step)
-        if self._meets_parent(step, step.length):
+        if self._end_at_parent(step, step.length):
             return True
         if self._parent_of(after, COLLAPSED):
             # Onto the branch that it meets: the branch turns there, in a shorter step.
@@ -368,7 +266,7 @@ class Branch(Result, Iterator[BranchPoint]):
         size = here.equations.scales(here.unknowns, here.kernel_problem)[0]
         return bool(size * np.sqrt(here.equations.size) < _POINT * self._curve.scales[0])
 
-    def _meets_parent(self, step: Step[OrbitCurve], until: float) -> bool:
+    def _end_at_parent(self, step: Step[OrbitCurve], until: float) -> bool:
         """Return True if it has met the branch that it branches off, and then retraces itself.
 
         It turns there, and the halves of the orbit change places. A turn alone may be a fold, and
@@ -418,7 +316,7 @@ class Branch(Result, Iterator[BranchPoint]):
             return "symmetry breaking of a symmetric orbit"
         return ""
 
-    def _comes_to_rest(self) -> bool:
+    def _end_at_rest(self) -> bool:
         """Queue the onset of permanent sticking as the last point, if it is close."""
         found = onset_of_permanent_sticking(self._curve, self._now)
         if found is None:
@@ -449,7 +347,7 @@ class Branch(Result, Iterator[BranchPoint]):
     def _pass_change(self, step: Step[OrbitCurve]) -> bool:
         """Queue the bifurcation at which events change within a step, and continue behind it."""
         low, high = first_change(step)
-        if self._meets_parent(step, low):
+        if self._end_at_parent(step, low):
             return True
         at, beyond = step.at(low), step.at(high)
         # That of the last step of Newton's method may be of the other side.
@@ -476,7 +374,7 @@ class Branch(Result, Iterator[BranchPoint]):
         change = _change(before.tests, after.tests)
         return None if found is None else replace(found, change=change)
 
-    def _turns_at_change(self) -> bool:
+    def _turn_at_change(self) -> bool:
         """Queue a non-smooth fold or a jump where events change, if it is here."""
         if not self._at(self._now).sides:
             return False
@@ -511,7 +409,7 @@ class Branch(Result, Iterator[BranchPoint]):
             return False
         s, margins = found
         at = step.at(s)
-        if self._meets_parent(step, s):
+        if self._end_at_parent(step, s):
             return True
         came = float(at.y[-1] - step.start.y[-1])
         beyond = restart(self._curve, came, at, margins, self.largest)

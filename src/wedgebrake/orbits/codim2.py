@@ -18,12 +18,10 @@ from wedgebrake.orbits.branch import (
     COLLAPSED,
     MEETS,
     NOTHING_FURTHER,
-    POINTS,
-    STEP,
     Branch,
-    check_step,
     doubling_of,
 )
+from wedgebrake.orbits.continuation import POINTS, STEP, check_step
 from wedgebrake.orbits.curves import (
     BifurcationCurve,
     OrbitCurve,

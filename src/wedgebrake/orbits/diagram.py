@@ -17,8 +17,9 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, wrong
-from wedgebrake.orbits.branch import LONGEST_STEP, POINTS, STEP, Branch, continuation, from_limit
+from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.branch_switching import CLOSED, leaving, lies_on, marks
+from wedgebrake.orbits.continuation import LONGEST_STEP, POINTS, STEP, continuation, from_limit
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, with_values
 from wedgebrake.orbits.shooting import check, orbit, orbit_to_follow

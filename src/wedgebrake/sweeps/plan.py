@@ -124,7 +124,7 @@ class Plan:
         """Return the attributes of the result."""
         protocol = {
             "periods": self.protocol.first + self.protocol.recorded,
-            "initial": list(self.initial),
+            **({} if isinstance(self.system, Machine) else {"initial": list(self.initial)}),
             "follow": self.grid.follow,
             **({"returns": self.returns} if self.as_machine else {}),
             **self.protocol.as_dict(),

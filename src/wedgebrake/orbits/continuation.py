@@ -1,0 +1,116 @@
+"""``continuation``: the branch of an orbit, or of the limit cycles at a Hopf point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
+from wedgebrake.errors import InputError
+from wedgebrake.model.sweep_settings import joined
+from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
+from wedgebrake.orbits.branch import Branch
+from wedgebrake.orbits.curves import has_odd_symmetry
+from wedgebrake.orbits.hopf_start import check_limit, first_cycle
+from wedgebrake.orbits.orbit import BranchPoint, Orbit
+from wedgebrake.orbits.problem import Range, make_ranges, value_of, with_values
+from wedgebrake.solvers.machine.simulate import machine_method
+
+STEP, LONGEST_STEP = 0.02, 0.5
+POINTS, _MOST_POINTS = 2000, 1_000_000
+
+
+def continuation(
+    orbit: Orbit | StabilityLimit,
+    over: Mapping[str, tuple[float, float]] | None = None,
+    *,
+    step: float = STEP,
+    points: int = POINTS,
+    method: str | None = None,
+    rtol: float = 1e-10,
+    **parameter: tuple[float, float],
+) -> Branch:
+    """The branch of an orbit over a parameter, as an iterator (docs/theory.md, section 13).
+
+    Parameters
+    ----------
+    orbit : Orbit or StabilityLimit
+        Start of the branch, as found by ``wb.orbit``, or a Hopf point of steady sliding, as found
+        by ``wb.hopf``: the branch of the limit cycles that begin there, stable or not. Its
+        parameter must be that of the limit.
+    over : mapping
+        The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
+        same as a keyword, for names with a dot.
+    step : float
+        Longest step along the branch, as a share of the range.
+    points : int
+        Largest number of points, including bifurcations.
+    method, rtol
+        With a limit, as for ``wb.orbit``; an orbit has its own.
+    **parameter : (float, float)
+        One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
+        starts at the orbit's own value towards the second end, and ends where it leaves the
+        range or closes. From a limit it goes where the limit cycles are.
+
+    Returns
+    -------
+    Branch
+        Each ``next`` gives a ``BranchPoint``. ``points``, ``bifurcations``, ``step`` and
+        ``end`` can be read at any time; ``stop()`` ends it.
+
+    Raises ``InputError`` for invalid arguments, or an orbit that was not found.
+    """
+    if isinstance(orbit, StabilityLimit):
+        (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
+        chosen = machine_method(method, orbit.machine)
+        return from_limit(orbit, along, chosen, float(rtol), step=step, points=points)
+    check_instance(
+        "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or that of wb.hopf"
+    )
+    if orbit._solution is None:
+        raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
+    if method not in (None, orbit.method):
+        raise wrong("method", method, f"{orbit.method!r}, the method of the orbit")
+    check_step(step, points)
+    parameter = joined(over, parameter)
+    (along,) = make_ranges(orbit.system, parameter, 1)
+    value = value_of(orbit.system, along.name)
+    low, high = along.bounds
+    if not low <= value <= high:
+        raise InputError(
+            f"{along.name} = {shown(parameter[along.name])}: must contain {value:g}, where the"
+            f" orbit is. Find the orbit at {along.name}={along.first:g} first, or widen the range."
+        )
+    equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
+    if not has_odd_symmetry(with_values(orbit.system, {along.name: along.last})):
+        # An orbit that is its own mirror image does not stay so.
+        equations, unknowns = equations.whole(unknowns)
+    problem = orbit._solution.problem.over((along.name,), (along.scale,))
+    start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
+    return _branch(start, along, step, points)
+
+
+def from_limit(
+    limit: StabilityLimit, along: Range, method: str, rtol: float, *, step: float, points: int
+) -> Branch:
+    """The branch of the limit cycles that begin at a Hopf point.
+
+    Raises ``InputError`` if there is none.
+    """
+    check_step(step, points)
+    check_limit(limit, along)
+    return _branch(first_cycle(limit, along, method, rtol), along, step, points)
+
+
+def _branch(start: BranchPoint, along: Range, step: float, points: int) -> Branch:
+    longest = float(step) * along.scale / along.exact_scale
+    return Branch(start, along.bounds, along.last > along.first, longest, int(points))
+
+
+def check_step(step: Any, points: Any) -> None:
+    """Refuse, with ``InputError``, steps and numbers of points out of range."""
+    why = " It is a share of the range."
+    check_number("step", step, 1e-6, LONGEST_STEP, f"a number, 1e-6 to {LONGEST_STEP}", why)
+    check_whole("points", points, 2, _MOST_POINTS)
