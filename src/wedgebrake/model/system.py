@@ -228,7 +228,7 @@ def check_driveline(system: Any) -> BrakedDriveline:
     if isinstance(system, Machine):
         raise wrong(
             "system", system, "a BrakedDriveline here",
-            "Currently wb.simulate, wb.stability and wb.hopf accept machines.",
+            "Use a BrakedDriveline, one inertia with one brake.",
         )  # fmt: skip
     if hasattr(system, "data_vars"):
         raise wrong(

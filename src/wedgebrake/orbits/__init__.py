@@ -17,7 +17,7 @@ Search, continuation and bifurcations:
 
 shooting               ``orbit``: near a guess, by Newton's method
 machine_shooting       guesses and sections of machines
-hopf_start             first limit cycle beside a Hopf point of steady sliding
+hopf_start             first limit cycle near a Hopf point of steady sliding
 palc                   pseudo-arclength continuation, and bifurcations between two points
 branch                 ``continuation``: one branch, point by point
 bifurcation_types      the bifurcations by name, and the stable intervals between them

@@ -49,7 +49,7 @@ _SHORTEST = 1e-6
 _TURN, _ANY_TURN = 0.95, 1e-3
 # Smooth bifurcations are detected up to this share of the way to a discontinuity-induced one.
 _SHORT_OF = 1.0 - 1e-6
-# Component of a direction that is rounding.
+# Size of a component of a direction that is rounding.
 _LEVEL = 1e-8
 # Scales that have changed by this factor are renewed.
 _OUTGROWN = 1.5
@@ -76,22 +76,22 @@ def continuation(
     Parameters
     ----------
     orbit : Orbit or StabilityLimit
-        Start of the branch, as found by ``wb.orbit``, or a Hopf point of steady sliding, as found
-        by ``wb.hopf``: the branch of the limit cycles that begin there, stable or not. Its
-        parameter must be that of the limit.
+        Start of the branch: an orbit as found by ``wb.orbit``, or a Hopf point of steady sliding
+        as found by ``wb.hopf``, at which a branch of limit cycles begins, stable or unstable. The
+        parameter of the branch must be that of the Hopf point.
     over : mapping
-        The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
-        same as a keyword, for names with a dot.
+        The parameter and its ends, instead of a keyword, for names with a dot: for example
+        ``{"belt.base_speed": (0.3, 1.4)}``.
     step : float
         Longest step along the branch, as a share of the range.
     points : int
         Largest number of points, including bifurcations.
     method, rtol
-        With a limit, as for ``wb.orbit``; an orbit has its own.
+        As for ``wb.orbit``, if the branch begins at a Hopf point; an orbit has its own.
     **parameter : (float, float)
         One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
         starts at the orbit's own value towards the second end, and ends where it leaves the
-        range or closes. From a limit it goes where the limit cycles are.
+        range or closes. From a Hopf point it goes in the direction of the limit cycles.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def continuation(
         chosen = machine_method(method, orbit.machine)
         return from_limit(orbit, along, chosen, float(rtol), step=step, points=points)
     check_instance(
-        "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or that of wb.hopf"
+        "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or the result of wb.hopf"
     )
     if orbit._solution is None:
         raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
@@ -134,7 +134,7 @@ def continuation(
 def from_limit(
     limit: StabilityLimit, along: Range, method: str, rtol: float, *, step: float, points: int
 ) -> Branch:
-    """The branch of the limit cycles that begin at a Hopf point.
+    """The branch of limit cycles that begins at a Hopf point.
 
     Raises ``InputError`` if there is none.
     """
@@ -204,7 +204,7 @@ class Branch(Result, Iterator[BranchPoint]):
         self._arclength = start.arclength
         first = self._point(self._now)
         if start.bifurcation is not None:
-            # A Hopf point, which is located better than by the smallest orbit beside it.
+            # The Hopf point itself, which is more accurate than the smallest orbit near it.
             first = replace(first, values=start.values, bifurcation=start.bifurcation)
         self._queue.append(first)
 
@@ -452,7 +452,7 @@ class Branch(Result, Iterator[BranchPoint]):
         if self._meets_parent(step, low):
             return True
         at, beyond = step.at(low), step.at(high)
-        # That of the last step of Newton's method may be of the other side.
+        # The matrix of the last step of Newton's method may belong to the other side.
         matrix = step.curve.linearize(beyond.y)[1]
         beyond = CurvePoint(beyond.y, matrix, tangent(matrix, step.start.direction))
         passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
@@ -540,7 +540,7 @@ class Branch(Result, Iterator[BranchPoint]):
 def _scenario(at: CurvePoint, beyond: CurvePoint) -> Scenario:
     """Whether the parameter turns back at a change of the events."""
     came, goes = at.direction[-1], beyond.direction[-1]
-    # At one value of the parameter, as for a family of small orbits, its direction is rounding.
+    # If the parameter is constant along a family of orbits, the sign of its change is rounding.
     turns = came * goes < 0.0 and min(abs(came), abs(goes)) > _LEVEL
     return Scenario.FOLD if turns else Scenario.PERSISTENCE
 

@@ -1,4 +1,4 @@
-"""Parameters whose limits of stability are sought: slopes, levels of friction, damping."""
+"""Parameters for which stability limits are computed: slopes, friction levels, damping."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from wedgebrake.model.machine_parts import Contact
 
 SLOPE, FRICTION, DAMPING = "slope", "friction", "damping"
 """Kinds of parameters."""
-# Friction coefficients beyond this one do not occur.
+# Largest friction coefficient.
 _MOST_FRICTION = 5.0
 
 
 class Knob(NamedTuple):
-    """A parameter whose limit is sought.
+    """A parameter for which the stability limit is computed.
 
     name, kind : dotted name; ``SLOPE``, ``FRICTION`` or ``DAMPING``
-    present    : its value
-    scale      : of its effect on the damping of a vibration
-    low, high  : values that it may have
-    also       : further parameters that change in proportion, with their values
+    present    : its present value
+    scale      : change of the parameter that affects the damping of a vibration appreciably
+    low, high  : bounds of its values
+    also       : parameters that change in proportion, with their present values
     """
 
     name: str
@@ -34,14 +34,14 @@ class Knob(NamedTuple):
     also: dict[str, float]
 
     def changes(self, value: float) -> dict[str, float]:
-        """The parameters of the machine with another value."""
+        """Return the values of the changed parameters, by name, for another value."""
         return {self.name: value} | {
             name: one * value / self.present for name, one in self.also.items()
         }
 
 
 def knobs_of(machine: Machine) -> list[Knob]:
-    """The parameters whose limits are sought."""
+    """Return the parameters of a machine for which limits are computed."""
     known = machine.parameters()
     damping = _critical_damping(machine)
     knobs = []
@@ -62,7 +62,7 @@ def knobs_of(machine: Machine) -> list[Knob]:
 
 
 def _friction(contact: str, known: Mapping[str, float]) -> Iterator[Knob]:
-    """The level of the friction of a contact: the scale of a table, or its coefficients."""
+    """Yield the friction level of a contact: the scale of a table, or the coefficients."""
     for name, most in (("scale", math.inf), ("kinetic", _MOST_FRICTION)):
         present = known.get(f"{contact}.{name}", 0.0)
         if present <= 0.0:
@@ -77,7 +77,7 @@ def _friction(contact: str, known: Mapping[str, float]) -> Iterator[Knob]:
 
 
 def _critical_damping(machine: Machine) -> float:
-    """A damping of the order of the critical one [N m s/rad]."""
+    """Damping of the order of critical damping [N m s/rad]."""
     stiffness = max((one.stiffness for one in machine.shafts), default=0.0)
     inertia = max(one.inertia for one in machine.inertias)
     own = max((one.damping for one in machine.shafts), default=0.0)

@@ -1,4 +1,4 @@
-"""``stability_limits``: how far slope, friction and damping are from a loss of stability."""
+"""``stability_limits``: stability limits of slope, friction and damping over the speed."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# Distances from the present value at which the verdict is tried: the nearest and the farthest one
-# as shares of the parameter's scale, and the ratio of neighbours.
+# Distances from the present value at which the verdict is evaluated: the nearest and the farthest
+# one as shares of the parameter's scale, and the ratio of neighbours.
 _NEAREST, _FARTHEST, _RATIO = 1e-3, 1e3, 3.0
-# Speeds by default: their number, the first as a share of the last, the last one as a multiple of
-# the machine's own speed, and the last one of a machine that does not turn [rad/s].
+# Default speeds: their number, the first as a share of the last, the last as a multiple of the
+# machine's own speed, and the last for a machine that does not turn [rad/s].
 _COUNT, _FIRST, _BEYOND, _LAST = 41, 0.01, 3.0, 100.0
 # Their number with controllers, whose multipliers take thirty times as long.
 _FEW = 9
@@ -44,17 +44,17 @@ _FASTEST = 1e12
 
 @dataclass(frozen=True)
 class ParameterLimit:
-    """The limit of linear stability in one parameter, nearest to its present value.
+    """The stability limit in one parameter, nearest to its present value.
 
     parameter, unit : dotted name, SI unit
-    kind    : "slope" (of the actuation force over the speed), "friction" (coefficient or scale of a
-              table; static friction changes alike) or "damping" (of a shaft)
-    present : value of the machine
+    kind    : "slope" (of the actuation force over the speed), "friction" (coefficient, with static
+              friction in proportion, or scale of a table) or "damping" (of a shaft)
+    present : present value
     limit   : the value at which the verdict changes; None if there is none
     stable  : "above" or "below" the limit; "everywhere" or "nowhere" without one
-    also_static : whether static friction changes with it
-    frequency : of the mode that is critical at the limit [Hz]; 0 if it does not oscillate; None
-              without a limit
+    also_static : whether static friction changes in proportion
+    frequency : of the critical mode at the limit [Hz]; 0 if it does not oscillate; None without a
+              limit
     """
 
     parameter: str
@@ -72,7 +72,7 @@ class ParameterLimit:
 
 
 def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
-    """The limits in slope, friction and damping at the machine's own speeds."""
+    """Stability limits of slope, friction and damping at the machine's own speeds."""
     units = sweepable(machine)
     return tuple(
         _limit_of(_Evaluation(machine, None), knob, units[knob.name][0])
@@ -81,12 +81,12 @@ def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
 
 
 def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> xr.Dataset:
-    """Damping ratios of the modes, and limits of slope, friction and damping, over the speed.
+    """Damping ratios of the modes, and stability limits of parameters, over the sliding speed.
 
-    The speeds of all inertias and bases are multiplied by the same factor; a machine that does not
-    turn slides with all inertias at the same speed. At each speed the limit of a parameter is the
-    value nearest to the present one at which the linear verdict on steady sliding changes, with
-    all else as it is.
+    The speeds of all inertias and bases are multiplied by the same factor; in a machine that does
+    not turn, all inertias are given the same speed. At each speed the limit of a parameter is the
+    value nearest to the present one at which the linear verdict on steady sliding changes, while
+    all other parameters keep their values.
 
     system : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
     speeds : sliding speeds [rad/s] of the contact that slides fastest, (k,), above 0; by default up
@@ -94,13 +94,12 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
 
     Returns a Dataset over ``speed``: ``growth_rate`` [1/s] and ``stable``; over ``mode`` too, in
     the order of the frequencies: ``damping_ratio`` and ``frequency`` [Hz] of the modes that
-    oscillate; and one variable for each parameter with its limit, nan where it has none, in its own
-    unit: "brake.slope", "brake.kinetic" (or "brake.scale"; static friction changes alike) and the
-    damping of each shaft, with the present value in ``attrs["present"]``. ``stable_side`` is 1
-    where sliding is stable above the limit, -1 below it, 0 without limit. ``wb.plot`` draws it.
+    oscillate; and for each parameter a variable with its limit, in its own unit, nan where it has
+    none: "brake.slope", "brake.kinetic" (with static friction in proportion) or "brake.scale", and
+    the damping of each shaft. ``attrs["present"]`` is the present value. ``stable_side`` is 1 where
+    sliding is stable above the limit, -1 below it, 0 without a limit. ``wb.plot`` draws the result.
 
-    Two limits that are closer to each other than their distance from the present value may be
-    missed.
+    A pair of limits may be missed if they are closer to each other than to the present value.
 
     Raises ``InputError`` for other systems or speeds, and for what ``wb.stability`` does not
     accept.
@@ -129,7 +128,7 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
         "frequency": (("speed", "mode"), modes[1], "Hz", "frequency"),
         "stable_side": (
             ("speed", "parameter"), np.array(sides, np.int8).reshape(columns.shape), "1",
-            "side of the limit on which sliding is stable: 1 above, -1 below, 0 without limit",
+            "side of the limit on which sliding is stable: 1 above, -1 below, 0 without a limit",
         ),
     }  # fmt: skip
     dataset = xr.Dataset(
@@ -197,7 +196,7 @@ class _Turning:
         self.contact = machine.contacts[int(sliding.argmax())].name
 
     def values(self, given: Any) -> FloatArray:
-        """The speeds, by default up to some times the own one."""
+        """Return the checked speeds, by default up to a multiple of the own speed."""
         if given is None:
             last = _BEYOND * self.own or _LAST
             sampled = any(one.actuation.sample_time is not None for one in self._machine.contacts)
@@ -254,7 +253,7 @@ def _nearest(at: _Evaluation, knob: Knob) -> tuple[float, int] | None:
 def _bracket(
     of: Callable[[float], tuple[int, MachineStability]], knob: Knob, present: int, side: float
 ) -> tuple[float, float] | None:
-    """Two values on one side of the present one with different verdicts; None without limit."""
+    """Two values on one side of the present one with different verdicts; None without a limit."""
     last, distance = knob.present, _NEAREST * knob.scale
     while distance <= _FARTHEST * knob.scale:
         value = min(max(knob.present + side * distance, knob.low), knob.high)
