@@ -138,8 +138,8 @@ def sweep(
 
     Prints the classes of motion and of stick-slip with their shares, the limit of linear
     stability and, along one parameter, the intervals of each motion; progress goes to standard
-    error. A machine needs signals that are constant or repeat; where none varies in time, its
-    motion is counted in crossings of its own section.
+    error. A machine needs signals that are constant or repeat; where none varies in time, the
+    motion is counted in crossings of its section instead of periods.
 
     Every point starts at time 0 from initial of [run]; method, rtol, step, max_events and
     max_steps of [run] apply too. Its duration, periods and samples_per_period belong to simulate:
