@@ -17,7 +17,7 @@ contacts               sticks and slips of each contact of a machine
 stopping               time, angle, heat, torque, jerk and judder of a stop
 order_map              amplitudes over speed and order
 temperature            temperature of a disc from the heat of a contact
-machine_series         motion of a machine as polynomials, from which these are computed
+machine_series         motion of a machine as polynomials, on which these measures are based
 torque                 mean and peak of the brake torque
 segments, dense_motion motion and brake torque between the recorded states
 datasets               labels of the results
@@ -25,11 +25,11 @@ datasets               labels of the results
 Of trajectories, compiled:
 
 accumulators           rest, sticks, heat, peak torque and size of a motion
-vibration              mean squares and peaks of speed, acceleration, jerk and torque
+vibration              root mean squares and peaks of speed, acceleration, jerk and torque
 saltation              derivative of the flow along a trajectory
 growth                 growth of small deviations: exponents and multipliers
 classify               class of a motion from its returns and the growth of deviations
 evaluate_point, batch  evaluation of one system and of many, for sweeps
-classify_driveline     run and class of one driveline, by any solver
+classify_driveline     simulation and class of motion of one driveline, with any solver
 run_settings           transient and record of a run
 """

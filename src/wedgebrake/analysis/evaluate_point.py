@@ -105,7 +105,7 @@ class Arrays(NamedTuple):
     log    : rows of the segment log, at least two
     points : (n, 2) Poincare points, by number of return;  growth : (n,)
     sums   : (2,) of the window or record, and of one orbit
-    vibration : (1,) of the record or of one orbit, whichever was last
+    vibration : (1,) of the record or of one orbit, whichever was computed last
     scale  : (2,) see ``Window``
     """
 
@@ -148,7 +148,7 @@ def arrays_for(settings, rows):
 def _advance(problem, state, last, max_events, arrays, sums, measures, deviations, growth):
     """Run to the return number ``last``, with new sums: a ``_Passage``.
 
-    measures : whether to measure its vibration
+    measures : whether to record the vibration
     growth   : as for ``propagate``, counted from the state's period
     """
     clear(sums)

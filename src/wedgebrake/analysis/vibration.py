@@ -1,8 +1,8 @@
 """Mean squares and extremes of velocity, acceleration, jerk and torque over a logged trajectory.
 
-Integrals by Gauss' rule on cells short against every rate of the motion, to rounding; extremes
-where the next derivative vanishes. The jumps of the acceleration at events are no part of the
-jerk.
+Integrals are computed to rounding by Gauss quadrature on cells that are short compared with the
+time scales of the motion, extremes where the next derivative vanishes. The jumps of the
+acceleration at events do not count as jerk.
 """
 
 import math
@@ -24,10 +24,10 @@ from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import return_time
 from wedgebrake.dynamics.segment_log import REST, duration
 
-# Error of the rule on a cell of one radian: below 1e-15 of the mean square.
+# The quadrature error on a cell of one radian is below 1e-15 of the mean square.
 _NODES, _WEIGHTS = (0.5 * numbers for numbers in np.polynomial.legendre.leggauss(8))
 _NODES = _NODES + 0.5
-# Steps of the search for an extreme, and the share of a value that it may still change by.
+# Largest number of steps of the search for an extreme, and its relative tolerance.
 _STEPS, _CLOSE = 60, 1e-13
 
 VIBRATION = record(
@@ -49,7 +49,7 @@ VIBRATION = record(
 
 @compiled
 def clear_vibration(sums):
-    """Set a record to that of no motion."""
+    """Reset a record."""
     sums.time = sums.velocity = sums.torque = 0.0
     sums.velocity_square = sums.acceleration_square = sums.jerk_square = sums.torque_square = 0.0
     sums.least_velocity, sums.greatest_velocity = math.inf, -math.inf
@@ -70,7 +70,7 @@ def _derivatives(piece, forcing, entry, t0, tau):
 def _extreme(piece, forcing, entry, t0, low, high, order):
     """Extreme of derivative ``order`` of the velocity between two times after the entry.
 
-    The next derivative has different signs there (the method of false position, Illinois).
+    The next derivative changes its sign between them (false position, Illinois variant).
     """
     below = _derivatives(piece, forcing, entry, t0, low)[order + 1]
     above = _derivatives(piece, forcing, entry, t0, high)[order + 1]
@@ -96,7 +96,7 @@ def _extreme(piece, forcing, entry, t0, low, high, order):
 
 @compiled
 def _widen(sums, order, value):
-    """Include a value of the velocity or a derivative in the extremes."""
+    """Include a value of the velocity or of a derivative in the extremes."""
     if order == 0:
         sums.least_velocity = min(sums.least_velocity, value)
         sums.greatest_velocity = max(sums.greatest_velocity, value)
@@ -108,7 +108,7 @@ def _widen(sums, order, value):
 
 @compiled
 def _add_slip(piece, forcing, entry, t0, tau, sums):
-    """Add a slip in one piece."""
+    """Add a slip within one piece of the brake torque."""
     fastest = max(forcing.angular_frequency, math.sqrt(piece.stiffness))
     cells = 1 + int(max(fastest, abs(piece.damping)) * tau)
     width = tau / cells
@@ -183,7 +183,7 @@ def _deviation(square, total, time):
 
 @compiled
 def report_vibration(result, sums):
-    """Write mean squares and extremes into a result."""
+    """Write root mean squares and extremes into a result."""
     if not sums.time > 0.0:
         return
     time = sums.time

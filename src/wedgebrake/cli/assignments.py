@@ -173,9 +173,9 @@ def parse_axes(
 
 
 def parse_speeds(text: str) -> NDArray[np.float64]:
-    """The speeds of the option ``--speeds`` [rad/s].
+    """Parse the option ``--speeds`` [rad/s].
 
-    Raises ``InputError`` for a text of another form.
+    Raises ``InputError`` for a text of any other form.
     """
     where, unit = f"--speeds {as_typed(text)}: ", "rad/s"
     if ":" not in text and "," not in text:

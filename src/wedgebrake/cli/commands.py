@@ -62,10 +62,11 @@ def stability(
     Prints the eigenvalues, the bifurcation points (Hopf and node-focus, in eta and as slopes of
     the actuation force), for a wedge also the angles of Hopf points and of self-locking, and a
     verdict. For a machine with several inertias, prints the modes at the initial speeds, with
-    frequency, damping and shape, and the limits of the actuation slopes, the friction and the
-    damping of each shaft at which the verdict changes. Nothing is simulated.
+    frequency, damping ratio and shape, and the stability limits: the values of the actuation
+    slopes, the friction and the damping of each shaft at which the verdict changes. Nothing is
+    simulated.
 
-    --plot draws damping ratios and limits over the sliding speed.
+    --plot draws damping ratios and stability limits over the sliding speed.
     """
     from wedgebrake.cli.stability_command import run
 
@@ -137,8 +138,8 @@ def sweep(
 
     Prints the classes of motion and of stick-slip with their shares, the limit of linear
     stability and, along one parameter, the intervals of each motion; progress goes to standard
-    error. A machine needs signals that are constant or repeat; where none varies in time, its
-    motion is counted in crossings of its own section.
+    error. A machine needs signals that are constant or repeat; where none varies in time, the
+    motion is counted in crossings of its section instead of periods.
 
     Every point starts at time 0 from initial of [run]; method, rtol, step, max_events and
     max_steps of [run] apply too. Its duration, periods and samples_per_period belong to simulate:
@@ -187,23 +188,23 @@ def continue_(
 ) -> None:
     """Stable and unstable periodic motions over a parameter, and their bifurcations.
 
-    Finds a periodic orbit at FROM and follows it to TO, with the branches that leave it. Where no
-    signal of a machine varies in time, it is a limit cycle, whose period is unknown; with --hopf
-    the branch begins where steady sliding becomes unstable.
+    Finds a periodic orbit at FROM and follows it to TO, with the branches that leave it. In a
+    machine in which no signal varies in time, the orbit is a limit cycle, whose period is unknown;
+    with --hopf the branch begins at the Hopf point, where steady sliding becomes unstable.
 
     Bifurcations are located to about nine digits: period doublings, folds, tori, and those of
     friction, where a stick begins or ends.
 
     Prints how far the first motion is stable and what replaces it, the branches with the
     intervals where they are stable, the bifurcations, and the meaning of their names; progress goes
-    to standard error. Of [run], initial, method and rtol apply (of a machine method), and
+    to standard error. Of [run], initial, method and rtol apply (for a machine, method), and
     max_events and max_steps for the points beneath.
 
     Stability refers to small disturbances: other motions may coexist with a stable one. A few
     branches take seconds; many, as near self-locking or with smooth friction, take minutes.
 
-    Exit status 2 if there is no orbit at FROM. Ctrl-C ends at once (exit status 1), and nothing
-    is written.
+    Exit status 2 if there is no orbit at FROM, or with --hopf no Hopf point in the range. Ctrl-C
+    ends at once (exit status 1), and nothing is written.
     """
     from wedgebrake.cli.continue_command import Order, run
     from wedgebrake.cli.output import check_files

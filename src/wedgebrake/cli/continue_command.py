@@ -53,7 +53,7 @@ class Order:
                    bifurcations
     order        : of the first orbit; None: that of the steady motion
     hopf         : whether the first branch begins at a Hopf point
-    settings     : of the branches: switch, step, points
+    settings     : settings of the branches: switch, step, points
     beneath      : columns of simulated points beneath the picture; of a map, and rows
     """
 
@@ -146,11 +146,14 @@ def _checked(asked: Order, second: Range | None) -> int:
     crosses = isinstance(system, Machine) and system.autonomous
     if asked.hopf and not crosses:
         raise InputError(
-            "--hopf: needs a machine in which no signal varies in time, so that it can slide"
-            " steadily. Leave it out."
+            "--hopf: needs a machine in which no signal varies in time, so that steady sliding"
+            " exists. Leave it out."
         )
     if asked.hopf and asked.order is not None:
-        raise InputError(f"--order {asked.order}: with --hopf the branch begins at the Hopf point.")
+        raise InputError(
+            f"--order {asked.order}: belongs to an orbit at FROM, but with --hopf the branch begins"
+            " at the Hopf point. Leave one of them out."
+        )
     if beneath is None:
         columns = _COLUMNS if method == "exact" and second is None and not crosses else 0
     elif beneath and crosses:

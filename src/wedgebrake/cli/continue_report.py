@@ -156,12 +156,12 @@ def _motion(point: BranchPoint) -> str:
 
 
 def _cycles(system: BrakedDriveline | Machine) -> bool:
-    """Return True for limit cycles: no signal varies."""
+    """Return True if the periodic motions are limit cycles, as no signal varies."""
     return isinstance(system, Machine) and system.autonomous
 
 
 def _named(point: BranchPoint) -> str:
-    """A motion in a sentence: "synchronous motion", "limit cycle"."""
+    """The name of a motion in a sentence: "synchronous motion", "limit cycle"."""
     return f"{_motion(point)}{'' if _cycles(point.system) else ' motion'}"
 
 

@@ -116,7 +116,7 @@ def _numbers(text: str) -> tuple[int, ...]:
 def kernel_cache() -> dict[str, Any]:
     """The folder in which Numba keeps compiled kernels, None if it has none, and its problem.
 
-    problem: why nothing can be kept or read there, "" if there is none. Nothing is compiled.
+    problem : why kernels cannot be stored or read there, "" if there is none. Compiles nothing.
     """
     folder = None
     try:
@@ -132,10 +132,10 @@ def kernel_cache() -> dict[str, Any]:
         cache = CompileResultCacheImpl(scope["kernel"])  # type: ignore[no-untyped-call]
         folder = Path(cache.locator.get_cache_path())
         problem = _unwritable(folder)
-    except Exception as error:  # Numba broken, or no folder for its cache
+    except Exception as error:  # Numba does not work, or has no folder for its cache
         problem = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         if "no locator available" in problem:
-            problem = "no folder for it can be written"
+            problem = "no folder for the cache can be written"
     return {"folder": str(folder) if folder else None, "problem": problem}
 
 

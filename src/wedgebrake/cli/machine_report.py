@@ -73,20 +73,20 @@ def machine_stability_text(
 
 
 def _limits_text(limits: Sequence[ParameterLimit]) -> list[str]:
-    """The limits of stability as lines of text."""
+    """The stability limits as lines of text."""
     if not limits:
         return []
-    lines = ["", "Limits of stability at these speeds, one parameter at a time:"]
+    lines = ["", "Stability limits at these speeds, one parameter at a time:"]
     width = max(len(one.parameter) for one in limits)
     for one in limits:
         unit = with_unit(one.unit)
         value = f"{one.present:.6g}{unit}"
         if one.limit is None:
-            found = f"sliding is stable {one.stable}, no limit"
+            found = f"no limit, sliding is stable {one.stable}"
         else:
-            found = f"limit {one.limit:.6g}{unit}, stable {one.stable} it"
+            found = f"limit {one.limit:.6g}{unit}, sliding is stable {one.stable} it"
             found += f" ({one.frequency:.4g} Hz)" if one.frequency else ""
-        also = "; static friction alike" if one.also_static else ""
+        also = "; static friction in proportion" if one.also_static else ""
         lines.append(f"  {one.parameter:{width}}  {value}: {found}{also}")
     return lines
 

@@ -87,7 +87,7 @@ StabilityPicture = Annotated[
     Path | None,
     _option(
         "PICTURE.png",
-        "Draw damping ratios and the limits of slope, friction and damping over the sliding speed"
+        "Draw damping ratios and stability limits of slope, friction and damping over the speed"
         + _SUFFIX,
     ),
 ]
@@ -121,7 +121,7 @@ Speeds = Annotated[
     str | None,
     _option(
         "FROM:TO:COUNT",
-        "Sliding speeds of the picture [rad/s], of the contact that slides fastest: FROM:TO:COUNT,"
+        "Sliding speeds for --plot [rad/s], of the contact that slides fastest: FROM:TO:COUNT,"
         " FROM:TO:COUNT:log or a list. Default: up to three times the speed of the study.",
     ),
 ]
@@ -177,7 +177,7 @@ Quantity = Annotated[
         "NAME",
         "What --plot draws: response (amplitudes of speed, torque and jerk, and the share of time"
         " stuck, over one parameter), velocity or angle (Poincare points, the default over one"
-        " parameter), or a result: motion, stick_class, rms_velocity, peak_jerk, ...",
+        " parameter), or a result of the sweep: motion, stick_class, rms_velocity, peak_jerk, ...",
     ),
 ]
 Part = Annotated[
@@ -203,7 +203,7 @@ OrbitOver = Annotated[
     list[str] | None,
     _option(
         "NAME=FROM:TO",
-        "Parameter over which the motion is followed: a parameter (inertia; of a machine"
+        "Parameter over which the motion is followed: a parameter (inertia; for a machine"
         " brake.slope) or a group (eta, f, F0, alpha). The first orbit is searched for at FROM.",
         "--over",
     ),
@@ -223,15 +223,15 @@ Order = Annotated[
         "N",
         "Torque periods of the first orbit, which may then be unstable; initial of [run], if"
         " given, is its initial guess. Default: those of the steady motion from initial (or rest)."
-        " Where no signal varies: returns of a speed to a level.",
+        " If no signal varies in time: number of returns of a speed to a level.",
     ),
 ]
 Hopf = Annotated[
     bool,
     typer.Option(
         "--hopf",
-        help="Begin at the Hopf point of steady sliding between FROM and TO, with the limit cycles"
-        " that branch off there. For machines in which no signal varies.",
+        help="Begin at the Hopf point of steady sliding between FROM and TO, and follow the limit"
+        " cycles that branch off there. For machines in which no signal varies in time.",
     ),
 ]
 Switch = Annotated[
@@ -249,8 +249,8 @@ Beneath = Annotated[
     _option(
         "N",
         "Columns of simulated points beneath the picture, as drawn by sweep; 0 for none; with"
-        " --and a map of N by N cells. Default: 200 beneath branches of method exact that have a"
-        " period, otherwise none.",
+        " --and a map of N by N cells. Default: 200 beneath branches of method exact, except of"
+        " limit cycles, otherwise none.",
     ),
 ]
 

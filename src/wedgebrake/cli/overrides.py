@@ -50,7 +50,7 @@ def load_any(path: Path, changes: Iterable[str] | None, method: str | None = Non
 
 
 def load_for_orbits(path: Path, changes: Iterable[str] | None, method: str | None) -> Study:
-    """As ``load_any``, without settings that do not apply to orbits."""
+    """Like ``load_any``, but refuses settings that do not apply to orbits."""
     study = load_study(path)
     unused = NOT_CONTINUED_OF_MACHINES if study.of_machine else NOT_CONTINUED
     return _changed(study, changes, method, unused, {})
@@ -65,8 +65,8 @@ def _changed(
 ) -> Study:
     """Apply ``--set`` and ``--method``.
 
-    unused  : settings that the command does not use, and their replacements
-    options : of the command; their names must not be set as well
+    unused  : settings that the command does not use, and what to do instead
+    options : options of the command, whose names must not be set as well
     """
     wanted = parse_changes(changes or (), study.system)
     if method is not None:

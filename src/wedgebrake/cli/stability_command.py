@@ -1,4 +1,4 @@
-"""The command ``stability``: verdict, limits at the machine's speed, picture over the speed."""
+"""The command ``stability``: verdict, limits at the machine's speed, and a plot over the speed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def run(
     plot: Path | None,
     as_json: bool,
 ) -> None:
-    """Evaluate linear stability, print it, and draw it over the speed."""
+    """Evaluate linear stability, print the result, and draw it over the speed."""
     check_files(None, plot)
     values = None if speeds is None else parse_speeds(speeds)
     system: Any = load_any(study, changes).system

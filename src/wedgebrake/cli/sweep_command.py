@@ -117,7 +117,7 @@ def _check(
             " keep_points = false, or --plot, or give --quantity response."
         )
     if drawn and not picture:
-        raise InputError(f"--{next(iter(drawn))}: is of the picture. Give --plot too.")
+        raise InputError(f"--{next(iter(drawn))}: applies to the picture. Give --plot too.")
     system: Any = study.system
     known: dict[str, list[str]] = {
         "inertia": [one.name for one in system.inertias] if study.of_machine else [],
@@ -125,8 +125,8 @@ def _check(
     }
     for name, parts in known.items():
         if name in drawn and drawn[name] not in parts:
-            hint = nearest(drawn[name], parts) if parts else "The study has only one."
-            raise InputError(f"--{name} {drawn[name]}: no such part. {hint}")
+            hint = nearest(drawn[name], parts) if parts else "Leave it out: the study has only one."
+            raise InputError(f"--{name} {drawn[name]}: no such {name}. {hint}")
 
 
 def _check_returns(study: Study) -> None:

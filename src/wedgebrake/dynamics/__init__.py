@@ -3,8 +3,8 @@
 jit                    how kernels are compiled and cached
 records, enums         structured arrays with attributes; classes and outcomes as numbers
 problem                what every kernel is given: driveline, torque and brake
-assemble               from the numbers of a machine to that
-harmonic               the torque of one inertia: its value, rate and phase
+assemble               conversion of a system to this problem
+harmonic               the harmonic torque of one inertia: its value, rate and phase
 signals                torques, forces and speeds of machines, as Taylor series
 actuator               the actuation force and the speed of its release
 brake_torque           brake torque over speed, of a compiled law

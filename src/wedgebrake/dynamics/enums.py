@@ -63,33 +63,34 @@ class FlowForm(IntEnum):
 
 
 class Comparison(IntEnum):
-    """How motions of a class are recognised as one attractor."""
+    """Criterion by which motions of a class are identified as one attractor."""
 
     NONE = 0
-    """They are no attractors."""
+    """The motions are not attractors."""
     REST = 1
-    """All of them are one."""
+    """All motions are one attractor."""
     ORBIT = 2
-    """Their points at the section coincide."""
+    """Their Poincare points coincide."""
     CLOUD = 3
-    """Their points at the section cover the same set."""
+    """Their Poincare points cover the same set."""
     AVERAGES = 4
     """Their ranges and averages coincide."""
 
 
 class AboutMotion(NamedTuple):
-    """What reports, pictures and the explorer say of a class of motion.
+    """Name, style and description of a class of motion in reports, pictures and the explorer.
 
     word       : name in text; ``motion_word`` adds the order of a periodic motion
     rank       : place in legends; 0 for none
-    colour     : in pictures, #RRGGBB; each differs from all others also for people with
-                 protanopia, deuteranopia and tritanopia, by lightness where not by hue
-    comparison : of motions as attractors
-    vibrates   : whether a class of stick-slip and a record of returns are worth stating
+    colour     : in pictures, #RRGGBB; also with protanopia, deuteranopia and tritanopia each one
+                 differs from all others, in hue or in lightness
+    comparison : criterion by which motions are identified as one attractor
+    vibrates   : whether the class of stick-slip and the returns are reported
     tone       : "good", "warn" or "bad"
-    meaning    : a sentence; empty where the headline says it
-    detail     : a few words in place of the evidence
-    headline   : how the brake moves; continued if it has no full stop, with {order} periods
+    meaning    : explanation in a sentence; empty if the headline is sufficient
+    detail     : a few words that replace the evidence
+    headline   : description of the motion, with {order} for the number of periods; without a full
+                 stop if further text follows
     """
 
     word: str
@@ -109,13 +110,13 @@ _UNKNOWN = AboutMotion("")
 class MotionClass(IntEnum):
     """Class of motion (docs/theory.md, sections 9 and 15); -1 if not computed.
 
-    The only table of classes: each member has its code and what is said of it.
+    Each member has its code and, as ``about``, its name, style and description.
     """
 
     about: AboutMotion
 
     def __new__(cls, code: int, about: AboutMotion = _UNKNOWN) -> "MotionClass":
-        """Create a member from its row; the class is called with the code alone."""
+        """Create a member from its code and description; lookups use the code alone."""
         member = int.__new__(cls, code)
         member._value_, member.about = code, about
         return member
@@ -143,7 +144,7 @@ class MotionClass(IntEnum):
     """With two periods of the torque or more."""
     QUASI_PERIODIC = 4, AboutMotion(
         "quasi-periodic", rank=6, colour="#F0E442", comparison=Comparison.CLOUD,
-        meaning="The motion consists of two frequencies without a common period.",
+        meaning="The motion has two frequencies without a common period.",
         detail="never quite repeats", headline="Moves quasi-periodically, never quite repeating",
     )  # fmt: skip
     CHAOTIC = 5, AboutMotion(
@@ -158,7 +159,7 @@ class MotionClass(IntEnum):
     )  # fmt: skip
     SELF_LOCKED = 7, AboutMotion(
         "self-locked", rank=8, colour="#565656", vibrates=False, tone="bad",
-        detail="no longer slides",
+        detail="cannot slide",
         headline="Locks itself: lower the friction, or change the brake.",
     )  # fmt: skip
     STEADY_SLIDING = 8, AboutMotion(
@@ -168,7 +169,7 @@ class MotionClass(IntEnum):
     """At constant speeds, without a varying signal."""
     LIMIT_CYCLE = 9, AboutMotion(
         "limit cycle", rank=3, colour="#7A2A0A", comparison=Comparison.AVERAGES,
-        meaning="The vibration excites itself and repeats.",
+        meaning="The vibration is self-excited and periodic.",
         headline="Vibrates by itself, without a torque",
     )  # fmt: skip
     """Periodic without a varying signal."""
@@ -180,7 +181,7 @@ class MotionClass(IntEnum):
 
     @classmethod
     def named(cls, word: str) -> "MotionClass":
-        """The class with a name in text."""
+        """The class with a given ``word``."""
         return next(one for one in cls if one.word == word)
 
 

@@ -91,10 +91,10 @@ def borrowing(function: Callable[..., Any]) -> Any:
 
 
 def embedded(function: Callable[..., Any]) -> Any:
-    """Compile a part of a ``borrowing`` kernel into each kernel that calls it, as ``inlined``.
+    """Compile a part of a ``borrowing`` kernel into each kernel that calls it, like ``inlined``.
 
-    Every array of a problem that is passed to a kernel takes ten words: this costs more than many
-    of the kernels do.
+    Each array passed to a kernel takes ten words; passing the arrays of a problem costs more time
+    than many of the kernels themselves.
     """
     return compiled(function, forceinline=True, _nrt=False)
 

@@ -15,7 +15,7 @@ from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.dynamics.records import record
 
 TERMS = 28
-"""Most terms of a Taylor series."""
+"""Largest number of terms of a Taylor series."""
 
 
 class Operation(IntEnum):
@@ -39,7 +39,7 @@ class Signals(NamedTuple):
     """Signals of a machine.
 
     operations : of dtype ``OPERATION``, the programs one after the other
-    powers     : (operations, TERMS) of a harmonic, by which its series follows from sine and cosine
+    powers     : (operations, TERMS) factors of sine and cosine in the series of a harmonic
     ends       : (signals,) end of each program
     tables     : of dtype ``TABLE``; their cursors belong to the run
     times, values : points of all tables
@@ -77,7 +77,7 @@ def turns(frequency, time, rest):
 
 
 def powers(value: float, rate: float) -> NDArray[np.float64]:
-    """Factors of sine and cosine of an angle in the series of value sin(angle + rate tau)."""
+    """Factors of sin(angle) and cos(angle) in the series of value sin(angle + rate tau)."""
     steps = rate / np.maximum(np.arange(float(TERMS)), 1.0)
     steps[0] = value
     found: NDArray[np.float64] = np.cumprod(steps)

@@ -3,10 +3,10 @@
 One inertia:
 
 driveline, brakes, friction, stribeck, actuation, excitation
-                 the parts, immutable and in SI
+                 the parts, immutable, in SI units
 system           BrakedDriveline, all parts together
 groups           the paper's normalised groups, both ways
-characteristic   brake torque against velocity, all that the exact solver sees
+characteristic   brake torque over velocity, the only input of the exact solver
 paper_machines   the machines of the paper as data
 
 Several inertias:
@@ -14,18 +14,18 @@ Several inertias:
 machine          Machine, all parts together
 machine_parts    inertias, shafts, contacts and torques
 machine_matrices how shafts and contacts join the inertias
-machine_names    dotted names of parameters, as "brake.slope"
+machine_names    dotted names of parameters, such as "brake.slope"
 signals          torques, forces and speeds as functions of time (signal_base: their base class)
 signal_tables, signal_orders
                  tables and ramps; frequencies proportional to a speed
 signal_calculus  phases, common periods, sums and integrals of signals
-discs            discs that a contact heats
+discs            discs heated by a contact
 
 Common to both:
 
 part             the base of the parts, and `parameter`, which states one of their fields
 validation       the checks of all arguments, by pydantic, and the form of the messages
-units            numbers with units in texts, as "22 deg"
+units            numbers with units as text, such as "22 deg"
 
 Study files and results:
 

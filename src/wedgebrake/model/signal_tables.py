@@ -75,11 +75,11 @@ class Table(Signal):
 
     @cached_property
     def _hash(self) -> int:
-        """Computed once, as records have many points."""
+        """Hash of the fields, computed once because records have many points."""
         return hash(self._fields())
 
     def _fields(self) -> tuple[Any, ...]:
-        """What makes a table, without the arrays that are kept of it."""
+        """The fields that define a table, without the cached arrays."""
         return self.times, self.values, self.periodic, self.after
 
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:

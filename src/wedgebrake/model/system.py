@@ -228,7 +228,7 @@ def check_driveline(system: Any) -> BrakedDriveline:
     if isinstance(system, Machine):
         raise wrong(
             "system", system, "a BrakedDriveline here",
-            "Currently wb.simulate, wb.stability and wb.hopf accept machines.",
+            "Use a BrakedDriveline, one inertia with one brake.",
         )  # fmt: skip
     if hasattr(system, "data_vars"):
         raise wrong(
@@ -248,7 +248,7 @@ def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
 
 def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterator[InputError]:
     """The errors for signals and actuators that the closed form of one inertia excludes."""
-    way_out = "Other signals are not accepted here; wb.simulate accepts them."
+    way_out = "This function requires it; wb.simulate, wb.motion and sweeps accept all signals."
     if not isinstance(torque, HarmonicTorque) or any(share for _, share, _ in torque.orders):
         yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
     speed: float | Signal = line.drive_speed

@@ -17,7 +17,7 @@ Search, continuation and bifurcations:
 
 shooting               ``orbit``: near a guess, by Newton's method
 machine_shooting       guesses and sections of machines
-hopf_start             first limit cycle beside a Hopf point of steady sliding
+hopf_start             first limit cycle near a Hopf point of steady sliding
 palc                   pseudo-arclength continuation, and bifurcations between two points
 continuation           ``continuation``: the branch of an orbit, or from a Hopf point
 branch                 one branch, point by point

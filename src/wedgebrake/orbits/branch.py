@@ -41,7 +41,7 @@ _SHORTEST = 1e-6
 _TURN, _ANY_TURN = 0.95, 1e-3
 # Smooth bifurcations are detected up to this share of the way to a discontinuity-induced one.
 _SHORT_OF = 1.0 - 1e-6
-# Component of a direction that is rounding.
+# Size of a component of a direction that is rounding.
 _LEVEL = 1e-8
 # Scales that have changed by this factor are renewed.
 _OUTGROWN = 1.5
@@ -102,7 +102,7 @@ class Branch(Result, Iterator[BranchPoint]):
         self._arclength = start.arclength
         first = self._point(self._now)
         if start.bifurcation is not None:
-            # A Hopf point, which is located better than by the smallest orbit beside it.
+            # The Hopf point itself, which is more accurate than the smallest orbit near it.
             first = replace(first, values=start.values, bifurcation=start.bifurcation)
         self._queue.append(first)
 
@@ -350,7 +350,7 @@ class Branch(Result, Iterator[BranchPoint]):
         if self._end_at_parent(step, low):
             return True
         at, beyond = step.at(low), step.at(high)
-        # That of the last step of Newton's method may be of the other side.
+        # The matrix of the last step of Newton's method may belong to the other side.
         matrix = step.curve.linearize(beyond.y)[1]
         beyond = CurvePoint(beyond.y, matrix, tangent(matrix, step.start.direction))
         passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
@@ -438,7 +438,7 @@ class Branch(Result, Iterator[BranchPoint]):
 def _scenario(at: CurvePoint, beyond: CurvePoint) -> Scenario:
     """Whether the parameter turns back at a change of the events."""
     came, goes = at.direction[-1], beyond.direction[-1]
-    # At one value of the parameter, as for a family of small orbits, its direction is rounding.
+    # If the parameter is constant along a family of orbits, the sign of its change is rounding.
     turns = came * goes < 0.0 and min(abs(came), abs(goes)) > _LEVEL
     return Scenario.FOLD if turns else Scenario.PERSISTENCE
 

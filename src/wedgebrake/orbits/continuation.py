@@ -37,22 +37,22 @@ def continuation(
     Parameters
     ----------
     orbit : Orbit or StabilityLimit
-        Start of the branch, as found by ``wb.orbit``, or a Hopf point of steady sliding, as found
-        by ``wb.hopf``: the branch of the limit cycles that begin there, stable or not. Its
-        parameter must be that of the limit.
+        Start of the branch: an orbit as found by ``wb.orbit``, or a Hopf point of steady sliding
+        as found by ``wb.hopf``, at which a branch of limit cycles begins, stable or unstable. The
+        parameter of the branch must be that of the Hopf point.
     over : mapping
-        The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
-        same as a keyword, for names with a dot.
+        The parameter and its ends, instead of a keyword, for names with a dot: for example
+        ``{"belt.base_speed": (0.3, 1.4)}``.
     step : float
         Longest step along the branch, as a share of the range.
     points : int
         Largest number of points, including bifurcations.
     method, rtol
-        With a limit, as for ``wb.orbit``; an orbit has its own.
+        As for ``wb.orbit``, if the branch begins at a Hopf point; an orbit has its own.
     **parameter : (float, float)
         One SI parameter or group with its ends, for example ``eta=(12, -60)``: the branch
         starts at the orbit's own value towards the second end, and ends where it leaves the
-        range or closes. From a limit it goes where the limit cycles are.
+        range or closes. From a Hopf point it goes in the direction of the limit cycles.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def continuation(
         chosen = machine_method(method, orbit.machine)
         return from_limit(orbit, along, chosen, float(rtol), step=step, points=points)
     check_instance(
-        "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or that of wb.hopf"
+        "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or the result of wb.hopf"
     )
     if orbit._solution is None:
         raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
@@ -95,7 +95,7 @@ def continuation(
 def from_limit(
     limit: StabilityLimit, along: Range, method: str, rtol: float, *, step: float, points: int
 ) -> Branch:
-    """The branch of the limit cycles that begin at a Hopf point.
+    """The branch of limit cycles that begins at a Hopf point.
 
     Raises ``InputError`` if there is none.
     """

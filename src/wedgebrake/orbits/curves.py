@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small.
 _DIFFERENCE = 1e-6
-# Distance within which a derivative by the parameters is used again, where the flow itself is
-# computed to a tolerance. Where branches meet the equations are singular, and further is too far.
+# Distance within which a derivative with respect to the parameters is reused, if the flow itself is
+# computed to a tolerance. It is small because the equations are singular where branches meet.
 _NEAR = 1e-5
 # Number of cached solutions of a curve.
 _REMEMBERED = 8
@@ -179,7 +179,7 @@ class OrbitCurve:
     def __init__(self, through: OrbitSolution) -> None:
         self.equations, self.problem = through.equations, through.problem
         sizes = self.equations.scales(through.unknowns, through.kernel_problem)
-        # An orbit that grows from a point has no size of its own.
+        # A small orbit near a Hopf point has no size of its own.
         sizes = np.maximum(sizes, self.problem.size) * np.sqrt(self.equations.size)
         self.scales: FloatArray = np.concatenate((sizes, self.problem.scales))
         self._solutions: dict[bytes, OrbitSolution] = {}
@@ -221,9 +221,9 @@ class OrbitCurve:
         return residual, np.column_stack((matrix * self.scales[:size], *columns))
 
     def _by_parameters_nearby(self, y: FloatArray) -> list[FloatArray]:
-        """Derivatives of F by the parameters, there or at a point nearby, by forward differences.
+        """Derivatives of F with respect to the parameters, there or nearby, by forward differences.
 
-        Each new value of a parameter is a system that has to be prepared, which takes longer than
+        Each new value of a parameter requires a new system, whose preparation takes longer than
         the flow over a period.
         """
         if self._columns is None or np.linalg.norm(y - self._columns[0]) > _NEAR:
@@ -290,7 +290,7 @@ def difference(
 def one_sided(
     function: Callable[[FloatArray], FloatArray], y: FloatArray, column: int
 ) -> FloatArray:
-    """Derivative by one unknown: a difference to the side on which the function has a value."""
+    """One-sided difference in one unknown, to the side on which the function has a value."""
     here = function(y)
     for step in (_DIFFERENCE, -_DIFFERENCE):
         there = y.copy()

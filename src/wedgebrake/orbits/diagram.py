@@ -89,15 +89,16 @@ def branches(
     ----------
     system : BrakedDriveline, Machine or StabilityLimit
         System whose parameter varies; or a Hopf point of its steady sliding, as found by
-        ``wb.hopf``, at which the first branch begins. Its parameter must be that of the limit.
+        ``wb.hopf``, at which the first branch begins. The parameter must be that of the Hopf
+        point.
     over : mapping
-        The parameter with its ends by name, for example ``{"belt.base_speed": (0.3, 1.4)}``: the
-        same as a keyword, for names with a dot.
+        The parameter and its ends, instead of a keyword, for names with a dot: for example
+        ``{"belt.base_speed": (0.3, 1.4)}``.
     **parameter : (float, float)
         One SI parameter or group with its ends, for example ``eta=(12, -60)``. The first
         branch begins at the first end.
     order, initial, method, rtol
-        Of the first orbit, as for ``wb.orbit``; for a limit without ``order`` and ``initial``.
+        Of the first orbit, as for ``wb.orbit``; from a Hopf point only ``method`` and ``rtol``.
         If the motion is still irregular after the longest transient of ``wb.orbit``, the first
         orbit is a stable one near that motion.
     switch : int
@@ -126,7 +127,7 @@ def branches(
     if isinstance(system, StabilityLimit):
         if order is not None or initial is not None:
             name = "order" if order is not None else "initial"
-            raise wrong(name, order or initial, "left out: the branch begins at the limit")
+            raise wrong(name, order or initial, "left out: the branch begins at the Hopf point")
         (along,) = make_ranges(system.machine, joined(over, parameter), 1)
         check(system.machine, None, method, rtol)
         begin = system, machine_method(method, system.machine), float(rtol)
@@ -164,8 +165,8 @@ def follow(
 ) -> list[Followed]:
     """The branches themselves, in the order in which they were found.
 
-    first : an orbit at the first end of the range; or a limit of stability at which limit cycles
-            begin, with method and rtol
+    first : an orbit at the first end of the range; or a Hopf point at which limit cycles begin,
+            with method and rtol
     """
     check_whole("switch", switch, 0, _MOST_LEVELS)
     check_instance("opposite", opposite, bool)
@@ -215,7 +216,7 @@ class _Diagram:
         return self._add(branch, origin, begin)
 
     def add_limit_cycles(self, limit: StabilityLimit, method: str, rtol: float) -> Branch:
-        """Follow the branch of the limit cycles that begin at a Hopf point."""
+        """Follow the branch of limit cycles that begins at a Hopf point."""
         branch = from_limit(limit, self._over, method, rtol, **self._settings)
         return self._add(branch, -1, "Hopf point of steady sliding")
 

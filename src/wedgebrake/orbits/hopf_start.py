@@ -1,9 +1,9 @@
 """First orbit of the branch of limit cycles that begins at a Hopf point of steady sliding.
 
 Steady sliding is a fixed point of the flow over any time, and its small vibration an eigenvector
-of the derivative there. Both are taken from the flow that the orbits follow. With the straight
-lines of the exact method the Hopf point therefore lies where these lines have it: where sliding
-crosses a kink, or at one value for all small orbits.
+of the derivative there. Both are computed from the same flow as the orbits. With the exact method
+the Hopf point is therefore that of the straight lines: where steady sliding crosses a kink, or at a
+single value for all small orbits.
 """
 
 from __future__ import annotations
@@ -28,10 +28,12 @@ from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem, Ra
 from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 
-# Times of the flow, as shares of the period of the vibration: one in which no contact turns, to
-# come near to steady sliding, and one that tells the vibration from others.
+# Times of the flow, as shares of the period of the vibration: a short one, in which no contact
+# changes its direction, to approach steady sliding, and one that separates the vibration from
+# others.
 _SHORT, _QUARTER = 1e-4, 0.25
-# Steps of Newton's method for steady sliding, and its last step relative to the speeds.
+# Largest number of steps of Newton's method for steady sliding, and its last step relative to the
+# speeds.
 _STEPS, _STEADY = 40, 1e-12
 # Distances of the Hopf point of the flow from that of the linear verdict, as shares of the range.
 _NEAREST, _FURTHEST, _FACTOR = 1e-9, 0.2, 2.0
@@ -47,7 +49,7 @@ class Vibration(NamedTuple):
     eigenvalue : of the critical mode [1/s]
     shape      : of its scaled coordinates, complex, of length one
     sliding    : (contacts,) sliding speeds of steady sliding [rad/s]
-    rows       : (contacts, states) factors of the states in them
+    rows       : (contacts, states) factors of the states in the sliding speeds
     """
 
     state: FloatArray
@@ -58,7 +60,7 @@ class Vibration(NamedTuple):
 
 
 def first_cycle(limit: StabilityLimit, over: Range, method: str, rtol: float) -> BranchPoint:
-    """Small limit cycle beside a Hopf point, labelled as it, with the direction of its growth.
+    """Small limit cycle near a Hopf point, labelled as this point, with its direction of growth.
 
     Raises ``InputError`` if no limit cycles begin at the limit.
     """
@@ -71,13 +73,13 @@ def first_cycle(limit: StabilityLimit, over: Range, method: str, rtol: float) ->
         found = vibration(problem, value, limit.frequency)
     except NoOrbitError:
         raise _refused(
-            limit, "steady sliding there is no isolated equilibrium, or a contact is at rest"
+            limit, "steady sliding is not an isolated equilibrium there, or a contact is at rest"
         ) from None
     space = problem.space
     speeds = np.abs(found.rows @ (space.back @ found.shape))
     slides = speeds > 0.0
     if not slides.any():
-        raise _refused(limit, "the vibration does not move any contact")
+        raise _refused(limit, "the critical mode moves no contact")
     # Amplitude at which the first contact comes to rest.
     reach = float(np.min(np.abs(found.sliding[slides]) / speeds[slides]))
     section, turn = _section(found, space, limit.machine)
@@ -100,42 +102,42 @@ def first_cycle(limit: StabilityLimit, over: Range, method: str, rtol: float) ->
         except FAILED:
             continue
         return start
-    raise _refused(limit, "Newton's method found none near it")
+    raise _refused(limit, "Newton's method did not converge to a small cycle")
 
 
 def _refused(limit: StabilityLimit, why: str) -> InputError:
-    """The exception for a limit without a branch."""
+    """The exception for a stability limit without a branch."""
     return InputError(
         f"limit: no branch of limit cycles was found from {limit.parameter} = {limit.value:g}:"
-        f" {why}. Begin with wb.orbit(machine), at a value at which the machine vibrates.",
+        f" {why}. Start from wb.orbit(machine) at a value at which the machine vibrates.",
         name="limit", value=limit.value, allowed="a Hopf point of steady sliding",
     )  # fmt: skip
 
 
 def check_limit(limit: StabilityLimit, over: Range) -> None:
-    """Refuse limits at which no limit cycles begin, and other parameters than that of the limit."""
+    """Refuse limits at which no limit cycles begin, and parameters other than that of the limit."""
     if limit.kind != "hopf":
-        raise _refused(limit, "small vibration does not oscillate (divergence)")
+        raise _refused(limit, "the critical mode does not oscillate (divergence)")
     if not limit.machine.autonomous:
-        raise _refused(limit, "a signal varies, so that sliding is not steady")
+        raise _refused(limit, "a signal varies in time, so that sliding is not steady")
     if over.name != limit.parameter:
         raise InputError(
-            f"{over.name}: must be {limit.parameter}, the parameter of the limit, over which its"
-            " limit cycles grow. Find the limit of the other parameter with wb.hopf.",
+            f"{over.name}: must be {limit.parameter}, the parameter of the Hopf point. Find the"
+            f" Hopf point in {over.name} with wb.hopf.",
             name="over", value=over.name, allowed=limit.parameter,
         )  # fmt: skip
     low, high = over.bounds
     if not low < limit.value < high:
         raise InputError(
-            f"{over.name} = {(over.first, over.last)!r}: must contain {limit.value:g}, where the"
-            " limit is. Widen the range.",
+            f"{over.name} = {(over.first, over.last)!r}: must contain {limit.value:g}, the Hopf"
+            " point. Widen the range.",
             name=over.name, value=(over.first, over.last),
             allowed=f"a range around {limit.value:g}",
         )  # fmt: skip
 
 
 def vibration(problem: OrbitProblem, value: float, frequency: float) -> Vibration:
-    """Steady sliding at a value of the parameter, and its vibration next to a frequency [Hz].
+    """Steady sliding at a value of the parameter, and its vibration nearest to a frequency [Hz].
 
     Raises ``NoOrbitError`` if there is no isolated steady sliding.
     """
@@ -184,7 +186,7 @@ def _steady(
 
 
 def _crossing_value(limit: StabilityLimit, problem: OrbitProblem, over: Range) -> float:
-    """Value near the limit at which the growth rate of the flow's own vibration crosses zero."""
+    """Value near the limit at which the growth rate of the vibration of the flow crosses zero."""
 
     def growth(value: float) -> float:
         return vibration(problem, value, limit.frequency).eigenvalue.real
@@ -211,7 +213,7 @@ def _crossing_value(limit: StabilityLimit, problem: OrbitProblem, over: Range) -
 
 
 def _section(found: Vibration, space: Coordinates, machine: Machine) -> tuple[Crossing, complex]:
-    """Section through steady sliding, and the factor by which the shape lies on it upwards.
+    """Section through steady sliding, and the complex factor of the shape for an upward crossing.
 
     The rate of an angle that shafts restrain is zero in steady sliding, whatever the parameter.
     """

@@ -139,9 +139,9 @@ def _choose(machine: Machine, plain: OrbitProblem, state: FinalState, period: fl
 
 
 def restrained_rates(machine: Machine, space: Coordinates) -> FloatArray:
-    """Rates of angles that shafts restrain, as rows of factors of the states.
+    """Rates of the angles that are restrained by shafts, as rows of factors of the states.
 
-    These are the rates of the scaled angles, and the speeds of inertias that cannot turn freely.
+    These are the rates of the scaled angles, and the speeds of inertias that cannot rotate freely.
     """
     n, states = len(machine.inertias), space.to.shape[1]
     rates = np.zeros((space.speeds.start + n, states))

@@ -16,7 +16,7 @@ from wedgebrake.orbits.bifurcation_types import Kind, Margin
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 
-# Newton's method ends when its next step is rounding, and fails if the step does not shrink.
+# Newton's method ends when its next step would be rounding, and fails if the steps do not shrink.
 _CONVERGED, _ACCEPTED = 1e-13, 1e-9
 _MOST_STEPS = 12
 # The first step as a share of the longest, and how steps grow and shrink.
@@ -27,8 +27,8 @@ _ROOT = 1e-6
 _NARROW = 0.5
 # A multiplier that goes through infinity, as where the end of a rest becomes tangent, is no root.
 _POLE = 1e-6
-# Functions smaller than this have no sign, as for multipliers that remain 1 over a family of orbits
-# at one value of the parameter.
+# Functions smaller than this have no sign: along a family of orbits at a single value of the
+# parameter, for example, a multiplier remains 1.
 _ROUNDING = 1e-9
 # Functions larger than this at both ends of a step are not expected to vanish twice between.
 _FAR = 0.1
@@ -127,7 +127,7 @@ def newton(
         if not np.isfinite(size) or (size > 0.5 * last and size > _ACCEPTED) or size > 10.0:
             break
         y = y + step
-        # Steps shrink at least by the same factor again, mostly by its square.
+        # The next step is smaller by at least the same factor, usually by its square.
         ends = size * size <= _CONVERGED * last if np.isfinite(last) else size <= _CONVERGED
         if ends or (size > 0.5 * last and size <= _ACCEPTED):
             return y, matrix

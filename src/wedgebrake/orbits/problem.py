@@ -131,7 +131,7 @@ class OrbitProblem:
     crossing, longest : of a self-excited machine, its section and the longest time between two
                         returns [s]
     size   : of a self-excited machine, a typical size of its orbits, as ``ReturnMap.scales``; 0 if
-             not known
+             unknown
     """
 
     def __init__(

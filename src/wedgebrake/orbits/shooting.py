@@ -63,7 +63,7 @@ def orbit(
         With ``order``: a guess of a point of the orbit at t = 0. Without: the start of the
         motion that settles; default rest. Of a machine it is a ``FinalState``.
     method : {"exact", "smooth"}
-        Default: "exact" for Coulomb and tabulated friction, "smooth" for smooth laws.
+        Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws.
     rtol : float
         Tolerance of "smooth", see ``simulate``.
     limit : int
@@ -117,7 +117,7 @@ def orbit_to_follow(
     still irregular after the longest transient, the result is the stable orbit of the fewest
     periods to which Newton's method converges from near returns of the motion, if there is one.
 
-    like : another orbit, with which it will be compared
+    like : orbit with which the result will be compared
     """
     if isinstance(system, Machine) and like is not None:
         # The same section, so that orbits can be compared.

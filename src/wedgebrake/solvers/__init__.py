@@ -1,9 +1,9 @@
 """From a system to its response.
 
-simulate      the front door
+simulate      ``simulate``: choice of the solver, and checks
 event_driven  closed forms from event to event, set-valued friction
-machine       any number of inertias, contacts and signals, set-valued friction
-smooth        adaptive, any smooth friction law, one inertia
+machine       any number of inertias, contacts and signals, any friction
+smooth        adaptive, smooth friction laws, one inertia
 ode14x        the paper's fixed-step scheme, as a reference; its kernel: ode14x_kernel
 solution      the task of a solver and its answer
 log_reader    events, returns and sticks from the segment log

@@ -78,19 +78,20 @@ def simulate(
         End the run of a machine as soon as all contacts are at rest and provably stay so;
         ``duration`` is then the maximum length of the run.
     method : {"exact", "smooth", "ode14x"}
-        Default: "exact" for machines and for Coulomb, tabulated and Stribeck friction, "smooth" for
-        smooth laws. Friction that is set-valued at rest and varies with the speed is replaced by
-        straight lines by "exact"; "smooth" uses its curve, to rounding, with sticks and events.
-        Machines, and drivelines with signals, a lag, limits or sampling, require set-valued
-        friction.
+        Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws, in
+        a machine if any contact has one. Friction that is set-valued at rest and varies with the
+        speed is replaced by straight lines by "exact"; "smooth" uses its curve, to rounding, with
+        sticks and events. Machines accept "exact" and "smooth". Drivelines with signals, lag,
+        limits or sampling require set-valued friction; with a smooth law, simulate
+        ``system.machine``.
     times : array of float
         Times at which the response is wanted [s], ascending; default 2 000 equally spaced times
         for a machine, ``samples_per_period`` in each period of the torque for a driveline.
     samples_per_period : int
         See ``times``.
     rtol : float
-        Relative tolerance of "smooth" for smooth laws, 1e-13 to 1e-2; the absolute tolerances are
-        rtol times the system's own scales of angle and velocity.
+        Relative tolerance of "smooth" for drivelines with smooth laws, 1e-13 to 1e-2; the absolute
+        tolerances are rtol times the system's own scales of angle and velocity.
     step : float
         Fixed step of "ode14x" [s].
     max_events : int

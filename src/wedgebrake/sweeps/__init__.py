@@ -2,7 +2,7 @@
 
 grid          swept parameters by SI name, group or initial condition; chunks and batches of points
 plan          the complete definition of a sweep
-chunk_points  places, values and systems of the points of a chunk
+chunk_points  positions, values and systems of the points of a chunk
 compute       the systems as tables of numbers, and the results of a chunk of points
 machine_chunk the results of a chunk of points of machines
 executor      threads of this machine, or a Dask cluster

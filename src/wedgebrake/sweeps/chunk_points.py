@@ -1,4 +1,4 @@
-"""The points of a chunk of a sweep: their places on the grid, their values and systems."""
+"""The points of a chunk of a sweep: positions on the grid, values and systems."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from wedgebrake.sweeps.plan import Plan
 
 
 class ChunkPoints:
-    """Points of a plan, by their flat numbers within a chunk.
+    """Points of a chunk of a plan, by their flat numbers.
 
     where : slice of each dimension of the points, by name
 
     sizes   : points along each dimension;  count : all of them
-    indices : for each axis of the plan, (count,) numbers of its values
+    indices : for each axis of the plan, (count,) indices of its values
     """
 
     def __init__(self, plan: Plan, where: Mapping[str, slice]) -> None:
@@ -58,5 +58,5 @@ class ChunkPoints:
         return angle, velocity
 
     def shaped(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values of all points, (count, ...), over the dimensions of the chunk."""
+        """Reshape values of all points, (count, ...), to the dimensions of the chunk."""
         return values.reshape(*self.sizes.values(), *values.shape[1:])

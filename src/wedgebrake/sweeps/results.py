@@ -57,7 +57,7 @@ class Variable:
 
 
 def _vibration(contact: tuple[str, ...], inertia: tuple[str, ...]) -> tuple[Variable, ...]:
-    """Amplitudes of a motion, of each contact and of each inertia."""
+    """Extremes and root mean squares of a motion, for each contact and each inertia."""
     return (
         Variable("rms_torque", "N m", "rms torque, about its mean", over=contact),
         Variable("lowest_velocity", "rad/s", "lowest speed", over=inertia),

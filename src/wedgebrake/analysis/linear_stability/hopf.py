@@ -212,9 +212,9 @@ def _growth(at: Callable[[float], _Value]) -> Callable[[float], float]:
 def _limit(
     at: Callable[[float], _Value], parameter: str, value: float, width: float, machine: Machine
 ) -> StabilityLimit:
-    """The result for a value at which the verdict changes.
+    """Result for a value at which the verdict changes.
 
-    machine : that of the result
+    machine : the machine at this value, part of the result
     """
     growth = _growth(at)
     wide, narrow = (

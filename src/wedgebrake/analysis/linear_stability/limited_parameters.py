@@ -1,4 +1,4 @@
-"""Parameters whose limits of stability are sought: slopes, levels of friction, damping."""
+"""Parameters for which stability limits are computed: slopes, friction levels, damping."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from wedgebrake.model.machine_parts import Contact
 
 SLOPE, FRICTION, DAMPING = "slope", "friction", "damping"
 """Kinds of parameters."""
-# Friction coefficients beyond this one do not occur.
+# Largest friction coefficient.
 _MOST_FRICTION = 5.0
 
 
-class Knob(NamedTuple):
-    """A parameter whose limit is sought.
+class LimitedParameter(NamedTuple):
+    """A parameter for which the stability limit is computed.
 
     name, kind : dotted name; ``SLOPE``, ``FRICTION`` or ``DAMPING``
-    present    : its value
-    scale      : of its effect on the damping of a vibration
-    low, high  : values that it may have
-    also       : further parameters that change in proportion, with their values
+    present    : its present value
+    scale      : change of the parameter that affects the damping of a vibration appreciably
+    low, high  : bounds of its values
+    also       : parameters that change in proportion, with their present values
     """
 
     name: str
@@ -34,35 +34,39 @@ class Knob(NamedTuple):
     also: dict[str, float]
 
     def changes(self, value: float) -> dict[str, float]:
-        """The parameters of the machine with another value."""
+        """Return the values of the changed parameters, by name, for another value."""
         return {self.name: value} | {
             name: one * value / self.present for name, one in self.also.items()
         }
 
 
-def knobs_of(machine: Machine) -> list[Knob]:
-    """The parameters whose limits are sought."""
+def limited_parameters(machine: Machine) -> list[LimitedParameter]:
+    """Return the parameters of a machine for which limits are computed."""
     known = machine.parameters()
     damping = _critical_damping(machine)
-    knobs = []
+    parameters = []
     for contact in machine.contacts:
         name = contact.name
         gain = _gain(contact)
         if f"{name}.slope" in known and gain > 0.0:
             present = known[f"{name}.slope"]
             scale = max(damping / gain, abs(present))
-            knobs.append(Knob(f"{name}.slope", SLOPE, present, scale, -math.inf, math.inf, {}))
+            parameters.append(
+                LimitedParameter(f"{name}.slope", SLOPE, present, scale, -math.inf, math.inf, {})
+            )
     for contact in machine.contacts:
-        knobs += _friction(contact.name, known)
+        parameters += _friction(contact.name, known)
     for shaft in machine.shafts:
         present = known[f"{shaft.name}.damping"]
         scale = max(damping, present)
-        knobs.append(Knob(f"{shaft.name}.damping", DAMPING, present, scale, 0.0, math.inf, {}))
-    return knobs
+        parameters.append(
+            LimitedParameter(f"{shaft.name}.damping", DAMPING, present, scale, 0.0, math.inf, {})
+        )
+    return parameters
 
 
-def _friction(contact: str, known: Mapping[str, float]) -> Iterator[Knob]:
-    """The level of the friction of a contact: the scale of a table, or its coefficients."""
+def _friction(contact: str, known: Mapping[str, float]) -> Iterator[LimitedParameter]:
+    """Yield the friction level of a contact: the scale of a table, or the coefficients."""
     for name, most in (("scale", math.inf), ("kinetic", _MOST_FRICTION)):
         present = known.get(f"{contact}.{name}", 0.0)
         if present <= 0.0:
@@ -72,12 +76,12 @@ def _friction(contact: str, known: Mapping[str, float]) -> Iterator[Knob]:
         if name == "kinetic" and static is not None:
             also[f"{contact}.static"] = static
             most = min(most, _MOST_FRICTION * present / static)
-        yield Knob(f"{contact}.{name}", FRICTION, present, present, 0.0, most, also)
+        yield LimitedParameter(f"{contact}.{name}", FRICTION, present, present, 0.0, most, also)
         return
 
 
 def _critical_damping(machine: Machine) -> float:
-    """A damping of the order of the critical one [N m s/rad]."""
+    """Damping of the order of critical damping [N m s/rad]."""
     stiffness = max((one.stiffness for one in machine.shafts), default=0.0)
     inertia = max(one.inertia for one in machine.inertias)
     own = max((one.damping for one in machine.shafts), default=0.0)

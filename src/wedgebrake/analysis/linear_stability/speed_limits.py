@@ -1,4 +1,4 @@
-"""``stability_limits``: how far slope, friction and damping are from a loss of stability."""
+"""``stability_limits``: stability limits of slope, friction and damping over the speed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability.hopf import boundary_between, verdict_of
-from wedgebrake.analysis.linear_stability.limited_parameters import Knob, knobs_of
+from wedgebrake.analysis.linear_stability.limited_parameters import (
+    LimitedParameter,
+    limited_parameters,
+)
 from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
     machine_stability,
@@ -30,11 +33,11 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# Distances from the present value at which the verdict is tried: the nearest and the farthest one
-# as shares of the parameter's scale, and the ratio of neighbours.
+# Distances from the present value at which the verdict is evaluated: the nearest and the farthest
+# one as shares of the parameter's scale, and the ratio of neighbours.
 _NEAREST, _FARTHEST, _RATIO = 1e-3, 1e3, 3.0
-# Speeds by default: their number, the first as a share of the last, the last one as a multiple of
-# the machine's own speed, and the last one of a machine that does not turn [rad/s].
+# Default speeds: their number, the first as a share of the last, the last as a multiple of the
+# machine's own speed, and the last for a machine that does not turn [rad/s].
 _COUNT, _FIRST, _BEYOND, _LAST = 41, 0.01, 3.0, 100.0
 # Their number with controllers, whose multipliers take thirty times as long.
 _FEW = 9
@@ -44,17 +47,17 @@ _FASTEST = 1e12
 
 @dataclass(frozen=True)
 class ParameterLimit:
-    """The limit of linear stability in one parameter, nearest to its present value.
+    """The stability limit in one parameter, nearest to its present value.
 
     parameter, unit : dotted name, SI unit
-    kind    : "slope" (of the actuation force over the speed), "friction" (coefficient or scale of a
-              table; static friction changes alike) or "damping" (of a shaft)
-    present : value of the machine
+    kind    : "slope" (of the actuation force over the speed), "friction" (coefficient, with static
+              friction in proportion, or scale of a table) or "damping" (of a shaft)
+    present : present value
     limit   : the value at which the verdict changes; None if there is none
     stable  : "above" or "below" the limit; "everywhere" or "nowhere" without one
-    also_static : whether static friction changes with it
-    frequency : of the mode that is critical at the limit [Hz]; 0 if it does not oscillate; None
-              without a limit
+    also_static : whether static friction changes in proportion
+    frequency : of the critical mode at the limit [Hz]; 0 if it does not oscillate; None without a
+              limit
     """
 
     parameter: str
@@ -72,21 +75,21 @@ class ParameterLimit:
 
 
 def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
-    """The limits in slope, friction and damping at the machine's own speeds."""
+    """Stability limits of slope, friction and damping at the machine's own speeds."""
     units = sweepable(machine)
     return tuple(
-        _limit_of(_Evaluation(machine, None), knob, units[knob.name][0])
-        for knob in knobs_of(machine)
+        _limit_of(_Evaluation(machine, None), parameter, units[parameter.name][0])
+        for parameter in limited_parameters(machine)
     )
 
 
 def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> xr.Dataset:
-    """Damping ratios of the modes, and limits of slope, friction and damping, over the speed.
+    """Damping ratios of the modes, and stability limits of parameters, over the sliding speed.
 
-    The speeds of all inertias and bases are multiplied by the same factor; a machine that does not
-    turn slides with all inertias at the same speed. At each speed the limit of a parameter is the
-    value nearest to the present one at which the linear verdict on steady sliding changes, with
-    all else as it is.
+    The speeds of all inertias and bases are multiplied by the same factor; in a machine that does
+    not turn, all inertias are given the same speed. At each speed the limit of a parameter is the
+    value nearest to the present one at which the linear verdict on steady sliding changes, while
+    all other parameters keep their values.
 
     system : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
     speeds : sliding speeds [rad/s] of the contact that slides fastest, (k,), above 0; by default up
@@ -94,13 +97,12 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
 
     Returns a Dataset over ``speed``: ``growth_rate`` [1/s] and ``stable``; over ``mode`` too, in
     the order of the frequencies: ``damping_ratio`` and ``frequency`` [Hz] of the modes that
-    oscillate; and one variable for each parameter with its limit, nan where it has none, in its own
-    unit: "brake.slope", "brake.kinetic" (or "brake.scale"; static friction changes alike) and the
-    damping of each shaft, with the present value in ``attrs["present"]``. ``stable_side`` is 1
-    where sliding is stable above the limit, -1 below it, 0 without limit. ``wb.plot`` draws it.
+    oscillate; and for each parameter a variable with its limit, in its own unit, nan where it has
+    none: "brake.slope", "brake.kinetic" (with static friction in proportion) or "brake.scale", and
+    the damping of each shaft. ``attrs["present"]`` is the present value. ``stable_side`` is 1 where
+    sliding is stable above the limit, -1 below it, 0 without a limit. ``wb.plot`` draws the result.
 
-    Two limits that are closer to each other than their distance from the present value may be
-    missed.
+    A pair of limits may be missed if they are closer to each other than to the present value.
 
     Raises ``InputError`` for other systems or speeds, and for what ``wb.stability`` does not
     accept.
@@ -111,16 +113,16 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     check_instance("system", machine, Machine, "a BrakedDriveline or a Machine")
     turning = _Turning(machine)
     values = turning.values(speeds)
-    knobs = knobs_of(machine)
+    parameters = limited_parameters(machine)
     found, limits, sides = [], [], []
     for value in values.tolist():
         at = turning.at(value)
         found.append(at(0.0, None)[1])
-        row = [_nearest(at, knob) for knob in knobs]
+        row = [_nearest(at, parameter) for parameter in parameters]
         limits.append([math.nan if one is None else one[0] for one in row])
         sides.append([0 if one is None else one[1] for one in row])
     units = sweepable(machine)
-    columns = np.array(limits).reshape(values.size, len(knobs))
+    columns = np.array(limits).reshape(values.size, len(parameters))
     modes = _modes(found)
     data: dict[str, Any] = {
         "growth_rate": ("speed", [_rate(one) for one in found], "1/s", "largest growth rate"),
@@ -129,7 +131,7 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
         "frequency": (("speed", "mode"), modes[1], "Hz", "frequency"),
         "stable_side": (
             ("speed", "parameter"), np.array(sides, np.int8).reshape(columns.shape), "1",
-            "side of the limit on which sliding is stable: 1 above, -1 below, 0 without limit",
+            "side of the limit on which sliding is stable: 1 above, -1 below, 0 without a limit",
         ),
     }  # fmt: skip
     dataset = xr.Dataset(
@@ -142,19 +144,20 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
                 "speed", values,
                 {"units": "rad/s", "long_name": f"sliding speed of {turning.contact}"},
             ),
-            "parameter": [knob.name for knob in knobs],
+            "parameter": [parameter.name for parameter in parameters],
         },
         attrs={
             "kind": "stability_limits", "system": json.dumps(machine.as_dict()),
             "contact": turning.contact, "own_speed": turning.own,
         },
     )  # fmt: skip
-    for knob, column in zip(knobs, columns.T, strict=True):
-        dataset[knob.name] = (
+    for parameter, column in zip(parameters, columns.T, strict=True):
+        unit, meaning = units[parameter.name]
+        dataset[parameter.name] = (
             "speed", column,
             {
-                "units": units[knob.name][0], "long_name": f"limit of {units[knob.name][1]}",
-                "present": knob.present, "kind": knob.kind,
+                "units": unit, "long_name": f"limit of {meaning}",
+                "present": parameter.present, "kind": parameter.kind,
             },
         )  # fmt: skip
     return dataset
@@ -166,8 +169,12 @@ class _Evaluation:
     def __init__(self, machine: Machine, speeds: Mapping[str, float] | None) -> None:
         self._machine, self._speeds = machine, speeds
 
-    def __call__(self, value: float, knob: Knob | None) -> tuple[int, MachineStability]:
-        machine = self._machine if knob is None else self._machine.replace(knob.changes(value))
+    def __call__(
+        self, value: float, parameter: LimitedParameter | None
+    ) -> tuple[int, MachineStability]:
+        machine = (
+            self._machine if parameter is None else self._machine.replace(parameter.changes(value))
+        )
         found = machine_stability(machine, self._speeds)
         return verdict_of(found), found
 
@@ -197,7 +204,7 @@ class _Turning:
         self.contact = machine.contacts[int(sliding.argmax())].name
 
     def values(self, given: Any) -> FloatArray:
-        """The speeds, by default up to some times the own one."""
+        """Return the checked speeds, by default up to a multiple of the own speed."""
         if given is None:
             last = _BEYOND * self.own or _LAST
             sampled = any(one.actuation.sample_time is not None for one in self._machine.contacts)
@@ -221,43 +228,46 @@ class _Turning:
         return _Evaluation(self._machine.replace(bases), speeds)
 
 
-def _nearest(at: _Evaluation, knob: Knob) -> tuple[float, int] | None:
+def _nearest(at: _Evaluation, parameter: LimitedParameter) -> tuple[float, int] | None:
     """The limit nearest to the present value, and the side on which sliding is stable."""
 
     def of(value: float) -> tuple[int, MachineStability]:
-        return at(value, knob)
+        return at(value, parameter)
 
     try:
-        present = of(knob.present)[0]
+        present = of(parameter.present)[0]
     except InputError:
         return None
     if present == 2:
         return None
     limits = []
     for side in (1.0, -1.0):
-        bracket = _bracket(of, knob, present, side)
+        bracket = _bracket(of, parameter, present, side)
         if bracket is None:
             continue
         _, outer = bracket
         # Without any damping, vibration neither grows nor decays: the limit is the bound itself.
-        at_bound = outer in (knob.low, knob.high) and of(outer)[0] == 0
+        at_bound = outer in (parameter.low, parameter.high) and of(outer)[0] == 0
         limits.append(outer if at_bound else boundary_between(of, *bracket))
     if not limits:
         return None
-    limit = min(limits, key=lambda one: abs(one - knob.present))
-    towards = 1 if knob.present > limit else -1
-    if knob.present == limit:
+    limit = min(limits, key=lambda one: abs(one - parameter.present))
+    towards = 1 if parameter.present > limit else -1
+    if parameter.present == limit:
         towards = 0
     return limit, towards if present == -1 else -towards
 
 
 def _bracket(
-    of: Callable[[float], tuple[int, MachineStability]], knob: Knob, present: int, side: float
+    of: Callable[[float], tuple[int, MachineStability]],
+    parameter: LimitedParameter,
+    present: int,
+    side: float,
 ) -> tuple[float, float] | None:
-    """Two values on one side of the present one with different verdicts; None without limit."""
-    last, distance = knob.present, _NEAREST * knob.scale
-    while distance <= _FARTHEST * knob.scale:
-        value = min(max(knob.present + side * distance, knob.low), knob.high)
+    """Two values on one side of the present one with different verdicts; None without a limit."""
+    last, distance = parameter.present, _NEAREST * parameter.scale
+    while distance <= _FARTHEST * parameter.scale:
+        value = min(max(parameter.present + side * distance, parameter.low), parameter.high)
         if value == last:
             return None
         try:
@@ -272,19 +282,26 @@ def _bracket(
     return None
 
 
-def _limit_of(at: _Evaluation, knob: Knob, unit: str) -> ParameterLimit:
+def _limit_of(at: _Evaluation, parameter: LimitedParameter, unit: str) -> ParameterLimit:
     """The limit in a parameter, with its critical mode."""
-    found = _nearest(at, knob)
+    found = _nearest(at, parameter)
     value, frequency = None, None
     if found is None:
-        stable = "everywhere" if at(knob.present, knob)[0] == -1 else "nowhere"
+        stable = "everywhere" if at(parameter.present, parameter)[0] == -1 else "nowhere"
     else:
         value, side = found
-        modes = at(value, knob)[1].modes
+        modes = at(value, parameter)[1].modes
         stable = "above" if side > 0 else "below"
         frequency = modes[0].frequency if modes else None
     return ParameterLimit(
-        knob.name, unit, knob.kind, knob.present, value, stable, bool(knob.also), frequency
+        parameter.name,
+        unit,
+        parameter.kind,
+        parameter.present,
+        value,
+        stable,
+        bool(parameter.also),
+        frequency,
     )
 
 

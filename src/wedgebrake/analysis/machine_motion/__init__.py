@@ -5,6 +5,6 @@ section       definition of the returns: periods of the signals, or crossings of
 crossings     crossings of a given speed, and instants at which a contact begins to slide
 steady        proof that a motion ends in steady sliding or at rest
 tori          tori of two or more dimensions
-classify_machine  the run: transient, windows, record
+classify_machine  simulation and classification: transient, windows, record
 result        result of a run
 """

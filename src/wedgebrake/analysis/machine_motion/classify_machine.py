@@ -185,7 +185,7 @@ class _Run:
         return True
 
     def _ends_constant(self, passage: Passage) -> bool:
-        """Set the result of a motion that has come to a constant state; False for others."""
+        """Set the result of a motion that has reached a constant state; False for others."""
         if self._range(passage) > _STILL * self._speed(passage):
             return False
         sliding = bool(self.course.state.modes["side"].any())

@@ -61,11 +61,11 @@ class ContactSums:
 
 
 class Vibration(NamedTuple):
-    """Amplitudes of a motion, of the inertias (n,) and of the contacts (m,).
+    """Root mean squares and peaks of a motion, of the inertias (n,) and of the contacts (m,).
 
     rms_velocity, rms_torque : about the mean [rad/s], [N m]
-    rms_acceleration, peak_acceleration, rms_jerk, peak_jerk : [rad/s^2], [rad/s^3]; jerks between
-        the jumps of the acceleration
+    rms_acceleration, peak_acceleration, rms_jerk, peak_jerk : [rad/s^2], [rad/s^3]; the jerk
+        excludes the jumps of the acceleration
     """
 
     rms_velocity: FloatArray
@@ -77,13 +77,13 @@ class Vibration(NamedTuple):
 
     @classmethod
     def constant(cls, inertias: int, contacts: int, value: float) -> Vibration:
-        """The same value everywhere: 0 in a steady state, nan where nothing is known."""
+        """The same value for all: 0 in a steady state, nan where nothing is known."""
         still = np.full(inertias, value)
         return cls(still, still, still, still, still, np.full(contacts, value))
 
     @classmethod
     def of(cls, passage: Passage, inertias: int) -> Vibration:
-        """Those of a passage with the quantities of ``vibration_rows``."""
+        """The vibration of a passage that recorded the quantities of ``vibration_rows``."""
         rms, peak = passage.quantities
         n = inertias
         return cls(

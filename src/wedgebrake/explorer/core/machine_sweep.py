@@ -1,4 +1,4 @@
-"""Sweeps and limits of stability of a machine on its page: what is asked, and its pictures."""
+"""Sweeps and stability limits on the page of a machine: requests, computation and pictures."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LIMITS = "limits"
-"""Name of the picture of the limits of linear stability over the speed."""
+"""Name of the picture of the stability limits over the speed."""
 DIAGRAMS = {
     RESPONSE: "Amplitudes (response diagram)",
     "velocity": "Poincaré points, speed",
@@ -52,22 +52,22 @@ MAPS = {
 _DIAGRAM, _MAP = ((16,), (64,)), ((8, 8), (24, 24))
 # Largest number of returns until a motion has settled, and of those that are recorded.
 _LONGEST, _RECORDED = 1000, 50
-# Times between pictures [s]: drawing takes a quarter of a second.
+# Time between pictures [s]; drawing one takes a quarter of a second.
 _STEP = 2.0
-# Pixels of a picture.
+# Width of a picture in pixels.
 _WIDTH = 1500
 _FARTHEST = 1e300
 
 
 @dataclass(frozen=True)
 class SweepOrder:
-    """What is asked for on the page of a machine.
+    """A request for a picture on the page of a machine.
 
     picture   : of ``DIAGRAMS``, or of ``MAPS`` with a second parameter
     parameter, low, high : dotted name and range
-    second, low_second, high_second : of the second parameter; an empty name for none
-    follow    : whether each value starts from the end of its neighbour, up and down
-    inertia, contact : whose results are shown; None for the first
+    second, low_second, high_second : the same for the second parameter; an empty name for none
+    follow    : whether each value starts from the final state of its neighbour, up and down
+    inertia, contact : parts whose results are shown; None for the first
     """
 
     picture: str
@@ -84,14 +84,14 @@ class SweepOrder:
 
 @dataclass(frozen=True)
 class SweepPicture:
-    """A picture as PNG, and how much of it is computed, in words."""
+    """A picture as PNG, with the progress of its computation in words."""
 
     picture: bytes
     progress: str
 
 
 def choices(machine: Machine) -> dict[str, str]:
-    """The parameters that can be swept: dotted name -> name with its unit."""
+    """The parameters that can be swept: dotted names, and names with units."""
     return {
         name: f"{name}  [{unit.replace('^2', '²')}]" if unit not in ("1", "-") else name
         for name, (unit, _) in sweepable(machine).items()
@@ -99,7 +99,7 @@ def choices(machine: Machine) -> dict[str, str]:
 
 
 def usual_parameter(machine: Machine) -> str:
-    """A parameter that decides on the motion: a speed, a frequency or the slope of an actuator."""
+    """The parameter offered first: a base speed, a frequency or the slope of an actuator."""
     known = machine.parameters()
     for ending in (".base_speed", ".frequency", ".slope"):
         for name, value in known.items():
@@ -119,9 +119,9 @@ def usual_range(machine: Machine, name: str) -> tuple[float, float]:
 
 
 def sweep_pictures(study: Study, order: SweepOrder) -> Iterator[SweepPicture]:
-    """Compute what is asked for, coarse before fine; each item is a picture.
+    """Compute a sweep or the limits, first on a coarse grid, and yield pictures of it.
 
-    Raises ``InputError`` for wrong ranges, and as ``wb.sweep`` and ``wb.stability_limits``.
+    Raises ``InputError`` for invalid ranges, and as ``wb.sweep`` and ``wb.stability_limits``.
     """
     machine: Any = study.system
     if order.picture == LIMITS:
@@ -133,9 +133,9 @@ def sweep_pictures(study: Study, order: SweepOrder) -> Iterator[SweepPicture]:
 
 
 def sweep_datasets(study: Study, order: SweepOrder) -> Iterator[tuple[xr.Dataset, str]]:
-    """Results of the sweep with the progress in words, coarse before fine.
+    """Yield results of the sweep, first on a coarse grid, with the progress in words.
 
-    Raises ``InputError`` for wrong ranges, and as ``wb.sweep``.
+    Raises ``InputError`` for invalid ranges, and as ``wb.sweep``.
     """
     machine: Any = study.system
     spans = {order.parameter: (order.low, order.high)}
@@ -174,7 +174,7 @@ def _check_ends(name: str, low: float, high: float) -> None:
 def _refined(
     machine: Machine, spans: dict[str, tuple[float, float]], order: SweepOrder, settings: Any
 ) -> Iterator[tuple[xr.Dataset, str]]:
-    """Results of a sweep, each value from the initial state."""
+    """Yield results of a sweep in which each value starts from the initial state."""
     levels = _MAP if order.second else _DIAGRAM
     values = {
         name: np.linspace(*span, count)
@@ -186,7 +186,7 @@ def _refined(
     whole = math.prod(levels[-1])
     for _ in sweep.steps(_STEP, _STEP):
         if order.second:
-            if sweep.level == before:  # only complete grids have a map
+            if sweep.level == before:  # a map needs a complete grid
                 continue
             places = sweep.complete_places()
         else:
@@ -196,14 +196,14 @@ def _refined(
         done = int(sweep.known.sum())
         words = f"{done} of {whole} points" if done < whole else ""
         if order.follow and not order.second:
-            words = "each value from the initial state; up and down follow"
+            words = "Each value from the initial state; the sweep up and down follows."
         yield dataset, words
 
 
 def _followed(
     machine: Machine, spans: dict[str, tuple[float, float]], order: SweepOrder, settings: Any
 ) -> Iterator[tuple[xr.Dataset, str]]:
-    """Results of a sweep up and down."""
+    """Yield the result of a sweep up and down."""
     values = {name: np.linspace(*span, _DIAGRAM[-1][0]) for name, span in spans.items()}
     plan = make_plan("bifurcation", machine, values, follow=order.parameter, **settings)
     chunk = chunks_of(plan)({dim: slice(0, size) for dim, size in plan.grid.sizes.items()})

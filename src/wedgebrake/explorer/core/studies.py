@@ -23,7 +23,7 @@ def opened(study: Study, view: View | None = None) -> PageState:
     """
     if study.of_machine:
         raise InputError(
-            "describes a machine ([[inertia]] ...), whose parameters cannot currently be edited on"
+            "describes a machine ([[inertia]] ...), whose parameters cannot be edited on"
             " this page. Show it with wedgebrake app STUDY.toml, or wb.explore(machine)."
         )
     state = PageState.of(study)

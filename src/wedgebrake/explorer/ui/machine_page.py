@@ -1,4 +1,4 @@
-"""The page for a machine with several inertias: its response, sweeps and limits of stability."""
+"""The page for a machine with several inertias: its response, sweeps and stability limits."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class MachinePage(pn.viewable.Viewer):
             self._picture.object = view.picture
 
     def _sweep(self, order: SweepOrder) -> None:
-        """Begin a sweep, in place of the current one."""
+        """Start a sweep, which replaces the current one."""
         self._say(_COMPUTING)
         self._sweep_slot.start(sweep_pictures(self._study, order), self._show_sweep, self._say)
 

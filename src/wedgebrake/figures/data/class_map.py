@@ -42,9 +42,9 @@ _OUTLIERS = 1.0
 
 
 VARIABLES = ("margin", "stable", "growth", "locked")
-"""Results of ``wb.stability_map`` for a driveline."""
+"""Variables of ``wb.stability_map`` for a driveline."""
 OF_MACHINE = ("growth_rate", "damping_ratio", "frequency", "stable", "locked")
-"""Those for a machine."""
+"""Variables of ``wb.stability_map`` for a machine."""
 UNSTABLE, STABLE, HELD, LOCKED = range(4)
 """Codes of the regions; HELD: locked at rest, but sliding once moving."""
 REGIONS = (
@@ -217,7 +217,7 @@ def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) ->
     """
     of_machine = set(OF_MACHINE) <= set(getattr(dataset, "data_vars", {}))
     _check_stability(dataset, OF_MACHINE if of_machine else VARIABLES)
-    # Of a machine the damping ratio: the growth rate has its sign, but another scale.
+    # For a machine the damping ratio; the scale of the growth rate depends on the frequency.
     measure, word = ("damping_ratio", "damping ratio") if of_machine else ("margin", "margin")
     x, y = (SweptAxis.of(dataset, str(name)) for name in dataset[measure].dims)
     stable, locked, margin = (

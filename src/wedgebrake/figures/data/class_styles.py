@@ -161,7 +161,7 @@ class BifurcationStyle:
 def _motion_styles() -> dict[str, ClassStyle]:
     """Styles of the classes of motion, in the order of legends.
 
-    Those of ``MotionClass``; periodic motions are divided by their periods.
+    They follow from ``MotionClass``; periodic motions are divided by their number of periods.
     """
     ranked = sorted((one for one in MotionClass if one.about.rank), key=lambda one: one.about.rank)
     styles: dict[str, ClassStyle] = {}

@@ -92,7 +92,7 @@ class OrbitBranches:
                 f"dataset = {type(dataset).__name__}: must be the result of wb.branches(...)."
             )
         if quantity is None:
-            # At a section that is a level of a speed, points tell little.
+            # The section of limit cycles is a level of a speed: its points show no amplitude.
             crosses = dataset.attrs.get("section") == "crossing"
             quantity = "velocity_amplitude" if crosses else "velocity"
         if quantity not in QUANTITIES:

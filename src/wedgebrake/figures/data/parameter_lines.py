@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.figures.data.axes import SweptAxis, runs
 
 FloatArray = NDArray[np.float64]
-# Dashes of curves of one colour [pt].
+# Dash patterns of curves of one colour [pt].
 DASHES: tuple[tuple[float, ...], ...] = ((), (4.0, 1.5), (1.0, 1.2), (4.0, 1.2, 1.0, 1.2))
 
 
@@ -57,8 +57,8 @@ class Panel(NamedTuple):
 class ParameterLines:
     """Panels of curves over one parameter, in ascending order of it.
 
-    shaded : intervals of the parameter that are shaded in panels without a range
-    own    : value of the parameter that is marked; None for none
+    shaded : intervals of the parameter that are shaded in panels without a stable range
+    own    : marked value of the parameter; None for none
     """
 
     x: SweptAxis
@@ -69,7 +69,7 @@ class ParameterLines:
 
 
 def intervals(x: SweptAxis, chosen: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Intervals of the cells of an axis that are chosen, (n,)."""
+    """Intervals of an axis covered by the chosen cells, (n,)."""
     return [
         (float(x.edges[first]), float(x.edges[last + 1]))
         for first, last in runs(np.asarray(chosen))

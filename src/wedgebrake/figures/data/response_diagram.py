@@ -1,4 +1,4 @@
-"""The response diagram: amplitudes of the motion over one parameter, up and down."""
+"""The response diagram: amplitudes of the motion over one parameter, in one or both directions."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]
 
 RESPONSE = "response"
-"""Name of the quantity that stands for all amplitudes."""
+"""Name of the quantity that selects all amplitudes."""
 # Panels of the diagram: label, and variables with their names and dashes [pt]. The amplitude is
 # half the range of the speed.
 _AMPLITUDE = "amplitude"
 _PEAK, _RMS = (), (3.0, 1.5)
-_WORDS = {"peak": "peak (of the speed half the range)", "rms": "root mean square"}
+_WORDS = {"peak": "peak (speed: half the range)", "rms": "root mean square"}
 _PANELS: tuple[tuple[str, tuple[tuple[str, str, tuple[float, ...]], ...]], ...] = (
     ("speed\n[rad/s]", ((_AMPLITUDE, "peak", _PEAK), ("rms_velocity", "rms", _RMS))),
     ("torque\n[N m]", (("peak_torque", "peak", _PEAK), ("rms_torque", "rms", _RMS))),
     ("jerk\n[rad/s³]", (("peak_jerk", "peak", _PEAK), ("rms_jerk", "rms", _RMS))),
     ("share of time\nstuck  [1]", (("stick_share", "", _PEAK),)),
 )
-# A change between neighbours is a jump if it is this share of the panel's height, and this
-# multiple of the larger one of the changes beside it.
+# A change between neighbours is a jump if it exceeds this share of the panel's height and this
+# multiple of the larger of the two adjacent changes.
 _JUMP, _STEEPER = 0.08, 3.0
 
 
 class Curve(NamedTuple):
     """One result over the parameter, on one branch.
 
-    name   : of ``_WORDS``; empty for the only one
+    name   : a value of ``_WORDS``; empty for a single curve
     branch : number of the branch
     values : (n,)
     jumps  : (n - 1,) whether the motion jumps between neighbouring values
@@ -68,7 +68,7 @@ class ResponsePanel(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ResponseDiagram:
-    """Amplitudes of a sweep over one parameter, in ascending order of it.
+    """Amplitudes of a sweep over one parameter, in ascending order of the parameter.
 
     motions, sticks, orders : codes of the classes, (branch, n)
     """
@@ -82,9 +82,9 @@ class ResponseDiagram:
 
     @classmethod
     def of(cls, dataset: xr.Dataset, quantity: str = RESPONSE) -> ResponseDiagram:
-        """The diagram of a dataset; of a machine, with one inertia and one contact (``of_parts``).
+        """The diagram of a dataset; for a machine, of one inertia and one contact (``of_parts``).
 
-        quantity : ``RESPONSE``, or the only result to be drawn
+        quantity : ``RESPONSE``, or the name of a single result
 
         Raises ``InputError`` for a dataset that is not a sweep over one parameter, or an unknown
         quantity.
@@ -131,7 +131,7 @@ class ResponseDiagram:
 
 
 def with_amplitude(dataset: xr.Dataset) -> xr.Dataset:
-    """The sweep with half the range of the speed as a result."""
+    """Add half the range of the speed to the results of a sweep."""
     if not {"lowest_velocity", "highest_velocity"} <= set(dataset.data_vars):
         return dataset
     amplitude = 0.5 * (dataset["highest_velocity"] - dataset["lowest_velocity"])
@@ -154,7 +154,7 @@ def _chosen(dataset: xr.Dataset, name: str, quantity: str) -> Iterator[Any]:
         if quantity not in known:
             allowed = [RESPONSE, *style.SECTION, *known]
             raise InputError(
-                f"quantity = {quantity!r}: no such result of each point."
+                f"quantity = {quantity!r}: the sweep has no such result."
                 f" {nearest(str(quantity), allowed)}",
                 name="quantity", value=quantity, allowed=tuple(allowed),
             )  # fmt: skip
@@ -174,7 +174,7 @@ def _panel(
     rows: Callable[[Callable[[xr.Dataset], xr.DataArray]], NDArray[Any]],
     missing: NDArray[np.bool_],
 ) -> ResponsePanel:
-    """A panel; points without a result interrupt its curves."""
+    """A panel, whose curves are interrupted at points without a result."""
     found = [np.where(missing, np.nan, rows(itemgetter(name))) for name, _, _ in lines]
     finite = np.concatenate([one[np.isfinite(one)] for one in found])
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Contents of the pictures of linear stability of a machine over one quantity."""
+"""Contents of the pictures of linear stability of a machine over its speed or one parameter."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# Labels of the kinds of limits. Slope and damping have the unit of all their parameters.
+# Axis labels of the kinds of limits.
 _KINDS = {
-    "slope": "limiting slope\n[N s/rad]",
-    "friction": "limiting friction\n[1]",
-    "damping": "limiting damping\n[N m s/rad]",
+    "slope": "limit of slope\n[N s/rad]",
+    "friction": "limit of friction\n[1]",
+    "damping": "limit of damping\n[N m s/rad]",
 }
 _LIMITS = (
-    "Limits: values nearest to the present ones (dashed) at which the verdict on steady sliding"
-    " changes, one at a time. Red: sliding is unstable; green: stable."
+    "Stability limits: values nearest to the present ones (dashed) at which the verdict on steady"
+    " sliding changes, one parameter at a time. Red: sliding is unstable; green: stable."
 )
-# Values beyond this multiple of the median of a curve's magnitudes, and of its present value, are
-# not shown.
+# Values beyond this multiple of both the median magnitude of a curve and its present value are not
+# shown.
 _FAR = 20.0
 
 
 def of_limits(dataset: xr.Dataset) -> ParameterLines:
-    """Curves of a result of ``wb.stability_limits``: damping ratios and limits."""
+    """Curves for a result of ``wb.stability_limits``: damping ratios and limits."""
     dataset = dataset.sortby("speed")
     label = f"{dataset['speed'].attrs.get('long_name', 'sliding speed')}  [rad/s]"
     x = replace(SweptAxis.of(dataset, "speed"), label=label)
@@ -68,14 +68,14 @@ def of_limits(dataset: xr.Dataset) -> ParameterLines:
     ]
     free = [name for name, one in limited.items() if not one]
     if free:
-        sentences.append(f"No value changes the verdict: {', '.join(free)}.")
+        sentences.append(f"No stability limit: {', '.join(free)}.")
     if own > 0.0:
-        sentences.append("Dotted: speed of the machine.")
+        sentences.append("Dotted: the machine's own speed.")
     return ParameterLines(x, tuple(panels), tuple(sentences), shaded, own if own > 0.0 else None)
 
 
 def of_map(dataset: xr.Dataset, name: str) -> ParameterLines:
-    """Curves of a result of ``wb.stability_map`` for a machine over one parameter."""
+    """Curves for a result of ``wb.stability_map`` for a machine over one parameter."""
     dataset = dataset.sortby(name)
     x = SweptAxis.of(dataset, name)
     growth, ratio, frequency = (
@@ -90,7 +90,7 @@ def of_map(dataset: xr.Dataset, name: str) -> ParameterLines:
     shaded = intervals(x, ~dataset["stable"].to_numpy().astype(bool))
     sentences = [
         *caption.sentences(dataset, [name]),
-        "Linear stability of steady sliding: the least damped mode. Red: unstable, or no sliding.",
+        "Linear stability of steady sliding: least damped mode. Red: unstable, or no sliding.",
     ]
     return ParameterLines(x, panels, tuple(sentences), shaded)
 
@@ -135,7 +135,7 @@ def _line(name: str, values: Any, number: int, *, points: bool = False) -> Line:
 
 
 def _mode_name(frequencies: FloatArray) -> str:
-    """The frequencies of a mode in words."""
+    """The name of a mode: its frequency, or the range of its frequencies."""
     known = frequencies[np.isfinite(frequencies)]
     if not known.size:
         return ""

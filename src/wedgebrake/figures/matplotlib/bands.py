@@ -16,7 +16,7 @@ from wedgebrake.figures.matplotlib.maps import draw_classes, draw_hatching
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Width of a band for each character [pt] from which the motion is named inside the band.
+# Smallest width of a run of one motion for each character of its name inside the band [pt].
 _CHARACTER = 4.6
 
 

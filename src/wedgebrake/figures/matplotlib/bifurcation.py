@@ -48,8 +48,8 @@ def bifurcation(
     """Poincare points against the parameter, with their classes of motion: a new figure.
 
     dataset  : as returned by ``wb.bifurcation`` or ``wb.sweep`` for one parameter
-    quantity : "velocity" [rad/s] or "angle" [rad] of the points; "response" or another result, such
-               as "rms_jerk", draws amplitudes instead (``response_diagram``)
+    quantity : "velocity" [rad/s] or "angle" [rad] of the points; "response" or a result of the
+               sweep, such as "rms_jerk", draws amplitudes instead (``response_diagram``)
     exponent : whether to draw the largest Lyapunov exponent [1/s], with its standard error;
                None: where the dataset has one. The lowest few percent may lie outside
     inertia, contact : of a machine, whose points and sticks are drawn; None for the first

@@ -44,11 +44,11 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
                                             amplitudes of speed, torque and jerk
     ``regime_map``, ``sweep`` (two axes)    map of a class or another result
     ``basins``                              basins of attraction
-    ``branches``                              branches of periodic orbits, bifurcations
+    ``branches``                            branches of periodic orbits, bifurcations
     ``boundary``                            line of a bifurcation over two parameters
-    ``stability_map`` (two axes)            map of linear stability; of a machine also curves
-                                            over one parameter
-    ``stability_limits``                    damping ratios and limits over the speed
+    ``stability_map``                       map of linear stability over two parameters; for a
+                                            machine also curves over one parameter
+    ``stability_limits``                    damping ratios and stability limits over the speed
     ``stability`` of a machine              modes: shape, frequency, damping ratio
     ======================================  =============================================
 

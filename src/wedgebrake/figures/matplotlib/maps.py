@@ -92,16 +92,16 @@ def stability_map(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure
     dataset : as returned by ``wb.stability_map``
     width   : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
-    The dashed line is the linear stability limit; thin lines are those of equal margin in eta, or
-    for a machine of equal damping ratio of the least damped mode. Returns a new figure.
+    The dashed line is the linear stability limit; thin lines are lines of equal margin in eta or,
+    for a machine, of equal damping ratio of the least damped mode. Returns a new figure.
 
-    Raises ``InputError`` for anything but such a map over two groups, of two values each or
+    Raises ``InputError`` for anything but such a map over two parameters, with two values each or
     more.
     """
     data = class_map.stability_map(dataset)
     names = [data.x.name, data.y.name]
     if "margin" not in dataset:
-        words = "Linear stability of steady sliding. Numbers: smallest damping ratio of a mode."
+        words = "Linear stability of steady sliding. Numbers: smallest damping ratio."
         return _figure([data], [*caption.sentences(dataset, names), words], width)
     sentences = [
         caption.of_stability(dataset, names),

@@ -37,8 +37,8 @@ def orbits(
     quantity : "velocity" [rad/s] or "angle" [rad] of the Poincare points, a curve for each
                period of the torque that an orbit takes; or a result of the whole orbit,
                "velocity_amplitude" [rad/s], "angle_amplitude" [rad] (half ranges),
-               "stick_share" or "largest_exponent" [1/s]. Default: "velocity", of limit cycles
-               "velocity_amplitude"
+               "stick_share" or "largest_exponent" [1/s]. Default: "velocity", for limit
+               cycles "velocity_amplitude"
     beneath  : a sweep over the same parameter with its Poincare points, as
                returned by ``wb.bifurcation``: drawn in grey
     width    : of the figure [inch]; a journal's column is 3.5, its page 7.2

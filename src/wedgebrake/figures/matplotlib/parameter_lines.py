@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 # Height of a panel, of a line of the caption, and of the parameter's axis [inch].
 _ROW, _CAPTION, _AXIS = 1.45, 0.125, 0.35
-# Most values that are marked with points.
+# Largest number of values that are marked with points.
 _POINTS = 60
 
 
 def draw_figure(data: ParameterLines, width: float) -> Figure:
-    """Draw panels above each other in a new figure of a width [inch]."""
+    """Draw panels one above the other in a new figure of a given width [inch]."""
     rows = len(data.panels)
     caption = _CAPTION * len(caption_lines(data.sentences, width))
     with style.use():
@@ -76,7 +76,7 @@ def draw_panel(axes: Axes, data: ParameterLines, panel: Panel) -> None:
 
 
 def _set_height(axes: Axes, panel: Panel) -> None:
-    """Set the limits of the vertical axis, which contains all curves and lines."""
+    """Set the limits of the vertical axis, such that it contains all curves and lines."""
     parts = [line.values for line in panel.lines] + [[one.value for one in panel.levels]]
     values = np.concatenate([np.asarray(one, float).ravel() for one in parts])
     values = values[np.isfinite(values)]

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Sizes [inch]: margins beside the axes, label and ticks of the parameter with what lies between
-# panels, heights of a panel, of the only one, and of a band of classes for each branch.
+# Sizes [inch]: margins beside the axes; axis label, ticks and gaps between panels; heights of a
+# panel, of a single panel, and of a band of classes for each branch.
 _MARGINS, _BETWEEN, _PANEL, _ONLY, _BAND = 0.85, 0.75, 1.15, 2.2, 0.13
 # Widths of the curves of the last branch and of the others [pt].
 _THIN, _WIDE = 0.8, 2.0
-# Most values that are marked with points.
+# Largest number of values that are marked with points.
 _POINTS = 60
 _JUMPS = "Thin dotted lines: jumps."
 
@@ -38,17 +38,17 @@ def response_diagram(
     contact: str | None = None,
     width: float = style.PAGE,
 ) -> Figure:
-    """Draw amplitudes of the motion against the parameter, with classes of motion: a new figure.
+    """Amplitudes of the motion against the parameter, with classes of motion: a new figure.
 
     dataset  : as returned by ``wb.bifurcation`` or ``wb.sweep`` for one parameter
-    quantity : "response": half range and root mean square of the speed, peak and root mean square
-               of the torque and of the jerk, and share of time stuck; or one result of the sweep,
-               for example "rms_acceleration"
-    inertia, contact : of a machine, whose results are drawn; None for the first
+    quantity : "response": half the range and root mean square of the speed, peak and root mean
+               square of the torque and of the jerk, and share of time stuck; or one result of the
+               sweep, for example "rms_acceleration"
+    inertia, contact : parts of a machine whose results are drawn; None for the first
     width    : of the figure [inch]
 
     With a dimension ``branch`` (``follow``), increasing and decreasing values of the parameter have
-    different colours. Below are the class of motion and of stick-slip.
+    different colours. The classes of motion and of stick-slip are shown below.
 
     Raises ``InputError`` for a dataset that is not a sweep over one parameter, or an unknown
     quantity.
@@ -94,9 +94,9 @@ def draw_panel(axes: Axes, data: ResponseDiagram, panel: ResponsePanel) -> None:
     for curve in panel.curves:
         colour = data.branches[curve.branch].colour
         look: Any = {"color": colour, "linestyle": (0, curve.dashes), "zorder": 3.0}
-        # So that both branches are seen where they are equal.
+        # Different widths, so that both branches are visible where they coincide.
         look["linewidth"] = _WIDE if curve.branch < len(data.branches) - 1 else _THIN
-        # Between the ends of a jump the curve is interrupted.
+        # The curve is interrupted at a jump.
         places = np.flatnonzero(curve.jumps) + 1
         across, up = (np.insert(one, places, np.nan) for one in (x, curve.values))
         axes.plot(across, up, **look)

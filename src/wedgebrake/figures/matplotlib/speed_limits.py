@@ -14,24 +14,25 @@ if TYPE_CHECKING:
 
 
 def stability_limits(dataset: xr.Dataset, *, width: float = style.PAGE) -> Figure:
-    """Damping ratios of the modes and limits of slope, friction and damping over the speed.
+    """Damping ratios of the modes and stability limits over the sliding speed: a new figure.
 
     dataset : as returned by ``wb.stability_limits``
     width   : of the figure [inch]
 
-    A new figure. Speeds at which sliding is unstable are shaded red; where a panel has a single
-    parameter, its stable values are green. Dashed lines are the present values.
+    Speeds at which sliding is unstable are shaded red. In a panel with a single parameter its
+    stable values are shaded green. Dashed lines are the present values.
     """
     return draw_figure(data.of_limits(dataset), width)
 
 
 def stability_lines(dataset: xr.Dataset, *, width: float = style.PAGE) -> Figure:
-    """Damping ratio, growth rate and frequency of the least damped mode over one parameter.
+    """Properties of the least damped mode over one parameter: a new figure.
 
     dataset : as returned by ``wb.stability_map`` for a machine and one parameter
     width   : of the figure [inch]
 
-    A new figure. Values at which sliding is unstable, or does not exist, are shaded red.
+    The panels show damping ratio, growth rate and frequency. Values at which steady sliding is
+    unstable, or does not exist, are shaded red.
     """
     (name,) = map(str, dataset["growth_rate"].dims)
     return draw_figure(data.of_map(dataset, name), width)

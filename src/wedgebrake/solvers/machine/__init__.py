@@ -3,8 +3,8 @@
 simulate         wb.simulate for a machine; driveline: for a driveline with signals
 solve            a machine and a task to an answer; response: the answer as a dataset
 assemble         the numbers of a machine; problem: their description
-trajectory       the loop: cell, first event, log; clock: its time, and the signals at it
-stride           cells of equal lengths in which nothing happens; stride_matrices: their matrices
+trajectory       the loop: cell, first event, log; clock: its time, with the signals at this time
+stride           cells of equal length without events; stride_matrices: their matrices
 friction_lines   friction over the speed as straight lines, or as pieces of a curve
 cells            Taylor series, and the first zero of a condition, which is never passed
 curves           series of torques that are curves over the sliding speed

@@ -23,7 +23,7 @@ from wedgebrake.solvers.machine.friction_lines import Sliding, lag_order, lines_
 from wedgebrake.solvers.machine.problem import CONTACT, LINE, MachineProblem
 
 FloatArray = NDArray[np.float64]
-# Coefficient of the torque that a contact with a smooth law holds at rest.
+# Friction coefficient with which a contact with a smooth law holds at rest.
 _HELD = 1e-12
 _MOST_CONTACTS = 12
 
@@ -109,7 +109,7 @@ class _Programs:
 
 
 def _powers(operation: tuple[Any, ...]) -> FloatArray:
-    """``powers`` of a harmonic, otherwise zeros."""
+    """Return ``powers`` of a harmonic, zeros for other operations."""
     kind, _, value, frequency, _ = operation
     if kind != Operation.HARMONIC:
         return np.zeros(TERMS)
@@ -206,13 +206,13 @@ def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembl
 def _contact(
     contact: Contact, machine: Machine, start: float, programs: _Programs
 ) -> dict[str, Any]:
-    """The numbers of a contact, as ``CONTACT`` names them, except its state, lines and inputs."""
+    """The fields of ``CONTACT`` for a contact, except its state, lines and inputs."""
     brake, friction, given = contact.brake, contact.friction, contact.actuation
     force, initial_force = _input(given.initial_force, start, programs)
     base_input, base_speed = _input(contact.base_speed, start, programs)
     low, high = given.limits or (-math.inf, math.inf)
-    # Smooth laws hold no torque at rest. One above rounding lets a contact at rest wait until its
-    # direction is decided.
+    # Smooth laws hold no torque at rest. With a coefficient slightly above rounding, a contact at
+    # rest holds until its direction of sliding is determined.
     mu, peak = 0.0, _HELD
     if isinstance(friction, SetValuedFriction):
         mu, peak = friction.kinetic_at(0.0), friction.breakaway

@@ -1,7 +1,7 @@
 """Cells of Taylor series, linear quantities on them, and the first zero of such a quantity.
 
-A series is a row of coefficients. Numbers of terms are multiples of four, so that polynomials are
-evaluated as several that do not wait for each other.
+A series is a row of coefficients. The number of terms is a multiple of four, so that a polynomial
+is evaluated as four independent ones.
 """
 
 import math
@@ -47,7 +47,7 @@ def expand_states(rates, half, z, terms):
 
 @embedded
 def add_inputs(rates, half, z):
-    """Store what the inputs add to the rates of the states, for ``next_coefficient``."""
+    """Store the contributions of the inputs to the rates, for ``next_coefficient``."""
     states = rates.shape[0]
     for i in range(half, states):
         for k in range(TERMS - 1):
@@ -63,7 +63,7 @@ def add_inputs(rates, half, z):
 def next_coefficient(rates, half, z, k):
     """Store the Taylor coefficients of the states in z[:, k + 1], from z[:, k].
 
-    Those of the speeds and actuators are what the inputs add to their rates before.
+    In the rows of speeds and actuators, z[:, k + 1] must contain the contribution of the inputs.
     """
     share, states, i = _SHARES[k], rates.shape[0], 0
     for number in range(half, states):
@@ -71,7 +71,7 @@ def next_coefficient(rates, half, z, k):
         for j in range(states):
             total += row[j] * z[j, k]
         z[number, k + 1] = total * share
-    while i < half:  # a loop over a range would be compiled for many inertias
+    while i < half:  # a range would be compiled for the case of many inertias
         z[i, k + 1] = z[half + i, k] * share
         i += 1
 
@@ -133,7 +133,7 @@ def advance_states(z, states, terms, tau):
 
 @borrowing
 def largest_change(g, terms, h):
-    """Bound of the change of a series on [0, h]: the sum of the sizes of its terms."""
+    """Bound of the change of a series on [0, h]: the sum of the magnitudes of its terms."""
     square = h * h
     fourth = square * square
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
@@ -148,7 +148,7 @@ def largest_change(g, terms, h):
 
 @embedded
 def _third(g, terms, h):
-    """Bound of what the terms beyond the fourth add to the third derivative on [0, h]."""
+    """Bound of the third derivative on [0, h] of the terms of fourth and higher order."""
     square = h * h
     even, odd, factor = 0.0, 0.0, terms - 2.0
     for k in range(terms - 2, 3, -2):
@@ -162,8 +162,8 @@ def _third(g, terms, h):
 def first_zero(g, terms, h, room, fresh, flat):
     """First zero of the polynomial g in [0, h]; inf: there is none.
 
-    Each step is one within which a bound of the third derivative excludes a zero. The steps
-    converge to a simple zero like those of Newton's method from the safe side, or faster.
+    A bound of the third derivative excludes a zero within each step. The steps converge to a simple
+    zero from the left, at least as fast as Newton's method.
 
     room  : size of an initial value that is rounding error
     fresh : True if g has just been zero, so that a small initial value is zero
@@ -177,7 +177,7 @@ def first_zero(g, terms, h, room, fresh, flat):
     if start > change:
         return math.inf
     others = _third(g, terms, h)
-    # The third derivative is not below minus this.
+    # Lower bound of the third derivative, with the opposite sign.
     third = max(others - 6.0 * g[3], 0.0)
     tau = 0.0
     if zero:
@@ -204,7 +204,7 @@ def first_zero(g, terms, h, room, fresh, flat):
         if d >= rest:
             return math.inf
         tau += d
-        # Behind the step, g is not above largest d^3/2.
+        # After the step, g is at most largest d^3/2.
         if d <= tick or largest * d * d * d <= tick * abs(du + ddu * d):
             return tau
     return tau

@@ -7,7 +7,7 @@ from wedgebrake.dynamics.signals import TERMS, expand
 
 
 class Clock(NamedTuple):
-    """A time as a sum of two numbers, so that many small cells lose nothing."""
+    """A time as a sum of two numbers, so that many small cells accumulate no rounding."""
 
     time: float
     rest: float
@@ -15,7 +15,7 @@ class Clock(NamedTuple):
 
 @embedded
 def later(clock, tau):
-    """A clock a time tau later."""
+    """The clock advanced by tau."""
     total = clock.time + tau
     back = total - clock.time
     lost = (clock.time - (total - back)) + (tau - back) + clock.rest

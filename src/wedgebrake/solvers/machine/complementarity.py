@@ -26,7 +26,7 @@ def pattern_of(count):
 
 @embedded
 def view_of(rest, pattern, count):
-    """The first contacts of ``AtRest`` and ``Pattern``."""
+    """The first ``count`` contacts of ``AtRest`` and ``Pattern``."""
     return (
         AtRest(
             rest.a[:count], rest.b[:count], rest.matrix, rest.rates[:count],

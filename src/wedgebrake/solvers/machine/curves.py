@@ -47,11 +47,11 @@ def slides_on_curve(run):
 def expand_curves(problem, run, slot, terms, longest):
     """Store the series of the states and of the torques on curves in z[:, :terms], from z[:, 0].
 
-    Returns the length of the cell within which they are resolved, at most ``longest``.
+    Returns the length of the cell in which the series are resolved, at most ``longest``.
 
-    The torques are not linear, so that no bound of the coefficients is known in advance. The
-    length is such that the last two terms of each speed, state of an actuator and torque are
-    rounding relative to its first terms. (An angle is resolved where its speed is.)
+    The torques are nonlinear, so that no bound of the coefficients is known in advance. The length
+    is chosen such that the last two terms of each speed, actuator state and torque are rounding
+    relative to its first terms. (An angle is resolved if its speed is.)
     """
     z, rates, half = run.z, run.systems.rates[slot], problem.inverse.size
     for curve in run.curves:

@@ -67,7 +67,7 @@ def _times(gain, force):
 
 @embedded
 def _load(problem, run, contacts):
-    """Set ``run.load``, for the inertias of some contacts that are at rest."""
+    """Set ``run.load`` for the inertias of the given contacts at rest."""
     z, row, load = run.z, run.spare, run.load
     for number in contacts:
         contact = problem.contacts[number]
@@ -98,7 +98,7 @@ def _load(problem, run, contacts):
 
 @embedded
 def _free_torque(problem, z, i, load):
-    """Set the torque on an inertia without the contacts, and the sizes of its parts."""
+    """Set the torque on an inertia without those of its contacts, and the sum of its magnitudes."""
     row = problem.torque[i]
     load[0, i], load[1, i] = value(row, z), size(row, z)
 
@@ -107,8 +107,8 @@ def _free_torque(problem, z, i, load):
 def settle(problem, run):
     """Decide which of the contacts with zero sliding speed hold, and set their modes.
 
-    They are the pending ones of ``run.resting``, in ascending order. Returns False if there is no
-    answer.
+    These contacts are the pending ones of ``run.resting``, in ascending order. Returns False if no
+    pattern is consistent.
     """
     count = run.pending[0]
     contacts = run.resting[:count]
@@ -135,7 +135,7 @@ def settle(problem, run):
 
 @embedded
 def _describe(problem, run, contacts, rest):
-    """Set the numbers of contacts at rest."""
+    """Set the data of the contacts at rest."""
     scale, at_rest, limited = 0.0, np.int64(0), False
     for number in contacts:
         limited = limited or run.modes[number].limited != 0
@@ -339,12 +339,12 @@ def next_sampling(problem, modes):
 
 @embedded
 def apply_event(problem, run, what, cell, jumped):
-    """Change the modes at an event that a guard announces; ``settle`` has to follow.
+    """Change the modes at an event detected by a guard; ``settle`` must be called next.
 
-    cell   : whose series of states is in ``run.z``, but for the first terms
-    jumped : the condition has jumped beyond zero
+    cell   : the cell of the event; ``run.z`` contains its series, except for the initial values
+    jumped : whether the condition has jumped beyond zero
 
-    Returns True if the brake torque bends, and False if it is smooth or if a contact may come to
+    Returns True if the brake torque has a kink, False if it is smooth or if a contact may come to
     rest or leave it.
     """
     number, modes = what.contact, run.modes

@@ -10,8 +10,8 @@ from wedgebrake.solvers.machine.watch import Anew, NoWatch, SectionKind, Watch
 
 # Most extremes of a quantity in a cell.
 _TURNS = 8
-# Squares of series are integrated to rounding by Gauss' rule, as powers in ``observers``; those of
-# derivatives have few terms less.
+# Squares of series are integrated to rounding by Gauss quadrature, like the powers in
+# ``observers``; those of derivatives have slightly fewer terms.
 _POINTS, _WEIGHTS = (0.5 * numbers for numbers in np.polynomial.legendre.leggauss(14))
 _POINTS = _POINTS + 0.5
 

@@ -39,7 +39,7 @@ _RATIO = 1.25
 _MOST_PIECES = 20_000
 # Ends of pieces around a narrow feature, as multiples of its half width.
 _AROUND = (-8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0)
-# Curves that are remembered, each direction for itself.
+# Number of cached curves, each for one direction.
 _REMEMBERED = 64
 
 # Chebyshev points with both ends, so that pieces meet; the matrix from values there to coefficients
@@ -64,7 +64,7 @@ class Line(NamedTuple):
 
 
 class Sliding(NamedTuple):
-    """What the lines of a contact follow from."""
+    """The parts of a contact that determine its lines."""
 
     name: str
     brake: Brake
@@ -73,7 +73,7 @@ class Sliding(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """Lines of a contact: whether they are curves, how many each way, of dtype ``problem.LINE``."""
+    """Lines of a contact: whether they are curves, numbers for each direction, rows of ``LINE``."""
 
     curved: bool
     forward: int
@@ -83,7 +83,10 @@ class Lines(NamedTuple):
 
 @lru_cache(maxsize=256)
 def lines_of(contact: Sliding, curved: bool) -> Lines:
-    """Lines of a contact, the same for all points of most sweeps; curved: as curves."""
+    """Lines of a contact, cached because they are equal for all points of most sweeps.
+
+    curved : whether friction that varies with the speed is treated as a curve
+    """
     smooth = isinstance(contact.friction, SmoothFriction)
     bends = curved and (smooth or not contact.friction.constant)
     forward, backward = curved_lines(contact) if bends else straight_lines(contact)
@@ -112,8 +115,8 @@ def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
     friction, given = contact.friction, contact.actuation
     if isinstance(friction, SmoothFriction):
         raise InputError(
-            f"{contact.name}.friction = {type(friction).__name__}: is a curve through zero, without"
-            " straight lines for the method 'exact'. Use method='smooth', or CoulombFriction.",
+            f"{contact.name}.friction = {type(friction).__name__}: is a smooth law, which"
+            " the method 'exact' cannot solve. Use method='smooth', or CoulombFriction.",
             name="method", value="exact", allowed="'smooth'",
         )  # fmt: skip
     if friction.constant or not isinstance(friction, SetValuedFriction):
@@ -146,7 +149,7 @@ class _Curve:
         self.name = f"{contact}.friction"
         self.brake, self.friction, self.side = brake, friction, side
         self.smooth = isinstance(friction, SmoothFriction)
-        # Up to a speed, the straight line of a law of the user's own; 0 for other laws.
+        # The straight line near rest of a ``CustomFriction``, up to a speed; 0 for other laws.
         self.near = self.slope = 0.0
         if isinstance(friction, CustomFriction):
             self.near, forwards, backwards = friction.shape()
@@ -165,7 +168,7 @@ class _Curve:
         if not 0.0 <= mu < math.inf:
             raise InputError(
                 f"{self.name}: is {mu!r} at the sliding speed {speed:g} m/s: must be finite and"
-                " not negative. The sign of the friction follows the direction of motion.",
+                " not negative, as friction opposes the direction of sliding.",
                 name=self.name, value=mu, allowed="a number that is not negative",
             )  # fmt: skip
         return mu
@@ -196,7 +199,7 @@ def curved_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
     pieces: Any = _pieces
     try:
         hash(given)
-    except TypeError:  # a law of the user's own, with parameters such as lists
+    except TypeError:  # a user-defined law with unhashable parameters, such as lists
         pieces = _pieces.__wrapped__
     return pieces(*given, 1.0), pieces(*given, -1.0)
 
@@ -205,15 +208,15 @@ def curved_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
 def _pieces(name: str, brake: Brake, friction: Any, side: float) -> list[Line]:
     """Pieces of the curve of one direction of sliding, +1 forwards or -1 backwards.
 
-    They are remembered, because sweeps and branches of orbits assemble many machines with the same
+    They are cached, because sweeps and branches of orbits assemble many machines with the same
     friction.
     """
     curve = _Curve(name, brake, friction, side)
     first = curve.coefficient(0.0)
     if curve.smooth and first != 0.0:
         raise InputError(
-            f"{curve.name}: is {first!r} at rest: must be 0 there, as a smooth law. Use"
-            " CoulombFriction for friction that jumps at rest.",
+            f"{curve.name}: is {first!r} at rest: must be 0 there, as the law is smooth. Use"
+            " CoulombFriction for friction with a jump at rest.",
             name=curve.name, value=first, allowed="0 at rest",
         )  # fmt: skip
     if not curve.smooth and friction.breakaway < first * (1.0 - _ERROR):
@@ -288,7 +291,7 @@ def _fit(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, flo
     checks = curve.values(np.append(middle + half * _CHECKS, _nearer(low, high)))
     if not np.all(np.isfinite(values)) or not np.all(np.isfinite(checks)):
         return Line(low, 0.0, 0.0), math.inf
-    # A law that is steep far from rest multiplies the rounding of the speed.
+    # A law that is steep far from rest amplifies the rounding of the speed.
     steepest = float(np.max(np.abs(np.diff(values) / np.diff(half * _POINTS))))
     room = curve.room(low, np.append(values, checks)) + _ROUNDING * high * steepest
     room = max(room, math.ulp(0.0))
@@ -336,6 +339,6 @@ def _not_smooth(curve: _Curve, speed: float) -> InputError:
     """The exception for a friction law that is not a smooth curve."""
     return InputError(
         f"{curve.name}: is not smooth near the sliding speed {speed:g} m/s. State the speeds of its"
-        " kinks in bends, and of its narrow features in narrow; a jump must become a short slope.",
+        " kinks in bends, and of its narrow features in narrow; replace a jump by a steep slope.",
         name=curve.name, value=type(curve.friction).__name__, allowed="a smooth curve",
     )  # fmt: skip

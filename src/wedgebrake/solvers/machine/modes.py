@@ -199,7 +199,7 @@ def compliance(problem, one, other):
 
 @compiled
 def select_system(problem, run):
-    """``present_system`` for callers in Python."""
+    """Call ``present_system`` from Python."""
     return present_system(problem, run)
 
 

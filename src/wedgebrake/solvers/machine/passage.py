@@ -38,7 +38,7 @@ _ROWS = 1024
 _CHUNK = 64
 # Share of a period, and of the time, within which a run is at a return.
 _AT_RETURN, _ROUNDING = 1e-12, 4e-16
-# A time that is never reached [s], whose fourth power is a number.
+# A time that is never reached [s], whose fourth power is finite.
 _NEVER = 1e70
 # Cells without an end of time after which a run counts as one that does not return.
 _CELLS = 10**7
@@ -67,7 +67,7 @@ Section = Every | Crossing
 class QuantityStatistics(NamedTuple):
     """Statistics of quantities over the time of a passage, (q,) each.
 
-    rms  : root mean square of the deviation from the mean; of derivatives, of the value itself
+    rms  : root mean square of the deviation from the mean; for derivatives, of the value itself
     peak : largest magnitude
     """
 
@@ -92,7 +92,7 @@ class Passage:
     work      : (parts,) as ``power_rows`` orders them [J]
     last_slip : last time at which any contact slid in the whole run [s]; -inf if none did
     log       : events in order, of dtype ``EVENT``; empty if not requested
-    quantities : ``QuantityStatistics`` of those of the ``Course``; empty if not requested
+    quantities : ``QuantityStatistics`` of the quantities of the ``Course``; empty if not requested
     """
 
     outcome: Outcome
@@ -131,7 +131,7 @@ class Course:
     works   : whether passages contain the work of every part
     watched : (r, states) factors of the states in the quantities whose extremes are recorded
     logs    : whether passages contain their events
-    quantities : what passages with ``measures`` record in addition
+    quantities : quantities that passages with ``measures`` record in addition
 
     Raises ``InputError`` if the method cannot solve the machine.
     """
@@ -279,7 +279,7 @@ class Course:
         width = problem.torque.shape[1]
         given = self._quantities if measures else None
         found = quantities_of(given, problem.states, width)
-        # Near its mean, so that the mean square of a small vibration is not a difference of
+        # A level near the mean: the mean square of a small vibration is then not a difference of
         # large numbers.
         values = found.rows[:, : problem.states] @ self._run.z[: problem.states, 0]
         found.level[:] = np.where((found.order == 0) & (found.contact < 0), values, 0.0)

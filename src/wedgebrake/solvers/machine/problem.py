@@ -81,12 +81,12 @@ GUARD = record(whole="contact kind sign")
 EVENT = record("time", whole="contact kind before after")
 
 MOST_BOUNDS = 11
-"""Most Bernstein coefficients of a guard beyond its initial value, in ``STRIDE``."""
+"""Largest number of Bernstein coefficients of a guard after the first, in ``STRIDE``."""
 
-# Matrices for cells of a length in a mode (``stride``). slot: of the mode, -1: none; uses: cells so
-# far; terms: of the signals; degree: of the polynomials that bound the guards; guards, rows: number
-# of guards, and of linear results; first, change: places of the matrices and of the results in
-# ``Run.memory``.
+# Matrices for cells of a given length in a mode (``stride``). slot: of the mode, -1: none; uses:
+# number of cells so far; terms: of the signals; degree: of the polynomials that bound the guards;
+# guards, rows: numbers of guards and of linear results; first, change: positions of the matrices
+# and of the results in ``Run.memory``.
 STRIDE = record("length", whole="slot uses terms degree guards rows first change")
 
 
@@ -178,7 +178,7 @@ class Pattern(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What changes in a run.
+    """The variables of a run.
 
     clock   : (2,) time [s], as a sum of two numbers
     z       : (z, TERMS) Taylor series of the states, inputs and 1
@@ -191,8 +191,8 @@ class Run(NamedTuple):
     guard   : (TERMS,) series of a guard
     spare   : (z,) workspace for a row
     curves  : of dtype ``CURVE``, of the contacts with curved lines
-    strides : of dtype ``STRIDE``; the first one only counts what may be worth it
-    memory  : what they refer to
+    strides : of dtype ``STRIDE``; the first one only counts cells of a candidate
+    memory  : matrices and results of the strides
     """
 
     clock: Any
@@ -243,7 +243,7 @@ def run_of(problem: MachineProblem) -> Run:
 
 
 def _at_rest(m: int) -> AtRest:
-    """Room for contacts at rest."""
+    """Allocate the arrays for contacts at rest."""
     numbers, places = np.zeros((5, m)), np.zeros((4, m), np.int64)
     return AtRest(
         places[0], places[1], np.zeros((m, m)), numbers[0], np.zeros(1), *numbers[1:], *places[2:]

@@ -75,7 +75,7 @@ def simulate_machine(
 
 
 def machine_method(method: str | None, machine: Machine) -> str:
-    """The method for a machine, checked; by default "smooth" with smooth laws, else "exact"."""
+    """Return the checked method; default "smooth" if a contact has a smooth law, else "exact"."""
     if method is not None:
         return check_choice("method", method, METHODS)
     smooth = any(isinstance(one.friction, SmoothFriction) for one in machine.contacts)

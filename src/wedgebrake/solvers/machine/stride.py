@@ -1,4 +1,4 @@
-"""Cells of equal lengths in which nothing happens: one product with a matrix for each.
+"""Cells of equal length without events, each advanced by one matrix product.
 
 In a mode x' = A x + B u + b, so that over a cell of length h
 
@@ -7,13 +7,14 @@ In a mode x' = A x + B u + b, so that over a cell of length h
 with the Taylor coefficients u_k of the inputs, k >= 1. The change of a guard g is linear in the
 same factors y = (x'(0), u_1, u_2, ...). These matrices are computed once for each mode and length,
 from the Taylor series of each factor, whose remainder is rounding as in any other cell. (In x'(0)
-the angles of a machine that turns have cancelled already.)
+the growing angles of a turning machine cancel.)
 
-Proof that no guard has a zero: let p(t) = sum_{k <= d} g_k t^k. Its Bernstein coefficients on the
-cell, b_i = sum_{k <= i} C(i, k)/C(d, k) g_k h^k, bound it from below: p >= min b_i. The rest is at
-most sum_{k > d} |g_k| h^k <= r |y|, with r the same sums for the factors. Hence g > 0 on the cell
-if b_i > r |y| for all i. Otherwise, and where modes or knots are not regular, the cell is
-left to the search for events: here events are neither located nor passed.
+Sufficient condition for a guard without a zero: let p(t) = sum_{k <= d} g_k t^k. Its Bernstein
+coefficients on the cell, b_i = sum_{k <= i} C(i, k)/C(d, k) g_k h^k, bound it from below:
+p >= min b_i. The remainder is at most sum_{k > d} |g_k| h^k <= r |y|, where r contains the same
+sums for the factors. Hence g > 0 on the cell if b_i > r |y| for all i. Otherwise, and where modes
+or knots are not regular, the cell is left to the search for events: this module neither locates nor
+passes an event.
 """
 
 import math
@@ -34,16 +35,16 @@ from wedgebrake.solvers.machine.observers import observe
 from wedgebrake.solvers.machine.stride_matrices import MARGIN, cell_terms, find, propose
 from wedgebrake.solvers.machine.watch import NoWatch, Watch
 
-# Most cells up to a point of time at which a cell has to end, if they are to be of equal lengths.
+# Largest number of cells of equal length up to a time at which a cell has to end.
 _PIECES = 64
 # Relative sizes of differences of times, and of lengths of cells, that are rounding.
 _TOGETHER, _EQUAL = 4.0 * np.finfo(float).eps, 1e-14
-# Size of a state beyond which the run is left to the test for divergence.
+# Magnitude of a state above which the run is left to the test for divergence.
 _LARGEST = 1e17
 
 
 class Strode(NamedTuple):
-    """Where the cells have led: time, next knot [s], number of cells."""
+    """State after the cells: time, next knot [s], number of cells."""
 
     clock: Clock
     knot: float
@@ -52,17 +53,17 @@ class Strode(NamedTuple):
 
 @inlined
 def _pass(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG001 - as ``_stride``
-    """``_stride`` where each cell is recorded."""
+    """Replace ``_stride`` in runs that record each cell: take no cells."""
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
     return Strode(clock, knot, np.int64(0))
 
 
 @borrowing
 def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG001, C901
-    """Take cells in a mode as long as it is proved that nothing happens; returns ``Strode``.
+    """Take cells in a mode as long as they are proved to have no events; returns ``Strode``.
 
-    end  : time at which the run ends [s], which is not reached here
-    most : number of cells that is not reached here
+    end  : time at which the run ends [s]; the cells end before it
+    most : upper limit of the number of cells, which is not reached
     """
     signals, longest = problem.signals, run.systems.longest[slot]
     cells, number = np.int64(0), np.int64(-1)
@@ -84,7 +85,7 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
         ahead = min(knot, end)
         rest = (ahead - clock.time) - clock.rest
         room = _TOGETHER * abs(ahead)
-        if rest <= room and ahead < end:  # there but for rounding
+        if rest <= room and ahead < end:  # reached up to rounding
             if based and _jumps(signals, knot):
                 break
             _shift(problem, run, slot, rest)
@@ -128,13 +129,13 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
     return Strode(clock, knot, cells)
 
 
-# Runs of which each cell is recorded are compiled without.
+# Runs that record each cell are compiled without strides.
 stride = chosen_by_class({Watch: _pass, NoWatch: _stride})
 
 
 @embedded
 def _is_regular(run, observer):
-    """Return True if no guard has just been at zero, and no torque is a curve or to be recorded."""
+    """Return True if no guard has just been zero, no torque is a curve and no work is recorded."""
     regular = run.strides.size > 0 and run.curves.size == 0 and observer.work.size == 0
     for mode in run.modes:
         regular = regular and mode.fresh == 0
@@ -183,7 +184,7 @@ def _jumps(signals, knot):
 def _length(rest, longest, divided):
     """Length of the cells up to a time.
 
-    divided : they are equal; otherwise the longest ones
+    divided : whether the cells are equal; otherwise each has the largest length
     """
     if rest <= longest:
         return rest
@@ -193,7 +194,7 @@ def _length(rest, longest, divided):
 
 @embedded
 def _change(problem, run, slot, step):
-    """Set the factors of a cell, and what the matrices make of them."""
+    """Set the factors of a cell, and their products with the matrices."""
     z, memory, rates, n = run.z, run.memory, run.systems.rates[slot], problem.inverse.size
     states, rows, guards = problem.states, step.rows, step.guards
     factors, change = memory[: step.change], memory[step.change : step.change + rows]
@@ -248,7 +249,7 @@ def _is_quiet(problem, run, slot, step):
 
 @borrowing
 def _record(problem, run, slot, step, observer, clock):
-    """Record the samples of the response in a cell. The motion does not depend on them."""
+    """Record the samples of the response in a cell, without effect on the motion."""
     terms = cell_terms(run, slot, step.length)
     expand_inputs(problem, run, clock)
     expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
@@ -258,7 +259,7 @@ def _record(problem, run, slot, step, observer, clock):
 
 @borrowing
 def _shift(problem, run, slot, late):
-    """Move the states on by a time that is rounding [s]."""
+    """Advance the states by a time of the order of rounding [s]."""
     z, rates, n = run.z, run.systems.rates[slot], problem.inverse.size
     for i in range(n, problem.states):
         run.memory[i] = value(rates[i], z)
@@ -270,9 +271,9 @@ def _shift(problem, run, slot, late):
 
 @embedded
 def _move(problem, run, step, late):
-    """Move the states to the end of a cell; returns False if one is beyond all bounds.
+    """Advance the states to the end of a cell; returns False if one exceeds the bound.
 
-    late : time by which the cell is longer than the others, as times are rounded [s]
+    late : excess of the cell over the common length, because times are rounded [s]
     """
     z, bounded = run.z, True
     factors, change = run.memory, run.memory[step.change : step.change + problem.states]

@@ -1,4 +1,4 @@
-"""Matrices for cells of equal lengths in a mode: what ``stride`` takes, and when it is worth it."""
+"""Matrices for cells of equal length in a mode, used by ``stride``: computation and reuse."""
 
 import math
 
@@ -15,19 +15,19 @@ from wedgebrake.solvers.machine.cells import (
 )
 from wedgebrake.solvers.machine.problem import MOST_BOUNDS
 
-# Share of the size of a guard that may be rounding or count as zero elsewhere.
+# Share of the size of a guard that may be rounding, or that other code treats as zero.
 MARGIN = 1e-12
-# Size of the first term that is not in the Bernstein coefficients, relative to the guard.
+# Relative size of the first term of a guard that the Bernstein coefficients omit.
 _LEFT_OUT = 1e-5
-# Equal cells after which their matrices are worth computing.
+# Number of equal cells after which their matrices are computed.
 _WORTH = 16
-# Size of a Taylor term that is left out, relative to the first one: its logarithm.
+# Logarithm of the relative size of omitted Taylor terms.
 _NEGLIGIBLE = math.log(1e-18)
 
 
 @borrowing
 def find(run, slot, h, room):
-    """Number of the matrices for a mode and a length; -1: there are none."""
+    """Return the index of the matrices for a mode and a length; -1 if there are none."""
     found = -1
     for number in range(1, run.strides.size):
         one = run.strides[number]
@@ -38,9 +38,9 @@ def find(run, slot, h, room):
 
 @borrowing
 def propose(problem, run, slot, h, room):
-    """Count the equal cells of a mode, and compute their matrices when they are worth it.
+    """Count the equal cells of a mode, and compute their matrices after a number of cells.
 
-    Returns the number of the matrices, or -1. They replace the ones that have been used least.
+    Returns the index of the matrices, or -1. They replace those that have been used least.
     """
     candidate = run.strides[0]
     if candidate.slot != slot or abs(candidate.length - h) > room:
@@ -60,8 +60,8 @@ def propose(problem, run, slot, h, room):
 def _compute(problem, run, slot, number, h):
     """Compute the matrices of a mode for cells of a length.
 
-    The row of a factor has the changes of the states, the Bernstein coefficients of the guards
-    without their initial values, and the bounds of what these leave out.
+    The row of a factor contains the changes of the states, the Bernstein coefficients of the guards
+    without their initial values, and the bounds of the omitted terms.
     """
     step, longest, states = run.strides[number], run.systems.longest[slot], problem.states
     width = run.z.shape[0]
@@ -96,7 +96,7 @@ def cell_terms(run, slot, h):
 
 @embedded
 def _terms_of(product, least):
-    """Number of terms product^k/k! until one has a logarithm below a given one."""
+    """Number of terms product^k/k! until the logarithm of one is below ``least``."""
     k, size = 1, 0.0
     while k < TERMS and product > 0.0:
         size += math.log(product / k)
@@ -108,7 +108,7 @@ def _terms_of(product, least):
 
 @internal
 def _signal_terms(problem, h, terms):
-    """Number of terms of the signals in a cell; one more for a base, whose rate is needed."""
+    """Number of terms of the signals in a cell; one more for each moving base, for its rate."""
     count = np.int64(2)
     if problem.frequency > 0.0:
         count = max(_terms_of(problem.frequency * h, _NEGLIGIBLE), count)

@@ -229,7 +229,8 @@ def move(problem, run, span, log, observer):
 def _move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
     """``move``, without counting references to arrays.
 
-    ``settle`` and ``present_system`` are called at one place, as each call is compiled anew.
+    ``settle`` and ``present_system`` are called in one place only, because each call is compiled
+    separately.
     """
     clock, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0
     count = np.int64(0)  # Numba would compile functions for a literal 0 too
@@ -272,7 +273,7 @@ def _move(problem, run, span, log, observer):  # noqa: C901 - the loop of search
             if count + contacts > log.size:
                 outcome = Outcome.LOG_FULL
                 break
-        if quiet:  # leaves the inputs at its end expanded
+        if quiet:  # ``stride`` leaves the inputs expanded at its end
             strode = stride(
                 watch, problem, run, slot, span.end, span.cells - cells, observer, clock
             )

@@ -49,9 +49,9 @@ class Quantities(NamedTuple):
     A quantity is a row of the state or the torque of a contact, less a level, or a derivative.
 
     rows    : (q, z) factors
-    contact : (q,) contact whose torque it is instead; -1: none
+    contact : (q,) contact whose torque is the quantity instead; -1: none
     order   : (q,) order of the derivative in time
-    level   : (q,) what is subtracted, before the derivative
+    level   : (q,) level that is subtracted before differentiation
     sums    : (q, 2) integrals of the quantity and of its square
     low, high : (q,) extremes
     """
@@ -110,7 +110,7 @@ class Watch(NamedTuple):
     entered : (m, 2) sticks entered from v > 0 and from v < 0
     sides   : (m,) directions of sliding in the last cell
     work    : (2, TERMS) workspace
-    quantities : those that are recorded beside the rows
+    quantities : quantities recorded in addition to the rows
     """
 
     derivative: bool

@@ -28,7 +28,7 @@ class MachineSweepForm:
     """A form for a sweep over one or two parameters of a machine.
 
     start  : called with the ``SweepOrder`` when the button is pressed
-    refuse : called with a sentence if a number is wrong
+    refuse : called with a message if an input is not a number
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class MachineSweepForm:
         )
 
     def _offer(self) -> None:
-        """Offer the pictures over the chosen number of parameters."""
+        """Offer the pictures for the chosen number of parameters."""
         maps = bool(self._second.name.value)
         wanted = _labels(MAPS if maps else DIAGRAMS)
         if self._picture.options != wanted:
@@ -94,7 +94,7 @@ class MachineSweepForm:
 
 
 class _Range:
-    """A parameter and its range."""
+    """Inputs for a parameter and its range."""
 
     def __init__(self, place: str, names: dict[str, str], name: str, machine: Machine) -> None:
         self._machine = machine
