@@ -68,6 +68,23 @@ def test_a_stick_slip_motion_as_sampled():
         assert found[name].item() == pytest.approx(expected, rel=2e-3), name
 
 
+def test_fast_decay_costs_no_more_than_any_other_slip():
+    """Rates of 1e6 and 1e9 1/s after each reversal; the speed otherwise follows the torque."""
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1e-5, damping=10.0, stiffness=100.0),
+        brake=wb.ConventionalBrake(radius=0.2),
+        friction=wb.CoulombFriction(kinetic=0.3),
+        actuation=wb.Actuation(initial_force=30.0, slope=0.1),
+        excitation=wb.HarmonicTorque(amplitude=500.0, frequency=1.0),
+    )
+    damping = [10.0, 1e4]
+    found = wb.sweep(system, damping=damping, periods=1, transient=0)
+    for one, rms in zip(damping, found["rms_velocity"].values, strict=True):
+        run = wb.simulate(system.replace(damping=one), periods=1, samples_per_period=20_000)
+        speed = run["velocity"].to_numpy()[1:]
+        assert rms == pytest.approx(speed.std(), rel=1e-3)
+
+
 @pytest.fixture(scope="module")
 def belt():
     return wb.load_study(EXAMPLES / "belt.toml").system

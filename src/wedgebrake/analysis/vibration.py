@@ -27,6 +27,8 @@ from wedgebrake.dynamics.segment_log import REST, duration
 # The quadrature error on a cell of one radian is below 1e-15 of the mean square.
 _NODES, _WEIGHTS = (0.5 * numbers for numbers in np.polynomial.legendre.leggauss(8))
 _NODES = _NODES + 0.5
+# Decay of free vibration (logarithm) that leaves rounding.
+_GONE = 40.0
 # Largest number of steps of the search for an extreme, and its relative tolerance.
 _STEPS, _CLOSE = 60, 1e-13
 
@@ -107,32 +109,52 @@ def _widen(sums, order, value):
 
 
 @compiled
+def _fastest(piece, forcing, at, tau):
+    """(rate, end): the fastest rate of a slip from a time ``at`` on [1/s], and until when it holds.
+
+    Free vibration that has decayed to rounding has no rate.
+    """
+    half, fastest, end = 0.5 * piece.damping, forcing.angular_frequency, tau
+    apart = half * half - piece.stiffness
+    first = abs(half) + math.sqrt(apart) if apart > 0.0 else math.sqrt(piece.stiffness)
+    for rate in (first, piece.stiffness / first if apart > 0.0 else first):
+        decay = math.copysign(rate, half) if apart > 0.0 else half
+        gone = _GONE / decay if decay > 0.0 else math.inf
+        if at < gone:
+            fastest, end = max(fastest, rate), min(end, gone)
+    return fastest, end
+
+
+@compiled
 def _add_slip(piece, forcing, entry, t0, tau, sums):
     """Add a slip within one piece of the brake torque."""
-    fastest = max(forcing.angular_frequency, math.sqrt(piece.stiffness))
-    cells = 1 + int(max(fastest, abs(piece.damping)) * tau)
-    width = tau / cells
-    at, before = 0.0, _derivatives(piece, forcing, entry, t0, 0.0)
+    before = _derivatives(piece, forcing, entry, t0, 0.0)
     for order in range(3):
         _widen(sums, order, before[order])
-    for cell in range(cells):
-        for node in range(_NODES.size + 1):
-            inner = node < _NODES.size
-            part = (cell + (_NODES[node] if inner else 1.0)) * width
-            here = _derivatives(piece, forcing, entry, t0, part)
-            for order in range(3):
-                _widen(sums, order, here[order])
-                if (here[order + 1] > 0.0) != (before[order + 1] > 0.0):
-                    _widen(sums, order, _extreme(piece, forcing, entry, t0, at, part, order))
-            at, before = part, here
-            if inner:
-                weight, torque = _WEIGHTS[node] * width, piece.offset + piece.slope * here[0]
-                sums.velocity += weight * here[0]
-                sums.velocity_square += weight * here[0] * here[0]
-                sums.acceleration_square += weight * here[1] * here[1]
-                sums.jerk_square += weight * here[2] * here[2]
-                sums.torque += weight * torque
-                sums.torque_square += weight * torque * torque
+    begin = at = 0.0
+    while begin < tau:
+        fastest, end = _fastest(piece, forcing, begin, tau)
+        cells = 1 + int(fastest * (end - begin))
+        width = (end - begin) / cells
+        for cell in range(cells):
+            for node in range(_NODES.size + 1):
+                inner = node < _NODES.size
+                part = begin + (cell + (_NODES[node] if inner else 1.0)) * width
+                here = _derivatives(piece, forcing, entry, t0, part)
+                for order in range(3):
+                    _widen(sums, order, here[order])
+                    if (here[order + 1] > 0.0) != (before[order + 1] > 0.0):
+                        _widen(sums, order, _extreme(piece, forcing, entry, t0, at, part, order))
+                at, before = part, here
+                if inner:
+                    weight, torque = _WEIGHTS[node] * width, piece.offset + piece.slope * here[0]
+                    sums.velocity += weight * here[0]
+                    sums.velocity_square += weight * here[0] * here[0]
+                    sums.acceleration_square += weight * here[1] * here[1]
+                    sums.jerk_square += weight * here[2] * here[2]
+                    sums.torque += weight * torque
+                    sums.torque_square += weight * torque * torque
+        begin = end
 
 
 @compiled
