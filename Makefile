@@ -51,7 +51,7 @@ lint: $(VENV)/.dev
 	$(BIN)/lint-imports
 
 test: $(VENV)/.dev lint
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
 
 # Excluded: tests without numerics, and the comparisons with other programs, which are slow.
 NOT_PORTABLE := cli* *plot* paper* store* stud* bad* bench* cluster* compiling*
@@ -63,9 +63,9 @@ PORTABLE := tests/properties tests/literature tests/motion_truth tests/unit \
 # branches are left out.
 test-portable: $(VENV)/.dev
 	NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4" NUMBA_CPU_NAME=generic \
-		$(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE)
+		$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow" $(PORTABLE)
 	! grep -qs avx512f /proc/cpuinfo || NPY_DISABLE_CPU_FEATURES="X86_V4" \
-		$(BIN)/python -m pytest -n 2 -m "not slow" $(PORTABLE) \
+		$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow" $(PORTABLE) \
 		--ignore-glob='tests/unit/test_codim2*' --ignore-glob='tests/unit/test_branches*'
 
 slow: $(VENV)/.bench
