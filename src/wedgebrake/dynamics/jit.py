@@ -6,12 +6,14 @@ Division by zero gives infinity, as in NumPy.
 
 Numba's disk cache checks the time stamp of the file of a function only, and would
 serve a stale kernel after a change in another kernel that it calls. Here every cache
-carries a common stamp of all files of these folders.
+carries a common stamp: the contents of all files with kernels and of those that they import.
 """
 
+import re
 import warnings
 from collections.abc import Callable
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -40,9 +42,20 @@ PACKAGE = Path(__file__).parents[1]
 FOLDERS = ("dynamics", "solvers", "analysis", "orbits")
 
 
-def _stamp() -> tuple[tuple[str, int, int], ...]:
-    files = sorted(file for folder in FOLDERS for file in (PACKAGE / folder).rglob("*.py"))
-    return tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in files)
+_KERNELS = "from wedgebrake.dynamics.jit import"
+_IMPORTED = re.compile(r"^from wedgebrake\.(\S+) import", re.MULTILINE)
+
+
+def _stamp() -> str:
+    files = (file for folder in FOLDERS for file in (PACKAGE / folder).rglob("*.py"))
+    texts = {".".join(f.relative_to(PACKAGE).with_suffix("").parts): f.read_text() for f in files}
+    names = {name for name, text in texts.items() if _KERNELS in text}
+    ahead = set(names)
+    while ahead:
+        imported = {name for user in ahead for name in _IMPORTED.findall(texts[user])}
+        ahead = (imported & texts.keys()) - names
+        names |= ahead
+    return sha256("".join(texts[name] for name in sorted(names)).encode()).hexdigest()
 
 
 SOURCE_STAMP = _stamp()
