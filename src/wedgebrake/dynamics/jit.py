@@ -103,6 +103,11 @@ def borrowing(function: Callable[..., Any]) -> Any:
     return compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
 
 
+def entry(function: Callable[..., Any]) -> Any:
+    """Compile a ``borrowing`` kernel that Python calls."""
+    return compiled(function, _nrt=False)
+
+
 def embedded(function: Callable[..., Any]) -> Any:
     """Compile a part of a ``borrowing`` kernel into each kernel that calls it, like ``inlined``.
 
@@ -139,9 +144,9 @@ def chosen_by_class(kernels: dict[type, Callable[..., Any]]) -> Callable[..., An
 
     def choose(first, *rest):  # noqa: ARG001 - Numba's signature
         kernel = kernels.get(getattr(first, "instance_class", None))
-        return None if kernel is None else lambda first, *rest: kernel(first, *rest)
+        return None if kernel is None else kernel.py_func
 
-    overload(chosen, jit_options={"forceinline": True})(choose)
+    overload(chosen, jit_options={"forceinline": True}, strict=False)(choose)
     return chosen
 
 

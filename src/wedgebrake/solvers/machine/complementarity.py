@@ -89,7 +89,7 @@ def _hold_at_limits(rest, pattern, free):
     """Find torques within their limits by setting the fewest of the free contacts to theirs."""
     side, torque, size = pattern.side, pattern.torque, free.size
     for clamped in range(1, size):
-        best, least = -1, math.inf
+        best, least = np.int64(-1), math.inf
         for code in range(3**size):
             if _set_clamps(rest, pattern, free, code) != clamped:
                 continue

@@ -233,7 +233,7 @@ def assemble(problem, run, slot):
     work, systems, modes = _workspace(problem), run.systems, run.modes
     matrix, rows, numbers, weights = work.matrix, work.rows, work.numbers, work.weights
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
-    held = 0
+    held = np.int64(0)  # a literal would compile the functions that take it twice
     for number in range(m):
         mode, contact, row = modes[number], problem.contacts[number], contact_rows[number]
         _force_row(problem, number, mode, force[number])
@@ -355,7 +355,7 @@ def _longest_cell(rates, states, frequency, matrix):
 @borrowing
 def _guards(problem, run, work, slot):
     """Set the guards of the present modes; returns their number."""
-    count, systems = 0, run.systems
+    count, systems = np.int64(0), run.systems
     rows, what = systems.guards[slot], systems.what[slot]
     for number in range(problem.contacts.size):
         contact, mode = problem.contacts[number], run.modes[number]

@@ -48,7 +48,7 @@ def propose(problem, run, slot, h, room):
     candidate.uses += 1
     if candidate.uses < _WORTH:
         return -1
-    candidate.uses, least = 0, 1
+    candidate.uses, least = 0, np.int64(1)
     for number in range(2, run.strides.size):
         if run.strides[number].uses < run.strides[least].uses:
             least = number
@@ -79,7 +79,7 @@ def _compute(problem, run, slot, number, h):
     series, g = np.zeros((width, TERMS)), np.zeros(TERMS)
     place = step.first
     for i in range(states):
-        _column(problem, run, slot, step, terms, 1, i, series, g, place)
+        _column(problem, run, slot, step, terms, np.int64(1), i, series, g, place)
         place += step.rows + step.guards
     for k in range(1, step.terms):
         for j in range(states, states + inputs):

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.dynamics.jit import borrowing, compiled, embedded
+from wedgebrake.dynamics.jit import compiled, embedded, entry
 from wedgebrake.dynamics.signals import TERMS, advance, next_knot, pass_knots, start_tables
 from wedgebrake.solvers.machine.cells import (
     advance_states,
@@ -215,19 +215,12 @@ def start(problem, run, restart):
     classify(problem, run)
 
 
-@compiled
-def move(problem, run, span, log, observer):
+@entry
+def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
     """Continue a run after ``start`` or an earlier part of it; returns ``Ended``.
 
     log      : of dtype ``EVENT``; the run ends before it may be too short
     observer : an ``Observer`` of the cells
-    """
-    return _move(problem, run, span, log, observer)
-
-
-@borrowing
-def _move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
-    """``move``, without counting references to arrays.
 
     ``settle`` and ``present_system`` are called in one place only, because each call is compiled
     separately.
@@ -238,7 +231,8 @@ def _move(problem, run, span, log, observer):  # noqa: C901 - the loop of search
     run.pending[0] = max(run.pending[0], 0)
     knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
     outcome = Outcome.STEP_LIMIT
-    quiet, first, jumped, at_knot = True, np.int64(-1), False, False
+    quiet, first, at_knot = True, np.int64(-1), False
+    jumped = first >= 0
     cell = Cell(0.0, np.int64(TERMS), 0.0)
     while True:
         expand_inputs(problem, run, clock)
