@@ -145,3 +145,21 @@ def stability_intervals(
     edges = (np.flatnonzero(np.diff(steps)) + 1).tolist()
     ends = zip([0, *edges], [*edges, steps.size], strict=True)
     return [StabilityInterval(a, b, bool(steps[a])) for a, b in ends]
+
+
+def multiplier_change(before: dict[str, float], after: dict[str, float]) -> str:
+    """Words for a jump of the multipliers across the unit circle."""
+    words = {
+        "minus one": "a multiplier jumps across -1: a period doubling by a border collision",
+        "one": "a multiplier jumps across 1",
+        "torus": "a pair of multipliers jumps across modulus 1",
+    }
+    return "; ".join(
+        word for name, word in words.items() if before.get(name, 0.0) * after.get(name, 0.0) < 0.0
+    )
+
+
+def doubling_of(fewer: int) -> str:
+    """Words for the end of a branch whose orbit repeats after fewer periods there."""
+    of = "the synchronous orbit" if fewer == 1 else f"an orbit of {fewer} periods"
+    return f"period doubling of {of}"

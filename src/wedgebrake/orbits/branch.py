@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.model.display import Result
-from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
+from wedgebrake.orbits.bifurcation_types import (
+    Bifurcation,
+    Kind,
+    Margin,
+    Scenario,
+    doubling_of,
+    multiplier_change,
+)
 from wedgebrake.orbits.branch_switching import CLOSED, Mark, reached, way
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
 from wedgebrake.orbits.discontinuity_induced import (
@@ -371,7 +378,7 @@ class Branch(Result, Iterator[BranchPoint]):
         before, after = self._at(at), self._at(beyond)
         names = [one.name for one in before.system.contacts]
         found = bifurcation_of(before.segments, after.segments, names, scenario)
-        change = _change(before.tests, after.tests)
+        change = multiplier_change(before.tests, after.tests)
         return None if found is None else replace(found, change=change)
 
     def _turn_at_change(self) -> bool:
@@ -428,7 +435,7 @@ class Branch(Result, Iterator[BranchPoint]):
             self._next_end = beyond.why
             return True
         self._curve, self._now = beyond.curve, beyond.point
-        change = _change(point.tests, self._at(self._now).tests)
+        change = multiplier_change(point.tests, self._at(self._now).tests)
         located = replace(point, bifurcation=replace(beyond.bifurcation, change=change))
         self._queue.extend([located, self._point(self._now)])
         self._length = StepLength(self.largest)
@@ -441,21 +448,3 @@ def _scenario(at: CurvePoint, beyond: CurvePoint) -> Scenario:
     # If the parameter is constant along a family of orbits, the sign of its change is rounding.
     turns = came * goes < 0.0 and min(abs(came), abs(goes)) > _LEVEL
     return Scenario.FOLD if turns else Scenario.PERSISTENCE
-
-
-def _change(before: dict[str, float], after: dict[str, float]) -> str:
-    """Words for a jump of the multipliers across the unit circle."""
-    words = {
-        "minus one": "a multiplier jumps across -1: a period doubling by a border collision",
-        "one": "a multiplier jumps across 1",
-        "torus": "a pair of multipliers jumps across modulus 1",
-    }
-    return "; ".join(
-        word for name, word in words.items() if before.get(name, 0.0) * after.get(name, 0.0) < 0.0
-    )
-
-
-def doubling_of(fewer: int) -> str:
-    """Words for the end of a branch whose orbit repeats after fewer periods there."""
-    of = "the synchronous orbit" if fewer == 1 else f"an orbit of {fewer} periods"
-    return f"period doubling of {of}"

@@ -13,13 +13,12 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
-from wedgebrake.orbits.bifurcation_types import Kind
+from wedgebrake.orbits.bifurcation_types import Kind, doubling_of
 from wedgebrake.orbits.branch import (
     COLLAPSED,
     MEETS,
     NOTHING_FURTHER,
     Branch,
-    doubling_of,
 )
 from wedgebrake.orbits.continuation import POINTS, STEP, check_step
 from wedgebrake.orbits.curves import (
