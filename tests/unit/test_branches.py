@@ -513,7 +513,7 @@ class TestReviewed:
             band.replace(amplitude=100.0), drive_speed=(7.0, 9.0), switch=1, opposite=False
         )
         assert data["bifurcation_scenario"].values[1] == "jump"
-        assert list(data["branch_begin"].values) == ["begin of the range", "beyond a jump"]
+        assert list(data["branch_begin"].values) == ["start of the range", "beyond a jump"]
         first, second = (
             data["velocity_amplitude"].values[data["branch"].values == one] for one in (0, 1)
         )

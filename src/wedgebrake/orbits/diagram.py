@@ -172,7 +172,7 @@ def follow(
     check_instance("opposite", opposite, bool)
     diagram = _Diagram(over, {"step": step, "points": points}, progress)
     if isinstance(first, Orbit):
-        diagram.add_from(first, (over.first, over.last), -1, "begin of the range")
+        diagram.add_from(first, (over.first, over.last), -1, "start of the range")
         system, method, rtol = first.system, first.method, first.rtol
     else:
         diagram.add_limit_cycles(*first)

@@ -102,7 +102,7 @@ def _first_event(run, slot, terms, longest):
 
 @embedded
 def _is_beyond(run, slot, number):
-    """Return True if a guard is below zero at the begin of a cell by more than rounding."""
+    """Return True if a guard is below zero at the beginning of a cell by more than rounding."""
     row = run.systems.guards[slot, number]
     return value(row, run.z) < -_BEYOND * size(row, run.z)
 

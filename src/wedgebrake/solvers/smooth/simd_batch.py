@@ -147,7 +147,7 @@ def run(lanes, stretches, pieces, inputs, max_steps, points):
     lanes     : (WIDTH,) of dtype ``LANE``, the system set and the rest 0
     stretches, pieces : (WIDTH, n), as in ``SmoothProblem``
     inputs    : (INPUT_ROWS, WIDTH) with systems and states; receives the states at the end
-    points    : (WIDTH, periods + 1, 2) states at the begin of each period; the first is given
+    points    : (WIDTH, periods + 1, 2) states at the beginning of each period; the first is given
     """
     outputs = np.zeros((OUTPUT_ROWS, WIDTH))
     for number in range(WIDTH):

@@ -32,7 +32,7 @@ class Passed(NamedTuple):
     """Some periods of a motion.
 
     outcome  : ``Outcome``
-    points   : (m + 1, 2) angle [rad] and velocity [rad/s] at the begin of each of m completed
+    points   : (m + 1, 2) angle [rad] and velocity [rad/s] at the beginning of each of m completed
                periods, and at the end of the last
     state    : where the run ended
     steps    : spent

@@ -222,7 +222,7 @@ def load(driveline, torque, law, inputs, lane):
 
 @inlined
 def drive(inputs, lane, forcing, phase):
-    """Set the driving torque over the inertia, and its rate, at the begin of the next step."""
+    """Set the driving torque over the inertia, and its rate, at the beginning of the next step."""
     inputs[INPUT.drive, lane] = value(forcing, phase)
     inputs[INPUT.drive_rate, lane] = rate(forcing, phase)
 
@@ -249,7 +249,7 @@ def limit(inputs, lane, tolerances, longest, band):
 
 @compiled
 def acceleration(inputs, lane):
-    """Acceleration at the begin of the next step."""
+    """Acceleration at the beginning of the next step."""
     velocity = inputs[INPUT.velocity, lane]
     v = velocity - inputs[INPUT.rest_velocity, lane]
     tanh = math.tanh(inputs[INPUT.steepness, lane] * v)

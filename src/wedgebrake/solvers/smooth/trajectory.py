@@ -71,7 +71,7 @@ def _due(samples, number, period, time):
 
 @compiled
 def _sample(method, forcing, piece, linear, before, tau):
-    """(angle, velocity) a time tau after the begin of the last step."""
+    """(angle, velocity) a time tau after the beginning of the last step."""
     # Not from the last step, which may have ended here.
     if tau <= 0.0:
         return before.angle, before.velocity
