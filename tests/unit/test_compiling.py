@@ -1,4 +1,4 @@
-"""The disk cache of the kernels: shared by processes, and never stale."""
+"""Compilation of kernels in parts, and their disk cache: shared by processes, and never stale."""
 
 import os
 import shutil
@@ -6,8 +6,27 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import wedgebrake
 
+PARTS = """
+import sys
+from kernels import square, sum_of_squares
+called = {"square": square, "sum_of_squares": sum_of_squares}
+print(*(called[name](3.0) for name in sys.argv[1:]))
+"""
+KERNELS = """
+from wedgebrake.dynamics.jit import compiled
+
+@compiled
+def square(x):
+    return x * x
+
+@compiled
+def sum_of_squares(x):
+    return square(x) + square(x + 1.0)
+"""
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -39,3 +58,24 @@ def test_a_change_in_a_called_file_is_noticed(tmp_path):
     other = package / "dynamics" / "linear_flow.py"
     other.write_text(other.read_text() + "\n# changed\n")
     assert run(package.parent, tmp_path / "cache") == (1.0, 0)
+
+
+@pytest.mark.parametrize(
+    "calls",
+    [("sum_of_squares", "square"), ("square", "sum_of_squares"), ("square",), ("sum_of_squares",)],
+    ids=" ".join,
+)
+def test_kernels_answer_alone_and_as_parts_of_others(calls, tmp_path):
+    """Of a kernel that another one calls there is no machine code, until Python calls it too."""
+    (tmp_path / "kernels.py").write_text(KERNELS)
+    again = ("sum_of_squares", "square", *calls)
+    values = {"square": "9.0", "sum_of_squares": "25.0"}
+    for names in (calls, again, calls):  # the later processes with what the former ones cached
+        result = subprocess.run(
+            [sys.executable, "-c", PARTS, *names],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert result.stdout.split() == [values[name] for name in names]

@@ -1,6 +1,7 @@
 """The machine as numbers, and the compiler of kernels.
 
 jit                    how kernels are compiled and cached
+compilation            machine code only for the kernels that Python calls
 records, enums         structured arrays with attributes; classes and outcomes as numbers
 problem                what every kernel is given: driveline, torque and brake
 assemble               conversion of a system to this problem

@@ -21,6 +21,8 @@ from numba import from_dtype, njit, types
 from numba.core.errors import NumbaExperimentalFeatureWarning
 from numba.extending import overload
 
+from wedgebrake.dynamics.compilation import compile_in_parts
+
 # Function pointers have been "experimental" since 2020; the tests cover our use of them.
 warnings.filterwarnings(
     "ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning
@@ -68,6 +70,7 @@ def compiled(function: Callable[..., Any], **options: Any) -> Any:
     index = dispatcher._cache._cache_file
     index._source_stamp = SOURCE_STAMP
     index._load_index = partial(_index_or_none, index._load_index)
+    compile_in_parts(dispatcher)
     return dispatcher
 
 
@@ -87,24 +90,11 @@ def inlined(function: Callable[..., Any]) -> Any:
     return compiled(function, forceinline=True)
 
 
-def internal(function: Callable[..., Any]) -> Any:
-    """Compile a kernel that only other kernels call, without the wrapper for calls from Python.
-
-    The wrapper, which converts large named tuples, would take most of the compile time.
-    """
-    return compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-
-
 def borrowing(function: Callable[..., Any]) -> Any:
-    """Compile an internal kernel that allocates nothing, without counting references to arrays.
+    """Compile a kernel that allocates nothing, without counting references to arrays.
 
     Its callers hold all arrays; counting would take a third of the time of a short cell.
     """
-    return compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
-
-
-def entry(function: Callable[..., Any]) -> Any:
-    """Compile a ``borrowing`` kernel that Python calls."""
     return compiled(function, _nrt=False)
 
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, embedded, internal
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.solvers.machine.least_torques import least_torques
 from wedgebrake.solvers.machine.problem import AtRest, Pattern
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-11
 """Relative size of rates and torques that are rounding."""
 
 
-@internal
+@compiled
 def pattern_of(count):
     """Room for a pattern."""
     return Pattern(np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64))
@@ -50,7 +50,7 @@ def _at_limit(rest, i):
     return rest.limited[i] if rest.limited[i] != 0 else rest.clamped[i]
 
 
-@internal
+@compiled
 def hold(rest, pattern):
     """Find torques with which the contacts of a pattern that do not slide hold; False: none.
 
@@ -84,7 +84,7 @@ def hold(rest, pattern):
     return _hold_at_limits(rest, pattern, free)
 
 
-@internal
+@compiled
 def _hold_at_limits(rest, pattern, free):
     """Find torques within their limits by setting the fewest of the free contacts to theirs."""
     side, torque, size = pattern.side, pattern.torque, free.size
@@ -105,7 +105,7 @@ def _hold_at_limits(rest, pattern, free):
     return False
 
 
-@internal
+@compiled
 def _cost(rest, torque, free):
     """Sum of (torque/limit)^2 of some contacts."""
     total = 0.0
@@ -114,7 +114,7 @@ def _cost(rest, torque, free):
     return total
 
 
-@internal
+@compiled
 def _set_clamps(rest, pattern, free, code):
     """Set contacts to their limits by the digits of a number; returns how many, or -1."""
     clamped = 0
@@ -130,7 +130,7 @@ def _set_clamps(rest, pattern, free, code):
     return clamped
 
 
-@internal
+@compiled
 def _share(rest, pattern, free):
     """Set the torques of the contacts that hold and are not at limits; True: they are unique."""
     side, torque, clamp = pattern
@@ -156,7 +156,7 @@ def _share(rest, pattern, free):
     return unique
 
 
-@internal
+@compiled
 def _within(rest, torque, free):
     """Return True if the torques of some contacts are within their limits."""
     for i in free:
@@ -166,7 +166,7 @@ def _within(rest, torque, free):
     return True
 
 
-@internal
+@compiled
 def _is_relieved(rest, side, which):
     """Return True if others that hold can take torque from one that is at its limit.
 
@@ -190,7 +190,7 @@ def _is_relieved(rest, side, which):
     return reached[end]
 
 
-@internal
+@compiled
 def _is_balanced(rest, side, torque):
     """Return True if the contacts that hold do not move."""
     for i in range(side.size):
@@ -208,7 +208,7 @@ def rate(rest, torque, i):
     return total
 
 
-@internal
+@compiled
 def _slips_apart(rest, pattern):
     """Return True if what slides does so with a rate of its side.
 
@@ -224,7 +224,7 @@ def _slips_apart(rest, pattern):
     return True
 
 
-@internal
+@compiled
 def _shares(rest):
     """Share of its limit that each contact would have if all held."""
     count = rest.a.size
@@ -239,7 +239,7 @@ def _shares(rest):
     return weights
 
 
-@internal
+@compiled
 def _releases_larger(shares, side, best):
     """Return True if the contacts that slide have larger shares than those that do in ``best``.
 
@@ -252,7 +252,7 @@ def _releases_larger(shares, side, best):
     return False
 
 
-@internal
+@compiled
 def solve(rest, best):
     """Find the pattern of sticks and slips; False: there is none.
 

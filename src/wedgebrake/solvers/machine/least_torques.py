@@ -7,13 +7,13 @@ sum of (torque/limit)^2 are taken.
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import internal
+from wedgebrake.dynamics.jit import compiled
 
 # Relative size below which a pivot is zero.
 _SINGULAR = 1e-10
 
 
-@internal
+@compiled
 def _independent(matrix, count):
     """Numbers of rows of a symmetric semidefinite matrix that span the others."""
     left, chosen, size = matrix[:count, :count].copy(), np.empty(count, np.int64), 0
@@ -30,7 +30,7 @@ def _independent(matrix, count):
     return chosen[:size]
 
 
-@internal
+@compiled
 def _eliminate(matrix, rows):
     """Solve matrix x = rows in place; the matrix is symmetric and positive definite."""
     count = matrix.shape[0]
@@ -49,7 +49,7 @@ def _eliminate(matrix, rows):
             rows[i, j] /= matrix[i, i]
 
 
-@internal
+@compiled
 def least_torques(matrix, rows, weights, count):
     """Solve matrix x = rows with the least sum of (x/weight)^2, in place.
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, compiled, embedded, internal
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.solvers.machine.cells import value
 from wedgebrake.solvers.machine.least_torques import least_torques
 
@@ -66,7 +66,7 @@ class Workspace(NamedTuple):
     powers: Any
 
 
-@internal
+@compiled
 def _workspace(problem):
     """Room for assembling a system."""
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
@@ -222,7 +222,7 @@ def present_system(problem, run):
     return slot
 
 
-@internal
+@compiled
 def assemble(problem, run, slot):
     """Set the linear system and the guards of the present modes in a slot.
 

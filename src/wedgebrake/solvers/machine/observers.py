@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, embedded, internal
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.signals import TERMS
 from wedgebrake.solvers.machine.cells import combine, polynomial
 from wedgebrake.solvers.machine.watch import NoWatch, Watch
@@ -96,7 +96,7 @@ def _sample(observer, problem, run, slot, terms, at, since, tau):
         observer.side[at, number] = run.modes[number].side
 
 
-@internal
+@compiled
 def _add_work(observer, run, slot, terms, tau):
     """Add the work of a cell of length tau; a contact at rest produces no heat."""
     left, right = np.empty(TERMS), np.empty(TERMS)

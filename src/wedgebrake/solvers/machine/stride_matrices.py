@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, embedded, internal
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.signals import TERMS, Operation
 from wedgebrake.solvers.machine.cells import (
     add_inputs,
@@ -56,7 +56,7 @@ def propose(problem, run, slot, h, room):
     return least
 
 
-@internal
+@compiled
 def _compute(problem, run, slot, number, h):
     """Compute the matrices of a mode for cells of a length.
 
@@ -106,7 +106,7 @@ def _terms_of(product, least):
     return k
 
 
-@internal
+@compiled
 def _signal_terms(problem, h, terms):
     """Number of terms of the signals in a cell; one more for each moving base, for its rate."""
     count = np.int64(2)
@@ -121,7 +121,7 @@ def _signal_terms(problem, h, terms):
     return min(count, terms)
 
 
-@internal
+@compiled
 def _column(problem, run, slot, step, terms, order, column, series, g, place):
     """Compute the row of a factor: coefficient ``order`` of a state or an input."""
     series[:] = 0.0

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.dynamics.jit import compiled, embedded, entry
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.signals import TERMS, advance, next_knot, pass_knots, start_tables
 from wedgebrake.solvers.machine.cells import (
     advance_states,
@@ -215,7 +215,7 @@ def start(problem, run, restart):
     classify(problem, run)
 
 
-@entry
+@borrowing
 def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
     """Continue a run after ``start`` or an earlier part of it; returns ``Ended``.
 

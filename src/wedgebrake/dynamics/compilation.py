@@ -1,0 +1,84 @@
+"""Machine code only for the kernels that Python calls.
+
+Numba translates each kernel to machine code together with all kernels that it calls, so that a
+kernel ten calls deep is optimised ten times: most of the time of a first run. Here a kernel that is
+compiled because another one calls it remains intermediate code, which becomes part of its callers.
+If Python calls it later, it is compiled once more, with machine code.
+
+Numba has no public interface for this; tests/unit/test_compiling.py fails if the private one that
+is used here changes.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.core import sigutils
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
+
+_WITHOUT_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+class _Part(JITCodeLibrary):
+    """Intermediate code of a kernel, for the kernels that call it."""
+
+    def _optimize_final_module(self) -> None:
+        """Leave this to the callers."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002 - Numba's signature
+        """Address 0, since there is no machine code."""
+        return 0
+
+    @property
+    def codegen(self) -> "_Part":
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Store nothing in machine code."""
+
+    def serialize_using_object_code(self) -> Any:
+        return self.serialize_using_bitcode()
+
+
+# The kernels that are being compiled, each for the one before; guarded by Numba's lock.
+_compiling: list[Any] = []
+
+
+def compile_in_parts(dispatcher: Any) -> None:
+    """Let a kernel be compiled to machine code only where Python calls it."""
+    compile_, compiler = dispatcher.compile, dispatcher._compiler
+    options = compiler.targetoptions
+    index_key = dispatcher._cache._index_key
+    insert: Callable[..., None] = dispatcher._insert
+
+    def compile_as(signature: Any) -> Any:
+        with global_compiler_lock:
+            nested = bool(_compiling)
+            existing = dispatcher.overloads.get(tuple(sigutils.normalize_signature(signature)[0]))
+            if existing is not None and not nested and isinstance(existing.library, _Part):
+                del dispatcher.overloads[tuple(existing.signature.args)]
+            codegen = dispatcher.targetctx.codegen()
+            library = codegen._library_class
+            codegen._library_class = _Part if nested else JITCodeLibrary
+            compiler.targetoptions = {**options, **_WITHOUT_WRAPPERS} if nested else options
+            # What Python calls is looked up among what has been inserted.
+            dispatcher._insert = _ignore if nested else insert
+            _compiling.append(dispatcher)
+            try:
+                return compile_(signature)
+            finally:
+                _compiling.pop()
+                codegen._library_class = library
+
+    def key(signature: Any, codegen: Any) -> Any:
+        return *index_key(signature, codegen), len(_compiling) > 1
+
+    dispatcher.compile, dispatcher._cache._index_key = compile_as, key
+
+
+def _ignore(*_: Any) -> None:
+    """Insert nothing."""
