@@ -706,6 +706,15 @@ def test_lag_between_command_and_force(order: int) -> None:
         np.testing.assert_allclose(response["actuation_force"][:, 0], expected, atol=1e-12)
 
 
+def test_force_where_friction_vanishes() -> None:
+    """The brake is pressed where its friction coefficient is 0, and released beyond 40 rad/s."""
+    table = wb.TabulatedFriction(speeds=[0.0, 1.0, 2.0], coefficients=[0.3, 0.0, 0.0])
+    brake = contact("disc", force=400.0, slope=-10.0, friction=table)
+    for speed, expected in ((30.0, 100.0), (50.0, 0.0)):
+        response = wb.simulate(single(brake, speed=speed), 0.5)
+        np.testing.assert_allclose(response["actuation_force"][:, 0], expected, rtol=1e-13)
+
+
 JUMPS = [(5, 5, 1, 1), (5, 5, 9, 9), (9, 9, 1, 1), (5, 5, 1, 3), (5, 5, 9, 7), (1, 1, 9, 5)]
 
 

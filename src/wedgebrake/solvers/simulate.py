@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from wedgebrake.model.validation import (
     check_number,
     check_whole,
     shown,
+    wrong,
 )
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.solution import Clock, Task, Trajectory
@@ -116,19 +118,21 @@ def simulate(
         For arguments that are wrong or do not fit the friction law.
     """
     if isinstance(system, Machine):
-        _refuse_periods(periods)
+        _refuse_for_machine(
+            periods=periods, samples_per_period=samples_per_period, rtol=rtol, step=step,
+            max_steps=max_steps,
+        )  # fmt: skip
         from wedgebrake.solvers.machine.simulate import simulate_machine
 
         return simulate_machine(
             system, duration, times=times, initial=initial, start_time=start_time, until=until,
             method=method, max_events=max_events,
         )  # fmt: skip
-    if until is not None:
-        raise InputError(
-            f"until = {until!r}: must be None for a BrakedDriveline. Simulate its machine,"
-            " system.machine."
-        )
     check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
+    if until is not None:
+        raise wrong(
+            "until", until, "left out for a BrakedDriveline", "Simulate system.machine instead."
+        )
     # The curve of a set-valued law is for the solver of machines.
     curved = method == "smooth" and isinstance(system.friction, SetValuedFriction)
     method = "smooth" if curved else choose_method(system, method)
@@ -156,13 +160,18 @@ def simulate(
     return assemble(system, trajectory, method, {**options, **limits})
 
 
-def _refuse_periods(periods: int | None) -> None:
-    """Raise ``InputError`` for a number of periods, which does not apply to a machine."""
-    if periods is not None:
-        raise InputError(
-            f"periods = {periods!r}: must be None for a machine, which may have no period. Give"
-            " duration, in seconds."
-        )
+def _refuse_for_machine(**given: Any) -> None:
+    """Raise ``InputError`` for an argument of drivelines, which does not apply to a machine."""
+    ways = {
+        "periods": "A machine may have no period: give duration, in seconds.",
+        "samples_per_period": "A machine may have no period: give times.",
+    }
+    for name, value in given.items():
+        if value != inspect.signature(simulate).parameters[name].default:
+            raise wrong(
+                name, value, "left out for a machine",
+                ways.get(name, "Its solver has neither a tolerance nor a fixed step."),
+            )  # fmt: skip
 
 
 def choose_method(system: BrakedDriveline, method: str | None) -> str:

@@ -235,6 +235,8 @@ def _derivatives(g, terms, tau):
 def _first_step(slope, curve, third, h):
     """Step within which a polynomial that begins at zero is positive; negative: it is not.
 
+    At least 1e-9 h: zeros nearer to the first one count as one with it.
+
     g = tau (slope + curve tau + ...), and slope + curve d - third d^2 > 0 excludes a zero of the
     bracket.
     """

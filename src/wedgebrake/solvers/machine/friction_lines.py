@@ -60,6 +60,7 @@ class Line(NamedTuple):
     offset: float
     slope: float
     bends: bool = True
+    released: bool = False
     factors: tuple[float, ...] = ()
 
 
@@ -93,7 +94,7 @@ def lines_of(contact: Sliding, curved: bool) -> Lines:
     rows = np.zeros(len(forward) + len(backward), LINE)
     for place, line in enumerate((*forward, *backward)):
         degree, missing = max(len(line.factors) - 1, 0), MOST_DEGREE + 1 - len(line.factors)
-        rows[place] = (degree, *line[:3], line.bends, line.factors + (0.0,) * missing)
+        rows[place] = (degree, *line[:3], line.bends, line.released, line.factors + (0.0,) * missing)
     rows.flags.writeable = False
     return Lines(bends, len(forward), len(backward), rows)
 
@@ -138,7 +139,12 @@ def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
             contact.brake.law, contact.brake.shape(), contact.brake.radius, speeds, nodes[:, 1],
             law, given.release_speed, side, lines,
         )  # fmt: skip
-        found.append([Line(one["start"], one["offset"], one["slope"]) for one in lines[:count]])
+        found.append(
+            [
+                Line(start, offset, slope, released=start >= given.release_speed)
+                for start, offset, slope in lines[["start", "offset", "slope"]][:count].tolist()
+            ]
+        )
     return found[0], found[1]
 
 

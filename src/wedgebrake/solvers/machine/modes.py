@@ -111,13 +111,6 @@ def is_straight(contact):
     return contact.lines_forward > 0 and contact.curve < 0
 
 
-@embedded
-def _is_released(problem, contact, mode):
-    """Return True on the line without torque that follows the release speed."""
-    line = problem.lines[contact.first_line + mode.line]
-    return line.start > 0.0 and line.offset == 0.0 and line.slope == 0.0
-
-
 @borrowing
 def _force_row(problem, number, mode, row):
     """Set the row of the actuation force of a contact."""
@@ -125,7 +118,11 @@ def _force_row(problem, number, mode, row):
     if mode.limit != 0:
         row[:] = 0.0
         row[-1] = contact.lowest if mode.limit < 0 else contact.highest
-    elif mode.side != 0 and is_straight(contact) and _is_released(problem, contact, mode):
+    elif (
+        mode.side != 0
+        and is_straight(contact)
+        and problem.lines[contact.first_line + mode.line].released
+    ):
         row[:] = 0.0
     else:
         unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
@@ -324,7 +321,7 @@ def _longest_cell(rates, states, frequency, matrix):
     """Longest cell, from the growth of Taylor coefficients and the fastest signal.
 
     The coefficients of the states grow at most like the powers of the matrix of sizes, whose growth
-    is its largest eigenvalue. The 64th root of its 64th power bounds it.
+    is its largest eigenvalue. The 64th root of the largest sum of a row of its 64th power bounds it.
 
     matrix : (2, states, states) workspace
     """
@@ -335,8 +332,10 @@ def _longest_cell(rates, states, frequency, matrix):
     for doubling in range(_DOUBLINGS + 1):
         largest = 0.0
         for i in range(states):
+            total = 0.0
             for j in range(states):
-                largest = max(largest, here[i, j])
+                total += here[i, j]
+            largest = max(largest, total)
         if largest == 0.0:
             break
         exponent = 2.0 * exponent if doubling > 0 else 0.0

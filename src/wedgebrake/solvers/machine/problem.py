@@ -40,10 +40,10 @@ MOST_DEGREE = 12
 # A line of the torque of a contact over its sliding speed, from |v| = start on, with
 # s = offset + slope |v|. A straight line: s is the torque. A curved one: the torque is the force
 # times a polynomial of s, of this degree and with these factors. bends: whether the torque bends at
-# the start of the line.
+# the start of the line; released: whether the line follows the release of the actuator.
 LINE = record(
     "start offset slope", whole="degree",
-    fields=[("bends", np.bool_), ("factors", np.float64, (MOST_DEGREE + 1,))],
+    fields=[("bends", np.bool_), ("released", np.bool_), ("factors", np.float64, (MOST_DEGREE + 1,))],
 )  # fmt: skip
 
 # Series of a contact with curved lines that slides, with the torque T = -P(s) F on its first
