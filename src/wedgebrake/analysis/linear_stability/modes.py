@@ -27,6 +27,8 @@ ComplexArray = NDArray[np.complex128]
 _ROUNDING = 2.0**-50
 # Smaller multipliers belong to delayed samples without further effect.
 _GONE = 1e-12
+# Share of the shape of a free rotation by which it may deviate from one, as shafts deform.
+_RIGID = 1e-3
 # Share of a contact's torque times its speed below which its power is rounding error.
 _NO_POWER = 1e-12
 
@@ -42,8 +44,9 @@ class Mode(Result):
     shape         : (n,) complex amplitudes of the inertias, in their order; the largest is 1. All
                     are 0 if only actuators move
     fed_by        : name of the contact that feeds the most power into it; None if none does
-    rigid         : a rotation that nothing holds or restrains; its eigenvalue is 0, and it does not
-                    count as an instability
+    rigid         : a free rotation, which no shaft restrains, at the same speed for all times or,
+                    where a contact or a damper acts on it, at a speed that drifts without
+                    oscillation; it is no vibration and does not count as an instability
     multiplier    : factor of the mode from sample to sample, with controllers; else None
     """
 
@@ -66,10 +69,14 @@ class Mode(Result):
 
     def _headline(self) -> str:
         if self.rigid:
-            return "Rigid: free rotation"
+            rate = self.growth_rate
+            drift = f", whose speed drifts at {rate:+.4g} 1/s" if rate != 0.0 else ""
+            return f"Rigid: free rotation{drift}"
         what = f"{self.frequency:.6g} Hz" if self.frequency > 0.0 else "No oscillation"
         fed = f", fed by {self.fed_by}" if self.fed_by is not None else ""
-        rates = f"growth rate {self.growth_rate:.4g} 1/s, damping ratio {self.damping_ratio:.4g}"
+        rates = f"growth rate {self.growth_rate:.4g} 1/s"
+        if self.frequency > 0.0:
+            rates += f", damping ratio {self.damping_ratio:.4g}"
         return f"{what}, {rates}{fed}"
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
@@ -205,8 +212,18 @@ def _mode(
         damping_ratio=-rate.real / size if size > 0.0 else 0.0,
         shape=shape,
         fed_by=fed_by,
+        rigid=rate.imag == 0.0 and _is_free(shape, system.free),
         multiplier=multiplier,
     )
+
+
+def _is_free(shape: ComplexArray, free: FloatArray) -> bool:
+    """Return True if all inertias move as in a free rotation.
+
+    free : (n, r) orthonormal free rotations
+    """
+    rest = np.linalg.norm(shape - free @ (free.T @ shape))
+    return bool(rest <= _RIGID * np.linalg.norm(shape)) and bool(np.any(shape))
 
 
 def _rigid(shape: NDArray[Any], multiplier: complex | None) -> Mode:
