@@ -30,8 +30,8 @@ __all__ = [
 ]  # fmt: skip
 
 
-class _Everlasting(Signal):
-    """A kind that the solver knows, at all times."""
+class _Primitive(Signal):
+    """A signal that the solvers know, at all times."""
 
     def primitive(self) -> Signal:
         """The signal itself."""
@@ -43,7 +43,7 @@ class _Everlasting(Signal):
         return (-math.inf, math.inf)
 
 
-class Constant(_Everlasting):
+class Constant(_Primitive):
     """A signal that does not change."""
 
     kind: ClassVar[str] = "constant"
@@ -84,7 +84,7 @@ class Constant(_Everlasting):
         return self.value * time
 
 
-class Harmonic(_Everlasting):
+class Harmonic(_Primitive):
     """The sine amplitude sin(2 pi frequency t + phase)."""
 
     kind: ClassVar[str] = "harmonic"
