@@ -51,6 +51,17 @@ class MultipleShooting(ABC):
         values = (ends - np.roll(points, -1, axis=0)).ravel()
         return values, blocks.reshape(self.size, self.size)
 
+    def iterated(
+        self, point: FloatArray, problem: Any, returns: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Points of successive returns, (returns + 1, dimension), and the last one's derivative."""
+        points, matrix = [point], np.eye(point.size)
+        for _ in range(returns):
+            ends, (derivative,) = self._advanced(points[-1][None], problem)
+            points.append(ends[0])
+            matrix = derivative @ matrix
+        return np.array(points), matrix
+
     def margins(self, unknowns: FloatArray, problem: Any) -> Records:  # noqa: ARG002
         """Return no margins, because the equations do not assume any segments."""
         return np.empty(0, dtype=MARGINS)

@@ -97,16 +97,6 @@ class StroboscopicMap(MultipleShooting):
         return np.asarray(section.scaled(apart) / np.max(np.abs(section.scaled(states))))
 
 
-def iterate(state: FloatArray, problem: Any, periods: int) -> tuple[FloatArray, FloatArray]:
-    """States of a smooth flow at the section, (periods + 1, n), and the last one's derivative."""
-    states, matrix = [state], np.eye(state.size)
-    for _ in range(periods):
-        end, derivative = _period(states[-1], problem)
-        states.append(end)
-        matrix = derivative @ matrix
-    return np.array(states), matrix
-
-
 def _period(
     state: FloatArray, problem: Any, *, derivative: bool = True
 ) -> tuple[FloatArray, FloatArray]:
