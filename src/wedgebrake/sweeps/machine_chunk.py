@@ -34,6 +34,7 @@ class MachineChunk:
 
     def __init__(self, plan: Plan, where: Mapping[str, slice]) -> None:
         self._plan, self._points = plan, ChunkPoints(plan, where)
+        self._states = self._points.initial_states()
         self._results = {
             one.name: np.full((self._points.count, *plan.shape(one)), one.fill, one.dtype)
             for one in plan.variables
@@ -68,7 +69,7 @@ class MachineChunk:
         """Return the machine of a point with its initial state."""
         if isinstance(changed, Machine):
             return changed
-        return changed.machine_at(*self._points.initial(number))
+        return changed.machine_at(*self._states[number].tolist())
 
     def _store(self, number: int, result: MachineResult) -> None:
         """Store the result of a run."""
