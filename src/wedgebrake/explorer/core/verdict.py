@@ -358,7 +358,7 @@ def _motion_sentence(state: PageState, snapshot: Snapshot) -> str:
     if sentence.endswith("."):
         return sentence
     if motion.kind == "limit cycle":
-        sentence += f", {_frequency(motion)}"
+        sentence = sentence.replace(",", f" {_frequency(motion)},", 1)
     return f"{sentence.format(order=counted(motion.order))}{_sticks_clause(motion)}."
 
 
