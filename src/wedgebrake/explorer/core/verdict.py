@@ -14,7 +14,7 @@ from wedgebrake.analysis.motion import Motion
 from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.explorer.core.formatting import counted, duration, plain, signed
-from wedgebrake.explorer.core.snapshot import Snapshot
+from wedgebrake.explorer.core.snapshot import LIMITS, Snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.caption import capitalized
 from wedgebrake.figures.matplotlib.style import percent
@@ -41,7 +41,6 @@ _STUCK = (
 _UNKNOWN = ("–", "not known", "There is no settled motion to evaluate.", "neutral")
 # A mean torque below this share of the peak is zero.
 _ROUNDING = 1e-9
-_LIMITS = ("event_limit", "step_limit")
 
 
 def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
@@ -233,7 +232,7 @@ def _stuck(state: PageState, motion: Motion) -> bool:
 
 def _evidence(snapshot: Snapshot) -> str:
     motion, rate = snapshot.motion, snapshot.motion.largest_exponent
-    if snapshot.status in _LIMITS:
+    if snapshot.status in LIMITS:
         return "the run met a limit of work"
     if detail := MotionClass.named(motion.kind).about.detail:
         return detail
@@ -353,7 +352,7 @@ def _motion_sentence(state: PageState, snapshot: Snapshot) -> str:
         return f"{alone[2]}{_sticks_clause(motion)}."
     sentence = MotionClass.named(motion.kind).about.headline
     over = motion.kind in ("at rest", "diverged", "self-locked")
-    if snapshot.status in _LIMITS and not over:
+    if snapshot.status in LIMITS and not over:
         return "The run met a limit of work and was stopped; run fewer periods of the torque."
     if sentence.endswith("."):
         return sentence
