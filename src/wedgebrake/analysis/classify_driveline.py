@@ -146,11 +146,11 @@ class _Run:
         return result, record
 
     def _settle(self) -> Verdict:
-        """Run windows, each as long as all before it, until the motion has settled."""
-        done, limit, verdict = 0, self.protocol.limit, classify.UNKNOWN
-        while self.status is Status.COMPLETED and done < limit:
-            begin, done = done, classify.next_window(done, limit, classify.FIRST_WINDOW)
-            self.observe(done - begin)
+        """Run windows until the motion has settled."""
+        verdict = classify.UNKNOWN
+        for begin, done in self.protocol.windows(classify.FIRST_WINDOW):
+            if self.status is Status.COMPLETED:
+                self.observe(done - begin)
             if self.status is not Status.COMPLETED:
                 break
             verdict, final = self._verdict(begin)

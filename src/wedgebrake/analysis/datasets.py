@@ -12,6 +12,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+def labelled(dims: Any, values: Any, unit: str, meaning: str) -> tuple[Any, Any, dict[str, str]]:
+    """A variable or coordinate of a dataset, with its unit and meaning."""
+    return dims, values, {"units": unit, "long_name": meaning}
+
+
 def dataset_over(
     dimension: str, spec: Mapping[str, tuple[str, str]], values: Mapping[str, Any]
 ) -> xr.Dataset:
@@ -19,10 +24,7 @@ def dataset_over(
     import xarray as xr
 
     return xr.Dataset(
-        {
-            name: (dimension, values[name], {"units": unit, "long_name": meaning})
-            for name, (unit, meaning) in spec.items()
-        }
+        {name: labelled(dimension, values[name], *words) for name, words in spec.items()}
     )
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wedgebrake.analysis.datasets import labelled
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.solvers.machine.final_state import FinalState
@@ -47,16 +48,13 @@ def machine_energy(machine: Machine, response: xr.Dataset) -> xr.Dataset:
     gained = works["torque_work"].sum() + works["base_work"].sum()
     lost = works["friction_heat"].sum() + works["viscous_loss"].sum()
     table = {
-        **{name: (dim, works[name], meaning) for name, (dim, meaning) in _PARTS.items()},
-        "stored_change": ((), change, "gain of kinetic and elastic energy"),
-        "residual": ((), gained - lost - change, "error of the balance"),
+        **{name: labelled(dim, works[name], "J", text) for name, (dim, text) in _PARTS.items()},
+        "stored_change": labelled((), change, "J", "gain of kinetic and elastic energy"),
+        "residual": labelled((), gained - lost - change, "J", "error of the balance"),
     }
     named = {"contact": machine.contacts, "shaft": machine.shafts, "torque": machine.torques}
     found = xr.Dataset(
-        {
-            name: (dims, values, {"units": "J", "long_name": meaning})
-            for name, (dims, values, meaning) in table.items()
-        },
+        table,
         coords={name: np.array([one.name for one in parts], str) for name, parts in named.items()},
     )
     found.attrs = {"start": task.start, "stop": answer.final.time}

@@ -210,8 +210,7 @@ def motion(
     if isinstance(system, Machine) or is_solved_as_machine(system, method):
         machine, state = as_machine(system, initial)
         returns = returns_of(machine, periods, crossings)
-        name = "crossings" if machine.autonomous else "periods"
-        wanted = protocol(returns, transient, limit, name=name, **limits)
+        wanted = protocol(returns, transient, limit, name=returns_name(machine), **limits)
         chosen = machine_method(method, machine)
         from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
 
@@ -242,10 +241,13 @@ def is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
     return method == "smooth" or not system.plain or system.excitation.amplitude == 0.0
 
 
-def returns_name(system: BrakedDriveline, method: str | None) -> str:
-    """Name of the argument that counts the returns of a driveline: "periods" or "crossings"."""
-    crosses = is_solved_as_machine(system, method) and system.machine.autonomous
-    return "crossings" if crosses else "periods"
+def returns_name(system: BrakedDriveline | Machine, method: str | None = None) -> str:
+    """Name of the argument that counts the returns of a motion: "periods" or "crossings"."""
+    if not isinstance(system, Machine):
+        if not is_solved_as_machine(system, method):
+            return "periods"
+        system = system.machine
+    return "crossings" if system.autonomous else "periods"
 
 
 def as_machine(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.datasets import attributes, is_of_machine
+from wedgebrake.analysis.datasets import attributes, is_of_machine, labelled
 from wedgebrake.analysis.machine_series import driveline_of, run_of_response
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -131,16 +131,18 @@ def order_map(
     ascending = np.argsort(speed, kind="stable")
     import xarray as xr
 
-    attrs = {"units": sampled.attrs["units"], "long_name": f"amplitude of {variable} of {name}"}
+    unit, middle = sampled.attrs["units"], (0.5 * (times[first] + times[last]))[ascending]
     found = xr.Dataset(
-        {"amplitude": (("speed", "order"), amplitude[ascending][:, kept], attrs)},
+        {
+            "amplitude": labelled(
+                ("speed", "order"), amplitude[ascending][:, kept], unit,
+                f"amplitude of {variable} of {name}",
+            )
+        },
         coords={
-            "speed": ("speed", speed[ascending],
-                      {"units": "rad/s", "long_name": "mean speed of the reference"}),
-            "order": ("order", orders[kept],
-                      {"units": "1", "long_name": "cycles in a turn of the reference"}),
-            "time": ("speed", (0.5 * (times[first] + times[last]))[ascending],
-                     {"units": "s", "long_name": "middle of the window"}),
+            "speed": labelled("speed", speed[ascending], "rad/s", "mean speed of the reference"),
+            "order": labelled("order", orders[kept], "1", "cycles in a turn of the reference"),
+            "time": labelled("speed", middle, "s", "middle of the window"),
         },
     )  # fmt: skip
     found.attrs = {

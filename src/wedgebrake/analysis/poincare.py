@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
+from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.motion import as_machine, returns_of
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.errors import InputError, nearest
@@ -149,7 +150,7 @@ def poincare(
             span = {"periods": int(last)}
     response = simulate(system, **span, initial=initial, method=method, times=times, **options)
     reached = numbers[: response.sizes["time"]]
-    number = ("time", reached, {"units": "1", "long_name": "number of periods"})
+    number = labelled("time", reached, "1", "number of periods")
     points = response[["angle", "velocity"]].assign_coords(period=number).swap_dims(time="period")
     return points.assign_attrs(
         section_time=float(section_time),
@@ -252,19 +253,16 @@ def _dataset(machine: Machine, found: Crossings, wanted: int, method: str) -> xr
     from wedgebrake.solvers.status import Status
 
     n, over = len(machine.inertias), ("crossing", "inertia")
-    count = {"units": "1", "long_name": "number of crossings"}
     message = f"The motion crossed the section {found.times.size} of {wanted} times"
     slips = math.isnan(found.level)
     return xr.Dataset(
         {
-            "angle": (over, found.states[:, :n], {"units": "rad", "long_name": "angle"}),
-            "velocity": (
-                over, found.states[:, n : 2 * n], {"units": "rad/s", "long_name": "speed"},
-            ),
+            "angle": labelled(over, found.states[:, :n], "rad", "angle"),
+            "velocity": labelled(over, found.states[:, n : 2 * n], "rad/s", "speed"),
         },
         coords={
-            "crossing": ("crossing", found.numbers, count),
-            "time": ("crossing", found.times, {"units": "s", "long_name": "time"}),
+            "crossing": labelled("crossing", found.numbers, "1", "number of crossings"),
+            "time": labelled("crossing", found.times, "s", "time"),
             "inertia": [one.name for one in machine.inertias],
         },
         attrs={

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.datasets import attributes
+from wedgebrake.analysis.datasets import attributes, labelled
 from wedgebrake.analysis.machine_series import (
     MachineSeries,
     largest,
@@ -279,7 +279,7 @@ def _dataset(machine: Machine, values: dict[str, Any], judder: _Judder) -> xr.Da
 
     found = xr.Dataset(
         {
-            name: (dims, np.asarray(values[name]), {"units": unit, "long_name": meaning})
+            name: labelled(dims, np.asarray(values[name]), unit, meaning)
             for name, (dims, unit, meaning) in _SPEC.items()
         },
         coords={
@@ -288,11 +288,13 @@ def _dataset(machine: Machine, values: dict[str, Any], judder: _Judder) -> xr.Da
             "phase": list(PHASES),
         },
     )
-    speed = {"units": "rad/s", "long_name": "mean speed in the window"}
-    time = {"units": "s", "long_name": "middle of the window"}
-    sliding = {"units": "rad/s", "long_name": "mean magnitude of the sliding speed in the window"}
     return found.assign_coords(
-        mean_sliding=(("window", "contact"), judder.mean_sliding, sliding),
-        mean_speed=(("window", "inertia"), judder.mean_speed, speed),
-        window_time=("window", judder.time, time),
-    )
+        mean_sliding=labelled(
+            ("window", "contact"), judder.mean_sliding, "rad/s",
+            "mean magnitude of the sliding speed in the window",
+        ),
+        mean_speed=labelled(
+            ("window", "inertia"), judder.mean_speed, "rad/s", "mean speed in the window"
+        ),
+        window_time=labelled("window", judder.time, "s", "middle of the window"),
+    )  # fmt: skip

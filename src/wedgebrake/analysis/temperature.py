@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.datasets import attributes
+from wedgebrake.analysis.datasets import attributes, labelled
 from wedgebrake.analysis.machine_series import (
     NODES,
     WEIGHTS,
@@ -189,19 +189,16 @@ def _dataset(
 ) -> xr.Dataset:
     import xarray as xr
 
-    table = {
-        "power": ("time", flow.power(times), "W", "heat flow into the disc"),
-        "heat": ("time", flow.heat(times), "J", "heat that has flowed into the disc"),
-        "temperature": ("time", rise(times), "K", "temperature rise at the surface of the disc"),
-        "peak_temperature": ((), rise(np.array([peak_time]))[0], "K", "highest temperature rise"),
-        "peak_time": ((), peak_time, "s", "time of the highest temperature"),
-    }
+    highest, text = rise(np.array([peak_time]))[0], "temperature rise at the surface of the disc"
     found = xr.Dataset(
         {
-            name: (dims, values, {"units": unit, "long_name": meaning})
-            for name, (dims, values, unit, meaning) in table.items()
+            "power": labelled("time", flow.power(times), "W", "heat flow into the disc"),
+            "heat": labelled("time", flow.heat(times), "J", "heat that has flowed into the disc"),
+            "temperature": labelled("time", rise(times), "K", text),
+            "peak_temperature": labelled((), highest, "K", "highest temperature rise"),
+            "peak_time": labelled((), peak_time, "s", "time of the highest temperature"),
         },
-        coords={"time": ("time", times, {"units": "s", "long_name": "time"})},
+        coords={"time": labelled("time", times, "s", "time")},
     )
     found.attrs = {"kind": "temperature", **attrs}
     return found

@@ -18,13 +18,12 @@ from wedgebrake.cli.output import finish
 from wedgebrake.cli.overrides import in_options
 from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import Study
 from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.codim2 import boundary
 from wedgebrake.orbits.continuation import check_step
 from wedgebrake.orbits.diagram import Followed, assemble, follow
-from wedgebrake.orbits.orbit import BranchPoint, Orbit, OrbitStatus
+from wedgebrake.orbits.orbit import BranchPoint, Orbit, OrbitStatus, has_cycles
 from wedgebrake.orbits.problem import Range, make_ranges, value_of, with_values
 from wedgebrake.orbits.shooting import check, orbit_to_follow
 from wedgebrake.solvers.machine.simulate import machine_method
@@ -143,7 +142,7 @@ def _checked(asked: Order, second: Range | None) -> int:
     system, beneath = asked.study.system, asked.beneath
     method = check(system, asked.order, *_solver(asked.study))
     check_step(asked.settings["step"], asked.settings["points"])
-    crosses = isinstance(system, Machine) and system.autonomous
+    crosses = has_cycles(system)
     if asked.hopf and not crosses:
         raise InputError(
             "--hopf: needs a machine in which no signal varies in time, so that steady sliding"

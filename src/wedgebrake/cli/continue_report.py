@@ -13,7 +13,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario, stability_intervals
 from wedgebrake.orbits.diagram import Followed
-from wedgebrake.orbits.orbit import BranchPoint, Orbit, orbit_name
+from wedgebrake.orbits.orbit import BranchPoint, Orbit, has_cycles, orbit_name
 from wedgebrake.orbits.problem import Range
 
 if TYPE_CHECKING:
@@ -149,20 +149,15 @@ def _bifurcation(number: int, branch: int, point: BranchPoint) -> dict[str, Any]
 
 def _motion(point: BranchPoint) -> str:
     """A periodic motion in words: "synchronous", "2T-periodic", "limit cycle"."""
-    if _cycles(point.system):
+    if has_cycles(point.system):
         return orbit_name(point.system, point.order)
     class_ = MotionClass.SYNCHRONOUS if point.order == 1 else MotionClass.PERIODIC
     return motion_word(class_, point.order)
 
 
-def _cycles(system: BrakedDriveline | Machine) -> bool:
-    """Return True if the periodic motions are limit cycles, as no signal varies."""
-    return isinstance(system, Machine) and system.autonomous
-
-
 def _named(point: BranchPoint) -> str:
     """The name of a motion in a sentence: "synchronous motion", "limit cycle"."""
-    return f"{_motion(point)}{'' if _cycles(point.system) else ' motion'}"
+    return f"{_motion(point)}{'' if has_cycles(point.system) else ' motion'}"
 
 
 def stable_stretches(one: Followed) -> list[tuple[int, int]]:
@@ -241,7 +236,7 @@ def continue_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> 
     where = "" if "case" in report["start"] else f", at {name} = {first:.6g}"
     verdict = f"Beginning{where}: {report['start']['verdict']}"
     lines = [report["answer"], "", describe(system, [name]), followed, verdict, ""]
-    cycles = _cycles(system)
+    cycles = has_cycles(system)
     lines += [*_branches(report, cycles), "", *_bifurcations(report, cycles)]
     if report["boundaries"] is not None:
         lines += ["", *_boundaries(report)]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,16 +13,13 @@ from wedgebrake.analysis.linear_stability import MachineStability, ParameterLimi
 from wedgebrake.analysis.machine_energy import machine_energy
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.stopping import stopping
-from wedgebrake.cli.output import finish, versions, with_unit
+from wedgebrake.cli.output import describe, event_counts, events_line, header, with_unit
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import final_state
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from wedgebrake.model.study import Study
 
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
@@ -52,7 +47,7 @@ def machine_stability_text(
     machine: Machine, found: MachineStability, limits: Sequence[ParameterLimit]
 ) -> str:
     """The text of ``stability`` for a machine."""
-    lines = [describe_machine(machine), "", f"Linear stability: {found.verdict}"]
+    lines = [describe(machine), "", f"Linear stability: {found.verdict}"]
     case = found.critical
     if case is None:
         return "\n".join(lines)
@@ -101,49 +96,14 @@ def _complex(value: complex) -> str:
     return f"{size:.3g} at {phase:.3g}°"
 
 
-def run_machine(loaded: Study, out: Path | None, plot: Path | None, as_json: bool) -> None:
-    """Simulate a machine and report; exit with status 1 if a limit stopped the run."""
-    from wedgebrake.cli.interrupts import announce_compilation
-    from wedgebrake.solvers.interrupts import interruptible
-    from wedgebrake.solvers.simulate import simulate
-
-    machine: Any = loaded.system
-
-    def work() -> tuple[xr.Dataset, dict[str, Any]]:
-        with announce_compilation():
-            response = simulate(machine, **loaded.run.arguments())
-            return response, machine_report(machine, response)
-
-    def picture() -> Figure:
-        from wedgebrake.figures.matplotlib.machine import history
-
-        return history(response)
-
-    response, report = interruptible(work)
-    finish(
-        as_json,
-        report,
-        lambda: machine_text(machine, report),
-        data=(out, response),
-        picture=(plot, picture),
-    )
-    if report["status"] in ("event_limit", "step_limit"):
-        sys.exit(1)
-
-
 def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
     """The data of ``simulate --json`` for a machine."""
-    from wedgebrake.dynamics.enums import EventKind
-
     attrs, state = response.attrs, final_state(response)
     contacts = contact_summary(response)
-    kinds, counts = np.unique(response["event_kind"].to_numpy(), return_counts=True)
     names = response["contact"].to_numpy()
     balance = _balance(machine, response)
     return {
-        "wedgebrake": __version__,
-        "versions": versions(),
-        "system": machine.as_dict(),
+        **header(machine),
         "method": attrs["method"],
         "status": attrs["status"],
         "message": attrs["message"],
@@ -154,10 +114,7 @@ def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
             str(name): {str(key): contacts[key].to_numpy()[i] for key in contacts.data_vars}
             for i, name in enumerate(names)
         },
-        "events": {
-            EventKind(one).name.lower(): int(count)
-            for one, count in zip(kinds, counts, strict=True)
-        },
+        "events": event_counts(response),
         "sticks": {
             "contact": names[response["stick_contact"].to_numpy()],
             **{
@@ -217,20 +174,14 @@ def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
     return found | {name: float(energy[name]) for name in ("stored_change", "residual")}
 
 
-def describe_machine(machine: Machine) -> str:
-    """A machine in one line: the number of its parts."""
-    return machine._headline()
-
-
 def machine_text(machine: Machine, report: dict[str, Any]) -> str:
     """The text of ``simulate`` for a machine."""
     final = report["final"]
     span = f"{report['start_time']:.6g} to {final['time']:.6g} s"
     response = f"Response ({report['method']}), {span}: {report['message']}"
-    lines = [describe_machine(machine), "", response]
+    lines = [describe(machine), "", response]
     lines += [f"  {sentence}" for sentence in report["summary"]]
-    events = ", ".join(f"{count} {name}" for name, count in report["events"].items())
-    lines.append(f"  events: {events or 'none'}")
+    lines.append(events_line(report))
     if report["energy"]:
         lines += _energy_text(report["energy"])
     if report["stopping"]:

@@ -10,17 +10,21 @@ from collections.abc import Callable, Collection, Mapping
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import typer
 
 from wedgebrake._version import __version__
+from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError, WedgebrakeError
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.netcdf import write_netcdf
 from wedgebrake.model.system import BrakedDriveline
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _LIBRARIES = ("numpy", "scipy", "numba", "xarray", "pydantic")
 _Error = TypeVar("_Error", bound=WedgebrakeError)
@@ -81,6 +85,19 @@ def describe(system: BrakedDriveline | Machine, swept: Collection[str] = ()) -> 
     friction = type(system.friction).__name__.removesuffix("Friction")
     brake = type(system.brake).__name__.removesuffix("Brake")
     return f"{brake} brake, {friction} friction" + (": " + ", ".join(groups) if groups else "")
+
+
+def event_counts(response: xr.Dataset) -> dict[str, int]:
+    """Number of events of each kind in a response."""
+    kinds, counts = np.unique(response["event_kind"].to_numpy(), return_counts=True)
+    each = zip(kinds, counts, strict=True)
+    return {EventKind(kind).name.lower(): int(count) for kind, count in each}
+
+
+def events_line(report: dict[str, Any]) -> str:
+    """The entry "events" of a report as a line of text."""
+    events = ", ".join(f"{count} {name}" for name, count in report["events"].items())
+    return f"  events: {events or 'none'}"
 
 
 def with_unit(unit: str) -> str:

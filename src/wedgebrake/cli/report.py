@@ -15,7 +15,14 @@ from wedgebrake._version import __version__
 from wedgebrake.analysis.linear_stability import DirectionStability, Stability, stability
 from wedgebrake.analysis.sticking import AT_REST, span, steady_start, sticks
 from wedgebrake.analysis.torque import brake_torque
-from wedgebrake.cli.output import check_files, describe, finish, header
+from wedgebrake.cli.output import (
+    check_files,
+    describe,
+    event_counts,
+    events_line,
+    finish,
+    header,
+)
 from wedgebrake.cli.overrides import load_any
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
@@ -99,19 +106,24 @@ def run(
 
     check_files(out, plot)
     loaded = load_any(study, changes, method)
+    system: Any = loaded.system
+    report_of: Any = response_report
+    text_of: Any = response_text
     if loaded.of_machine:
-        from wedgebrake.cli.machine_report import run_machine
+        from wedgebrake.cli import machine_report
 
-        run_machine(loaded, out, plot, as_json)
-        return
-    system = loaded.system
+        report_of, text_of = machine_report.machine_report, machine_report.machine_text
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
         with announce_compilation():
             response = simulate(system, **loaded.run.arguments())
-            return response, response_report(system, response)
+            return response, report_of(system, response)
 
     def picture() -> Figure:
+        if loaded.of_machine:
+            from wedgebrake.figures.matplotlib.machine import history
+
+            return history(response)
         from wedgebrake.figures.matplotlib.motion import overview
 
         return overview(system, response, report["summary"])
@@ -120,7 +132,7 @@ def run(
     finish(
         as_json,
         report,
-        lambda: response_text(system, report),
+        lambda: text_of(system, report),
         data=(out, response),
         picture=(plot, picture),
     )
@@ -130,11 +142,8 @@ def run(
 
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
     """The data of ``simulate --json``."""
-    from wedgebrake.dynamics.enums import EventKind
-
     attrs, steady_from = response.attrs, steady_start(response)
     steady = sticks(response, steady_from)
-    kinds, counts = np.unique(response["event_kind"].values, return_counts=True)
     try:
         torque = asdict(brake_torque(response, steady_from))
     except InputError:  # too few samples
@@ -162,10 +171,7 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
         "stick_slip_class": kind,
         "stick_share": steady.attrs["share"],
         "brake_torque": torque,
-        "events": {
-            EventKind(one).name.lower(): int(count)
-            for one, count in zip(kinds, counts, strict=True)
-        },
+        "events": event_counts(response),
         "sticks": {
             name: response[f"stick_{name}"].values for name in ("start", "end", "entry", "exit")
         },
@@ -260,8 +266,7 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
             for name in ("mean", "mean_size", "peak")
         )
         lines.append(f"  brake torque: {', '.join(sizes)}")
-    events = ", ".join(f"{count} {name}" for name, count in report["events"].items())
-    lines.append(f"  events: {events or 'none'}")
+    lines.append(events_line(report))
     lines.append(
         f"  state at t = {final['time']:.6g} s: angle {final['angle']:.9g} rad,"
         f" velocity {final['velocity']:.9g} rad/s"

@@ -7,11 +7,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from wedgebrake.analysis.motion import returns_name
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.main import say
 from wedgebrake.cli.output import finish, of_option
 from wedgebrake.cli.progress import Watch
-from wedgebrake.cli.sweep_report import is_self_excited, sweep_report
+from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.study import Study
@@ -131,7 +132,7 @@ def _check(
 
 def _check_returns(study: Study) -> None:
     """Refuse periods of a motion that has crossings, and the reverse."""
-    crosses = is_self_excited(study)
+    crosses = returns_name(study.system, study.run.method) == "crossings"
     given, wanted = ("periods", "crossings") if crosses else ("crossings", "periods")
     if getattr(study.sweep, given) is not None:
         why = "no signal varies in time, so that there is no period"

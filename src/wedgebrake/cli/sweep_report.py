@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import sliding_damping
-from wedgebrake.analysis.motion import is_solved_as_machine
+from wedgebrake.analysis.motion import returns_name
 from wedgebrake.cli.output import header
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.results import CONTACT, PointStatus
@@ -63,7 +62,7 @@ def sweep_report(
             for name, dim in axes.items()
         },
         "points": int(places.size),
-        "returns": "crossings" if is_self_excited(study) else "periods",
+        "returns": returns_name(study.system, study.run.method),
         **{what: _counts(words, places, what) for what in ("status", "motion", "stick_slip")},
         "contacts": _of_contacts(dataset) if several else None,
         "motion_period": _motion_period(dataset),
@@ -74,14 +73,6 @@ def sweep_report(
         "files": {"picture": None, "data": None, "store": None},
         "warnings": warnings,
     }
-
-
-def is_self_excited(study: Study) -> bool:
-    """Return True if the motions of a sweep are counted by crossings, as they have no period."""
-    system: BrakedDriveline | Machine = study.system
-    if isinstance(system, Machine):
-        return system.autonomous
-    return is_solved_as_machine(system, study.run.method) and system.machine.autonomous
 
 
 def _words(dataset: xr.Dataset) -> tuple[list[dict[str, str]], NDArray[np.intp]]:

@@ -8,6 +8,7 @@ ui/         the page in the browser
   session         one page: edits change the current state; motion and plots follow
   parameter_plots plots over parameters, computed and drawn
   machine_page    the page of a machine with several inertias
+  event_loop      calls on the event loop of a page, from any thread
   widgets/        the widgets of the page, one part per file
 
 core/       state and computations, independent of the browser

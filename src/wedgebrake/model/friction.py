@@ -169,6 +169,16 @@ class _TwoCoefficients(Friction):
         """The kinetic coefficient mu_k [1]."""
         return self.kinetic
 
+    @property
+    def breakaway(self) -> float:
+        """The static coefficient mu_s [1]."""
+        return self.static
+
+    @property
+    def constant(self) -> bool:
+        """True without a static peak; a steep part about rest does not count."""
+        return self.static == self.kinetic
+
 
 class CoulombFriction(_TwoCoefficients, SetValuedFriction):
     """Coulomb friction, set-valued at rest (eq. 4)."""
@@ -183,11 +193,6 @@ class CoulombFriction(_TwoCoefficients, SetValuedFriction):
     def nodes(self) -> tuple[tuple[float, float], ...]:
         """One value at all speeds."""
         return ((0.0, self.kinetic),)
-
-    @property
-    def breakaway(self) -> float:
-        """The static coefficient mu_s [1]."""
-        return self.static
 
 
 class TabulatedFriction(SetValuedFriction):
@@ -279,11 +284,6 @@ class SmoothedFriction(_TwoCoefficients, SmoothFriction):
         "steepness of tanh about zero speed", symbol="xi", unit="s/m", example=100.0,
         default=100.0, gt=0, le=1e9,
     )  # fmt: skip
-
-    @property
-    def constant(self) -> bool:
-        """Return True without a static peak; the steep part about rest does not count."""
-        return self.static == self.kinetic
 
     @property
     def transition(self) -> float:

@@ -30,16 +30,8 @@ __all__ = [
 ]  # fmt: skip
 
 
-class Constant(Signal):
-    """A signal that does not change."""
-
-    kind: ClassVar[str] = "constant"
-
-    value: float = parameter("value", symbol="u", example=300.0, ge=-LARGEST, le=LARGEST)
-
-    if TYPE_CHECKING:
-
-        def __init__(self, value: float) -> None: ...
+class _Primitive(Signal):
+    """A signal that the solvers know, at all times."""
 
     def primitive(self) -> Signal:
         """The signal itself."""
@@ -49,6 +41,18 @@ class Constant(Signal):
     def span(self) -> tuple[float, float]:
         """Always."""
         return (-math.inf, math.inf)
+
+
+class Constant(_Primitive):
+    """A signal that does not change."""
+
+    kind: ClassVar[str] = "constant"
+
+    value: float = parameter("value", symbol="u", example=300.0, ge=-LARGEST, le=LARGEST)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, value: float) -> None: ...
 
     @property
     def varies(self) -> bool:
@@ -80,7 +84,7 @@ class Constant(Signal):
         return self.value * time
 
 
-class Harmonic(Signal):
+class Harmonic(_Primitive):
     """The sine amplitude sin(2 pi frequency t + phase)."""
 
     kind: ClassVar[str] = "harmonic"
@@ -94,15 +98,6 @@ class Harmonic(Signal):
     if TYPE_CHECKING:
 
         def __init__(self, amplitude: float, frequency: float, phase: float = 0.0) -> None: ...
-
-    def primitive(self) -> Signal:
-        """The signal itself."""
-        return self
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """Always."""
-        return (-math.inf, math.inf)
 
     @property
     def varies(self) -> bool:

@@ -33,16 +33,6 @@ class StribeckFriction(_TwoCoefficients, SetValuedFriction):
         """The kinetic coefficient mu at the sliding speed v [m/s]."""
         return self.kinetic + (self.static - self.kinetic) * math.exp(-abs(speed) / self.speed)
 
-    @property
-    def constant(self) -> bool:
-        """True if there is no static peak."""
-        return self.static == self.kinetic
-
-    @property
-    def breakaway(self) -> float:
-        """The static coefficient mu_s [1]."""
-        return self.static
-
     def nodes(self) -> tuple[tuple[float, float], ...]:
         """Ends of the lines: (sliding speed [m/s], coefficient).
 

@@ -6,8 +6,9 @@ problem            a system whose parameters vary, in ranges; section, measures,
 segment_bvp        set-valued friction: a boundary-value problem of segments, with its kernels
                    ``segment_kernel`` (equations) and ``segment_orbit`` (log, extremes, monodromy
                    matrix, and distances from the beginning or end of a segment)
-stroboscopic_map   smooth friction: multiple shooting from period to period
-return_map         machines: multiple shooting from return to return of the exact flow, which
+multiple_shooting  equations for the points at successive returns
+stroboscopic_map   the same with smooth friction, from period to period
+return_map         the same for machines, from return to return of the exact flow, which
                    ``machine_flow`` states in coordinates of the section
 floquet            multipliers, and functions that vanish where they leave the unit circle
 curves             an orbit at given parameters; orbits and bifurcations as curves

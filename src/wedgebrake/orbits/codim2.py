@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wedgebrake.analysis.datasets import labelled
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
@@ -236,10 +237,8 @@ class _Boundary:
         return xr.Dataset(
             {
                 **multiplier_columns(points),
-                "angle": ("point", section[:, 0], {"units": "rad", "long_name": "angle at t = 0"}),
-                "velocity": (
-                    "point", section[:, n], {"units": "rad/s", "long_name": "velocity at t = 0"},
-                ),
+                "angle": labelled("point", section[:, 0], "rad", "angle at t = 0"),
+                "velocity": labelled("point", section[:, n], "rad/s", "velocity at t = 0"),
             },
             coords={one.dim: ("point", columns[one.name], one.attributes()) for one in ranges},
             attrs={

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
+from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -402,28 +403,23 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
         returns, where = ("point", "return", "inertia"), "at the section"
         n = len(system.inertias)
         angle, velocity = section[:, :, :n], section[:, :, n : 2 * n]
-    columns: dict[str, tuple[Any, Any, str, str]] = {
-        "angle": (returns, angle, "rad", f"angle {where}"),
-        "velocity": (returns, velocity, "rad/s", f"velocity {where}"),
-        "period": ("point", [point.period for point in points], "s", "period of the orbit"),
-        "order": ("point", orders, "1", "returns in the orbit: periods of the torque"),
-        "arclength": (
-            "point", [point.arclength for point in points],
-            "1", "length along the branch, in the scales of its unknowns",
-        ),
-        "largest_exponent": ("point", exponents, "1/s", "largest Lyapunov exponent"),
-    } | {
-        name: ("point", [getattr(point.measures, name) for point in points], unit, meaning)
-        for name, (unit, meaning) in _MEASURES.items()
-    }  # fmt: skip
     words = "segments in order: + forwards, - backwards, 0 rest, +1 the next piece of the law"
     stable = {"long_name": "whether small deviations, that keep a rest, die out"}
     return {
         "stable": ("point", np.array([point.stable for point in points]), stable),
         "sequence": ("point", sequences, {"long_name": words}),
         **multiplier_columns(points),
+        "angle": labelled(returns, angle, "rad", f"angle {where}"),
+        "velocity": labelled(returns, velocity, "rad/s", f"velocity {where}"),
+        "period": labelled("point", [one.period for one in points], "s", "period of the orbit"),
+        "order": labelled("point", orders, "1", "returns in the orbit: periods of the torque"),
+        "arclength": labelled(
+            "point", [one.arclength for one in points], "1",
+            "length along the branch, in the scales of its unknowns",
+        ),
+        "largest_exponent": labelled("point", exponents, "1/s", "largest Lyapunov exponent"),
         **{
-            name: (dims, values, {"units": unit, "long_name": meaning})
-            for name, (dims, values, unit, meaning) in columns.items()
+            name: labelled("point", [getattr(one.measures, name) for one in points], *about)
+            for name, about in _MEASURES.items()
         },
-    }
+    }  # fmt: skip

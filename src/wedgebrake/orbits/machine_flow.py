@@ -86,15 +86,6 @@ class MachineFlow:
         space = self.space
         return np.asarray(self.basis.T @ space.to @ passage.matrices[0] @ space.back @ self.basis)
 
-    def iterate(self, point: FloatArray, returns: int) -> tuple[FloatArray, FloatArray]:
-        """Points of the section, (returns + 1, size), and the derivative of the last one."""
-        points, matrix = [point], np.eye(point.size)
-        for _ in range(returns):
-            passage = self.next_return(points[-1])
-            points.append(self.points(passage.states[0]))
-            matrix = self.matrix(passage) @ matrix
-        return np.array(points), matrix
-
     def passage(self, returns: int, *, derivative: bool = False) -> Passage:
         """Continue to a return; raises ``NoOrbitError`` if there is none."""
         duration = self.longest * returns

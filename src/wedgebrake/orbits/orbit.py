@@ -295,9 +295,14 @@ class BranchPoint(Result, OrbitSolution):
             yield "bifurcation", self.bifurcation, ""
 
 
+def has_cycles(system: Any) -> bool:
+    """Return True if the periodic orbits of a system are limit cycles, as no signal varies."""
+    return isinstance(system, Machine) and system.autonomous
+
+
 def orbit_name(system: Any, order: int) -> str:
     """Name of an orbit: "synchronous orbit", "2T-periodic orbit", "limit cycle"."""
-    if isinstance(system, Machine) and system.autonomous:
+    if has_cycles(system):
         return "limit cycle" if order == 1 else f"limit cycle of {order} crossings"
     return "synchronous orbit" if order == 1 else f"{order}T-periodic orbit"
 

@@ -10,8 +10,8 @@ from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.orbits.event_changes import Segments
 from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.machine_flow import MachineFlow
-from wedgebrake.orbits.problem import FloatArray, Measures, Records
-from wedgebrake.orbits.segment_orbit import MARGINS
+from wedgebrake.orbits.multiple_shooting import MultipleShooting
+from wedgebrake.orbits.problem import FloatArray, Measures
 from wedgebrake.solvers.machine.passage import Passage
 
 _SIGNS = {1: "+", 0: "0", -1: "-"}
@@ -19,7 +19,7 @@ _SIGNS = {1: "+", 0: "0", -1: "-"}
 _ROUNDING = 1e-9
 
 
-class ReturnMap:
+class ReturnMap(MultipleShooting):
     """Equations of an orbit of a machine for its points on the section.
 
     The flow is exact and misses no event, so that every solution is an orbit. Where its events
@@ -28,57 +28,25 @@ class ReturnMap:
 
     to_rounding = True
 
-    def __init__(self, order: int, dimension: int) -> None:
-        self.order, self.dimension = order, dimension
-
-    @property
-    def size(self) -> int:
-        """Coordinates of the section, for each return."""
-        return self.order * self.dimension
-
     def scales(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """Size of the orbit: sum of half the ranges of its scaled coordinates [rad/s]."""
         spread = self._ranges(unknowns, problem)[: problem.space.size]
         return np.full(self.size, 0.5 * float(spread.sum()) or 1.0)
 
-    def residual(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
-        """F(u)."""
-        points = self._points(unknowns)
-        found = [problem.next_return(one, derivative=False) for one in points]
-        return self._gaps(points, found, problem)
-
-    def linearize(
-        self, unknowns: FloatArray, problem: MachineFlow
-    ) -> tuple[FloatArray, FloatArray]:
-        """F(u) and its derivative."""
-        points, found = self._points(unknowns), self._passages(unknowns, problem)
-        blocks = np.zeros((self.order, self.dimension, self.order, self.dimension))
-        for k, passage in enumerate(found):
-            blocks[k, :, k] += problem.matrix(passage)
-            blocks[k, :, (k + 1) % self.order] -= np.eye(self.dimension)
-        return self._gaps(points, found, problem), blocks.reshape(self.size, self.size)
-
-    def _gaps(self, points: FloatArray, found: list[Passage], problem: MachineFlow) -> FloatArray:
+    def _advanced(
+        self, points: FloatArray, problem: MachineFlow, *, derivative: bool = True
+    ) -> tuple[FloatArray, list[FloatArray]]:
+        found = [problem.next_return(one, derivative=derivative) for one in points]
         ends = problem.points(np.array([passage.states[0] for passage in found]))
-        return np.asarray((ends - np.roll(points, -1, axis=0)).ravel())
+        return ends, [problem.matrix(passage) for passage in found] if derivative else []
 
     def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
         """Floquet multipliers and test functions."""
-        return Floquet.of_matrices(
-            [problem.matrix(passage) for passage in self._passages(unknowns, problem)]
-        )
+        return Floquet.of_matrices(self._advanced(self._points(unknowns), problem)[1])
 
     def duration(self, unknowns: FloatArray, problem: MachineFlow) -> float:
         """Period of the orbit [s]."""
         return float(sum(one.duration for one in self._passages(unknowns, problem)))
-
-    def margins(self, unknowns: FloatArray, problem: Any) -> Records:  # noqa: ARG002
-        """Return no margins, because the equations are the flow itself."""
-        return np.empty(0, dtype=MARGINS)
-
-    def follows_flow(self, unknowns: FloatArray, problem: Any, growth: float) -> bool:  # noqa: ARG002
-        """Return True, because the equations are the flow itself."""
-        return True
 
     def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
         """The slips and sticks of each contact."""
@@ -130,24 +98,9 @@ class ReturnMap:
             peak_torque=float(max(one.peak_torque.max(initial=0.0) for one in found)),
         )
 
-    def halved(self, unknowns: FloatArray) -> tuple[ReturnMap, FloatArray]:
-        """Return the same equations, because symmetry is not used."""
-        return self, unknowns
-
-    def whole(self, unknowns: FloatArray) -> tuple[ReturnMap, FloatArray]:
-        """Return the same equations, because they do not assume symmetry."""
-        return self, unknowns
-
-    def doubled(self, unknowns: FloatArray) -> tuple[ReturnMap, FloatArray]:
-        """Equations of the same orbit traversed twice."""
-        return ReturnMap(2 * self.order, self.dimension), np.tile(unknowns, 2)
-
     def mirror_difference(self, unknowns: FloatArray, system: Any, tolerance: float) -> FloatArray:  # noqa: ARG002
         """Return nothing, because symmetry of machines is not used."""
         return np.zeros(0)
-
-    def _points(self, unknowns: FloatArray) -> FloatArray:
-        return unknowns.reshape(self.order, self.dimension)
 
     def _passages(self, unknowns: FloatArray, problem: MachineFlow) -> list[Passage]:
         return [problem.next_return(one) for one in self._points(unknowns)]

@@ -23,7 +23,7 @@ from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem
 from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.orbits.segment_bvp import from_log, run
-from wedgebrake.orbits.stroboscopic_map import StroboscopicMap, iterate
+from wedgebrake.orbits.stroboscopic_map import StroboscopicMap
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Crossing
 from wedgebrake.solvers.machine.simulate import machine_method
@@ -240,14 +240,10 @@ def _candidates(
     for guess in guesses:
         try:
             state = _approach(problem, guess, order)
-            if isinstance(problem.base, Machine):
-                points, _ = kernel_problem.iterate(state, order)
-                equations = ReturnMap(order, state.size)
-                yield OrbitSolution(problem, (), equations, points[:-1].ravel())
-                continue
-            if problem.method == "smooth":
-                states, _ = iterate(state, kernel_problem, order - 1)
-                yield OrbitSolution(problem, (), StroboscopicMap(order), states.ravel())
+            equations = _shooting(problem, order, state.size)
+            if equations is not None:
+                points, _ = equations.iterated(state, kernel_problem, order - 1)
+                yield OrbitSolution(problem, (), equations, points.ravel())
                 continue
             found = from_log(run(kernel_problem, state, order).log, kernel_problem, order)
         except FAILED:
@@ -292,12 +288,18 @@ def _returned(
     problem: OrbitProblem, state: FloatArray, order: int
 ) -> tuple[FloatArray, FloatArray]:
     """P^n, the state n returns later, and its derivative."""
-    kernel_problem = problem.kernel_problem(())
-    if isinstance(problem.base, Machine):
-        points, matrix = kernel_problem.iterate(state, order)
-        return points[-1], matrix
-    if problem.method == "exact":
+    kernel_problem, equations = problem.kernel_problem(()), _shooting(problem, order, state.size)
+    if equations is None:
         there = run(kernel_problem, state, order)
         return there.end, there.matrix
-    states, matrix = iterate(state, kernel_problem, order)
-    return states[-1], matrix
+    points, matrix = equations.iterated(state, kernel_problem, order)
+    return points[-1], matrix
+
+
+def _shooting(
+    problem: OrbitProblem, order: int, dimension: int
+) -> ReturnMap | StroboscopicMap | None:
+    """Equations by multiple shooting; None with set-valued friction, whose segments are known."""
+    if isinstance(problem.base, Machine):
+        return ReturnMap(order, dimension)
+    return StroboscopicMap(order) if problem.method == "smooth" else None

@@ -35,27 +35,26 @@ class ChunkPoints:
             for axis in plan.grid.axes
         )
 
-    def values(self, number: int) -> dict[str, float]:
-        """The swept values of a point by name."""
-        return {
-            axis.name: float(axis.values[own[number]])
-            for axis, own in zip(self._plan.grid.axes, self.indices, strict=True)
-        }
-
     def system(self, number: int) -> BrakedDriveline | Machine | None:
         """The system of a point; None if it is not valid."""
-        values = self.values(number)
-        changes = {name: value for name, value in values.items() if name not in INITIAL}
+        changes = {
+            axis.name: float(axis.values[numbers[number]])
+            for axis, numbers in zip(self._plan.grid.axes, self.indices, strict=True)
+            if axis.name not in INITIAL
+        }
         try:
             return self._plan.system.replace(**changes)
         except InputError:
             return None
 
-    def initial(self, number: int) -> tuple[float, float]:
-        """The initial state of a driveline at a point, angle [rad] and velocity [rad/s]."""
-        given = dict(zip(INITIAL, self._plan.initial, strict=True)) | self.values(number)
-        angle, velocity = (given[name] for name in INITIAL)
-        return angle, velocity
+    def initial_states(self) -> NDArray[np.float64]:
+        """Initial states of a driveline, (count, 2): angles [rad] and velocities [rad/s]."""
+        states = np.empty((self.count, 2))
+        states[:] = self._plan.initial
+        for axis, numbers in zip(self._plan.grid.axes, self.indices, strict=True):
+            if axis.name in INITIAL:
+                states[:, list(INITIAL).index(axis.name)] = axis.values[numbers]
+        return states
 
     def shaped(self, values: NDArray[Any]) -> NDArray[Any]:
         """Reshape values of all points, (count, ...), to the dimensions of the chunk."""

@@ -22,7 +22,6 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import INITIAL
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
@@ -134,7 +133,7 @@ class Chunk:
         self._points = np.empty(count, dtype=RESULT)
         record = plan.protocol.recorded + 1
         self._record = np.full((count if plan.keep_points else 0, record, 2), np.nan)
-        self._states = self._initial_states(count)
+        self._states = self._grid.initial_states()
         if plan.method == "exact":
             self._tables, self._choices = parts.tables(self._grid.indices)
         run = self._run_exactly if plan.method == "exact" else self._run_simulated
@@ -178,14 +177,6 @@ class Chunk:
         from wedgebrake.solvers.smooth.simd_batch import WIDTH
 
         return WIDTH
-
-    def _initial_states(self, count: int) -> NDArray[np.float64]:
-        states = np.empty((count, 2))
-        states[:] = self._plan.initial
-        for axis, numbers in zip(self._plan.grid.axes, self._grid.indices, strict=True):
-            if axis.name in INITIAL:
-                states[:, list(INITIAL).index(axis.name)] = axis.values[numbers]
-        return states
 
     def _run_exactly(self, numbers: NDArray[np.int64]) -> None:
         """Compute a batch with the compiled kernel, which releases Python's lock."""

@@ -34,6 +34,7 @@ class MachineChunk:
 
     def __init__(self, plan: Plan, where: Mapping[str, slice]) -> None:
         self._plan, self._points = plan, ChunkPoints(plan, where)
+        self._states = self._points.initial_states()
         self._results = {
             one.name: np.full((self._points.count, *plan.shape(one)), one.fill, one.dtype)
             for one in plan.variables
@@ -68,13 +69,20 @@ class MachineChunk:
         """Return the machine of a point with its initial state."""
         if isinstance(changed, Machine):
             return changed
-        return changed.machine_at(*self._points.initial(number))
+        return changed.machine_at(*self._states[number].tolist())
 
     def _store(self, number: int, result: MachineResult) -> None:
         """Store the result of a run."""
-        own = isinstance(self._plan.system, Machine)
-        values = {
-            **(self._of_machine(result) if own else self._of_driveline(result)),
+        values = self._of_parts(result)
+        if isinstance(self._plan.system, Machine):
+            exponents = np.full(self._results["exponents"].shape[1], math.nan)
+            count = min(exponents.size, result.exponents.size)
+            exponents[:count] = result.exponents[:count]
+            values["exponents"] = exponents
+        else:
+            values = {name: one[..., 0] for name, one in values.items()}
+            values |= self._of_driveline(result)
+        values |= {
             "motion": result.motion,
             "order": result.order,
             "motion_period": result.period,
@@ -89,13 +97,10 @@ class MachineChunk:
         for name, value in values.items():
             self._results[name][number] = value
 
-    def _of_machine(self, result: MachineResult) -> dict[str, Any]:
-        """Return values over inertias, contacts and exponents."""
+    def _of_parts(self, result: MachineResult) -> dict[str, Any]:
+        """Return values over contacts or inertias, in the last dimension."""
         n, found = len(result.final.speeds) if result.final else 0, result.contacts
-        points = self._returns(result)
-        exponents = np.full(self._results["exponents"].shape[1], math.nan)
-        count = min(exponents.size, result.exponents.size)
-        exponents[:count] = result.exponents[:count]
+        points, unknown = self._returns(result), np.full(1, math.nan)
         return {
             "stick_class": found.stick_class,
             "sticks_forward": found.sticks[:, 0],
@@ -103,33 +108,21 @@ class MachineChunk:
             "stick_share": found.stick_share,
             "peak_torque": found.peak_torque,
             "friction_power": found.friction_power,
-            "lowest_velocity": result.low[n : 2 * n] if result.low.size else math.nan,
-            "highest_velocity": result.high[n : 2 * n] if result.low.size else math.nan,
+            "lowest_velocity": result.low[n : 2 * n] if result.low.size else unknown,
+            "highest_velocity": result.high[n : 2 * n] if result.low.size else unknown,
             **result.vibration._asdict(),
-            "exponents": exponents,
             **({"angle": points[:, :n], "velocity": points[:, n : 2 * n]} if points.size else {}),
         }
 
     def _of_driveline(self, result: MachineResult) -> dict[str, Any]:
-        """Return values of a driveline, which has one contact and one inertia."""
-        found, exponents = result.contacts, [*result.exponents, math.nan][:2]
-        points = self._returns(result)
+        """Return exponents and the final state of a driveline."""
+        largest, second = [*result.exponents, math.nan][:2]
         final = result.final
         return {
-            "stick_class": found.stick_class[0],
-            "sticks_forward": found.sticks[0, 0],
-            "sticks_backward": found.sticks[0, 1],
-            "stick_share": found.stick_share[0],
-            "peak_torque": found.peak_torque[0],
-            "friction_power": found.friction_power[0],
-            "lowest_velocity": result.low[1] if result.low.size else math.nan,
-            "highest_velocity": result.high[1] if result.low.size else math.nan,
-            **{name: one[0] for name, one in result.vibration._asdict().items()},
-            "largest_exponent": exponents[0],
-            "second_exponent": exponents[1],
+            "largest_exponent": largest,
+            "second_exponent": second,
             "final_angle": final.angles["driveline"] if final else math.nan,
             "final_velocity": final.speeds["driveline"] if final else math.nan,
-            **({"angle": points[:, 0], "velocity": points[:, 1]} if points.size else {}),
         }
 
     def _returns(self, result: MachineResult) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ import numpy as np
 from wedgebrake.analysis.motion import (
     check_repeats,
     is_solved_as_machine,
+    returns_name,
     returns_of,
 )
 from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol
@@ -239,7 +240,7 @@ def make_plan(
         as_machine, chosen = True, machine_method(method, machine)
         check_repeats(machine)
         periods = returns_of(machine, periods, crossings)
-        name = "crossings" if machine.autonomous else "periods"
+        name = returns_name(machine)
     else:
         if crossings is not None:
             raise wrong("crossings", crossings, "None for a system with a torque that varies")

@@ -19,17 +19,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability.sliding_contact import FLAT, one_sided_slopes
 from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_number
-
-# Relative step of the finite differences for the slope of a smooth law.
-_STEP = 1e-5
-# Relative difference from the asymptote at which the steep part of a smooth law ends: rounding.
-_FLAT = 2.0**-56
 
 
 class Sliding(NamedTuple):
@@ -93,13 +89,13 @@ def steady(system: BrakedDriveline, direction: int) -> Sliding | None:
         return Sliding(direction, abs(drive)) if drive * direction > 0.0 else None
     friction = system.friction
     if isinstance(friction, SmoothFriction):
-        return Sliding(direction, friction.layer(_FLAT) / system.brake.radius, near_rest=True)
+        return Sliding(direction, friction.layer(FLAT) / system.brake.radius, near_rest=True)
     return Sliding(direction, 0.0, near_rest=True)
 
 
 def is_constant(friction: Friction, speed: float) -> bool:
     """Return True if friction is constant about a sliding speed [m/s] (0: near rest)."""
-    steep = friction.layer(_FLAT) if isinstance(friction, SmoothFriction) else 0.0
+    steep = friction.layer(FLAT) if isinstance(friction, SmoothFriction) else 0.0
     return friction.constant and (speed == 0.0 or speed > 0.999 * steep)
 
 
@@ -139,20 +135,17 @@ def _slope_of_curve(
     release, near = actuation.release_speed, piecewise_linear.CORNER * at.speed
     if at.actuated - near > release:
         return 0.0
-    step = _STEP * at.speed
-    gains = [
-        abs(brake.amplification(friction.coefficient(at.direction * brake.radius * speed)))
-        for speed in (at.speed + way * step for way in (-2.0, -1.0, 0.0, 1.0, 2.0))
-    ]
-    if not all(math.isfinite(one) for one in gains):
+
+    def gain(speed: float) -> float:
+        coefficient = friction.coefficient(at.direction * brake.radius * speed)
+        return abs(brake.amplification(coefficient))
+
+    here, slopes = gain(at.speed), one_sided_slopes(gain, at.speed)
+    if not all(map(math.isfinite, (here, *slopes))):
         return math.inf
-    twice_before, before, here, after, twice_after = gains
-    # One-sided differences of second order, so that a corner is not averaged.
-    left = (3.0 * here - 4.0 * before + twice_before) / (2.0 * step)
-    right = (4.0 * after - 3.0 * here - twice_after) / (2.0 * step)
     rates = [actuation.slope, 0.0] if at.actuated + near >= release else [actuation.slope]
     force = actuation.force(at.actuated)
-    return brake.radius * (min(rate * here for rate in rates) + force * min(left, right))
+    return brake.radius * (min(rate * here for rate in rates) + force * min(slopes))
 
 
 def lines_over_slope(system: BrakedDriveline, at: Sliding) -> list[DampingLine]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
     machine_stability,
@@ -53,10 +54,10 @@ def machine_map(machine: Machine, axes: Mapping[str, Any]) -> xr.Dataset:
     columns = zip(*found, strict=True)
     return xr.Dataset(
         {
-            name: (tuple(values), np.array(column).reshape(shape), _attributes(*words))
+            name: labelled(tuple(values), np.array(column).reshape(shape), *words)
             for (name, words), column in zip(_VARIABLES.items(), columns, strict=True)
         },
-        coords={name: (name, one, _attributes(*allowed[name])) for name, one in values.items()},
+        coords={name: labelled(name, one, *allowed[name]) for name, one in values.items()},
         attrs={"system": json.dumps(machine.as_dict())},
     )
 
@@ -85,7 +86,3 @@ def _values(name: str, given: Any, allowed: Mapping[str, tuple[str, str]]) -> Fl
     if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values)):
         raise wrong(name, given, "one-dimensional, finite and not empty")
     return values
-
-
-def _attributes(unit: str, meaning: str) -> dict[str, str]:
-    return {"units": unit, "long_name": meaning}

@@ -12,10 +12,12 @@ and F follows the command F_a0 + slope |v|. The torque changes by -R g dF - b dv
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from wedgebrake.dynamics.piecewise_linear import CORNER
 from wedgebrake.model.brakes import BandBrake, Brake, LeverBrake
 from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine_parts import Contact
@@ -23,9 +25,7 @@ from wedgebrake.model.signals import Signal
 from wedgebrake.model.stribeck import StribeckFriction
 
 # Relative difference from the asymptote at which the steep part of a smooth law ends (rounding).
-_FLAT = 2.0**-56
-# Speeds within this relative distance from a corner of a law are at the corner.
-_CORNER = 1e-9
+FLAT = 2.0**-56
 # Relative step of the one-sided differences of a smooth law.
 _STEP = 1e-5
 _AT_REST = 1e-7  # [m/s]
@@ -75,7 +75,7 @@ def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact
     brake, friction, given = contact.brake, contact.friction, contact.actuation
     rubbing = brake.radius * speed
     if speed == 0.0 and isinstance(friction, SmoothFriction):
-        rubbing = friction.layer(_FLAT)
+        rubbing = friction.layer(FLAT)
     m = direction * _coefficient(friction, rubbing)
     amplification = brake.amplification(m)
     command = frozen(given.initial_force) + given.slope * speed
@@ -101,6 +101,20 @@ def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact
     return SlidingContact(contact.name, direction, force, follows, gain, slope, feedback)
 
 
+def one_sided_slopes(law: Callable[[float], float], speed: float) -> tuple[float, float]:
+    """Slopes of a law on both sides of a speed; nan if it is not finite nearby.
+
+    Differences of second order that do not average a corner.
+    """
+    step = _STEP * speed
+    twice_before, before, here, after, twice_after = (
+        law(speed + way * step) for way in (-2.0, -1.0, 0.0, 1.0, 2.0)
+    )
+    left = (3.0 * here - 4.0 * before + twice_before) / (2.0 * step)
+    right = (4.0 * after - 3.0 * here - twice_after) / (2.0 * step)
+    return left, right
+
+
 def _coefficient(friction: Friction, speed: float) -> float:
     """Kinetic coefficient mu at a magnitude of the sliding speed [m/s]."""
     if isinstance(friction, SmoothFriction):
@@ -119,16 +133,11 @@ def _coefficient_slopes(friction: Friction, speed: float) -> tuple[float, ...]:
         if speed == 0.0:
             ahead = [_coefficient(friction, way * _AT_REST) for way in (0.0, 1.0, 2.0)]
             return ((4.0 * ahead[1] - 3.0 * ahead[0] - ahead[2]) / (2.0 * _AT_REST),)
-        step = _STEP * speed
-        values = [_coefficient(friction, speed + way * step) for way in (-2.0, -1.0, 0.0, 1.0, 2.0)]
-        # One-sided differences of second order, so that a corner is not averaged.
-        left = (3.0 * values[2] - 4.0 * values[1] + values[0]) / (2.0 * step)
-        right = (4.0 * values[3] - 3.0 * values[2] - values[4]) / (2.0 * step)
-        return left, right
+        return one_sided_slopes(lambda at: _coefficient(friction, at), speed)
     assert isinstance(friction, SetValuedFriction)  # noqa: S101 - the only other family
     speeds, coefficients = (np.array(one) for one in zip(*friction.nodes(), strict=True))
     slopes = np.append(np.diff(coefficients) / np.diff(speeds), 0.0)
-    near = _CORNER * speed
+    near = CORNER * speed
     first = max(int(np.searchsorted(speeds, speed - near, side="right")) - 1, 0)
     last = int(np.searchsorted(speeds, speed + near, side="right")) - 1
     return tuple(slopes[first : last + 1].tolist())

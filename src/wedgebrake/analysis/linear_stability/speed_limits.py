@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.hopf import boundary_between, verdict_of
 from wedgebrake.analysis.linear_stability.limited_parameters import (
     LimitedParameter,
@@ -124,26 +125,22 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     units = sweepable(machine)
     columns = np.array(limits).reshape(values.size, len(parameters))
     modes = _modes(found)
-    data: dict[str, Any] = {
-        "growth_rate": ("speed", [_rate(one) for one in found], "1/s", "largest growth rate"),
-        "stable": ("speed", [one.stable for one in found], "1", "whether small vibration decays"),
-        "damping_ratio": (("speed", "mode"), modes[0], "1", "damping ratio"),
-        "frequency": (("speed", "mode"), modes[1], "Hz", "frequency"),
-        "stable_side": (
-            ("speed", "parameter"), np.array(sides, np.int8).reshape(columns.shape), "1",
-            "side of the limit on which sliding is stable: 1 above, -1 below, 0 without a limit",
-        ),
-    }  # fmt: skip
+    rates, stable = [_rate(one) for one in found], [one.stable for one in found]
+    over = ("speed", "mode")
     dataset = xr.Dataset(
         {
-            name: (dims, given, {"units": unit, "long_name": meaning})
-            for name, (dims, given, unit, meaning) in data.items()
+            "growth_rate": labelled("speed", rates, "1/s", "largest growth rate"),
+            "stable": labelled("speed", stable, "1", "whether small vibration decays"),
+            "damping_ratio": labelled(over, modes[0], "1", "damping ratio"),
+            "frequency": labelled(over, modes[1], "Hz", "frequency"),
+            "stable_side": labelled(
+                ("speed", "parameter"), np.array(sides, np.int8).reshape(columns.shape), "1",
+                "side of the limit on which sliding is stable: 1 above, -1 below, 0 without a"
+                " limit",
+            ),
         },
         coords={
-            "speed": (
-                "speed", values,
-                {"units": "rad/s", "long_name": f"sliding speed of {turning.contact}"},
-            ),
+            "speed": labelled("speed", values, "rad/s", f"sliding speed of {turning.contact}"),
             "parameter": [parameter.name for parameter in parameters],
         },
         attrs={

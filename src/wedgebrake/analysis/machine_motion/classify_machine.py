@@ -119,11 +119,9 @@ class _Run:
         return True
 
     def _settle(self) -> None:
-        """Run windows, each as long as all before it, until the motion has settled."""
-        result, limit = self.result, self.protocol.limit
-        while result.outcome == Outcome.COMPLETED and self.done < limit:
-            begin = self.done
-            target = classify.next_window(begin, limit, _FIRST_WINDOW)
+        """Run windows until the motion has settled."""
+        result = self.result
+        for begin, target in self.protocol.windows(_FIRST_WINDOW):
             window = self._advance(target - begin, derivatives=True)
             if result.outcome != Outcome.COMPLETED:
                 return
@@ -138,10 +136,7 @@ class _Run:
             result.settling = float(begin)
             if final:
                 break
-        if result.outcome == Outcome.COMPLETED:
-            self._record(
-                None if result.order else self._advance(self.protocol.recorded, measures=True)
-            )
+        self._record(None if result.order else self._advance(self.protocol.recorded, measures=True))
 
     def _advance(
         self, returns: int, *, duration: float = math.inf, derivatives: bool = False,

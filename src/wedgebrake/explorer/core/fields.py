@@ -10,10 +10,10 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.formatting import upper
 from wedgebrake.explorer.core.parameter_ranges import field, reaching, scale, span
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.axes import ParameterAxis, plain
+from wedgebrake.figures.data.caption import capitalized
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
@@ -191,7 +191,7 @@ def _number(state: PageState, name: str) -> Row:
     one = field(state.system, name)
     unit, hint = (labels(one).get("unit", "1"), _sentence(one)) if one is not None else ("1", "")
     if name in INITIAL:
-        unit, hint = INITIAL[name].unit, upper(INITIAL[name].meaning)
+        unit, hint = INITIAL[name].unit, capitalized(INITIAL[name].meaning)
     if unit == "rad":
         hint += f". {value:.6g} rad = {math.degrees(value):.4g}°"
     whole = name in ("periods", "shown")
@@ -208,7 +208,7 @@ def _group(state: PageState, name: str) -> Row:
         return replace(row, enabled=False, hint=str(error).removeprefix("groups."))
     target = field(state.system, setter.target)
     sets = label(setter.target) if target is None else _printed(target.description or "")
-    hint = f"{upper(_printed(setter.meaning))}. Setting it changes the {sets}"
+    hint = f"{capitalized(_printed(setter.meaning))}. Setting it changes the {sets}"
     return replace(row, hint=hint)
 
 
@@ -221,7 +221,7 @@ def _choice(name: str, kind: str, kinds: dict[str, Any]) -> Row:
 
 def _sentence(one: FieldInfo) -> str:
     words = _printed(one.description or "")
-    return words if words.startswith("tan(") else upper(words)
+    return words if words.startswith("tan(") else capitalized(words)
 
 
 def _printed(words: str) -> str:

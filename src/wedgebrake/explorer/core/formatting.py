@@ -40,11 +40,6 @@ def counted(count: int) -> str:
     return _NUMBERS[count] if count < len(_NUMBERS) else str(count)
 
 
-def upper(words: str) -> str:
-    """A sentence with a capital first letter."""
-    return words[:1].upper() + words[1:]
-
-
 def number_text(value: float, *, whole: bool = False) -> str:
     """Return a number as text for an input."""
     return str(round(value)) if whole else repr(float(f"{value:.5g}")).removesuffix(".0")

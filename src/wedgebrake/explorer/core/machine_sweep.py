@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.analysis.linear_stability import stability_limits
+from wedgebrake.analysis.motion import returns_name
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_EVENTS
 from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep
@@ -158,8 +159,7 @@ def sweep_datasets(study: Study, order: SweepOrder) -> Iterator[tuple[xr.Dataset
 
 
 def _settings(machine: Machine) -> dict[str, Any]:
-    returns = "crossings" if machine.autonomous else "periods"
-    return {returns: _RECORDED, "limit": _LONGEST, "transient": "auto"}
+    return {returns_name(machine): _RECORDED, "limit": _LONGEST, "transient": "auto"}
 
 
 def _check_ends(name: str, low: float, high: float) -> None:

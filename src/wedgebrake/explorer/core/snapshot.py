@@ -36,13 +36,14 @@ _NATURALS, _FORCINGS = 6.0, 4.0
 _FEWEST = 600
 # Share of a run that met its limit that is run again for the charts.
 _SHARE = 0.1
-_LIMITS = ("event_limit", "step_limit")
+LIMITS = ("event_limit", "step_limit")
+"""Status of runs that a limit stopped."""
 _AT_A_LIMIT = "Stopped at a limit of the explorer; the beginning is shown."
 # Sentences for a run that ended early.
 _ENDINGS = {
     "diverged": "The motion grows without bound.",
     "no_forward_solution": "The brake locked itself.",
-    **dict.fromkeys(_LIMITS, _AT_A_LIMIT),
+    **dict.fromkeys(LIMITS, _AT_A_LIMIT),
 }
 
 
@@ -139,7 +140,7 @@ class _Run:
             return whole, whole
         # It ended early: run again, with samples over the computed part.
         end = float(whole.attrs["final_time"])
-        if whole.attrs["status"] in _LIMITS:
+        if whole.attrs["status"] in LIMITS:
             end = self.begin + _SHARE * (end - self.begin)
         duration = end - self.begin
         if not duration > 0.0:
@@ -177,7 +178,7 @@ class _Run:
             options[returns] = state.recorded
             found = motion(self.system, transient=0, initial=start, **options)
             return replace(found, transient=state.transient)
-        if response.attrs["status"] in _LIMITS:
+        if response.attrs["status"] in LIMITS:
             options |= {"max_events": 1, "max_steps": 1}  # the limits would be met again
         start = _state(points[0]) if len(points) else self.initial
         options[returns] = state.periods

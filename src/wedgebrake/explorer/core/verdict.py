@@ -13,9 +13,10 @@ from wedgebrake.analysis.linear_stability import DirectionStability
 from wedgebrake.analysis.motion import Motion
 from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
 from wedgebrake.dynamics.enums import MotionClass
-from wedgebrake.explorer.core.formatting import counted, duration, plain, signed, upper
-from wedgebrake.explorer.core.snapshot import Snapshot
+from wedgebrake.explorer.core.formatting import counted, duration, plain, signed
+from wedgebrake.explorer.core.snapshot import LIMITS, Snapshot
 from wedgebrake.explorer.core.state import PageState
+from wedgebrake.figures.data.caption import capitalized
 from wedgebrake.figures.matplotlib.style import percent
 from wedgebrake.model.friction import SmoothFriction
 
@@ -40,7 +41,6 @@ _STUCK = (
 _UNKNOWN = ("–", "not known", "There is no settled motion to evaluate.", "neutral")
 # A mean torque below this share of the peak is zero.
 _ROUNDING = 1e-9
-_LIMITS = ("event_limit", "step_limit")
 
 
 def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
@@ -161,8 +161,8 @@ def _motion(state: PageState, snapshot: Snapshot) -> Tile:
     alone = _undriven(state, snapshot)
     if alone is not None:
         hint = (
-            "No torque drives the system, so that there are no classes by its period; this"
-            " refers to the last periods."
+            "No torque drives the system, and its motion has no class; this describes the last"
+            " periods."
         )
         value, detail, _, tone = alone
         return (value, detail, hint, tone)
@@ -172,7 +172,7 @@ def _motion(state: PageState, snapshot: Snapshot) -> Tile:
     if motion.order and -math.inf < rate < -_SLOW:
         hint += f" A small disturbance shrinks e-fold in {duration(-1.0 / rate)}."
     if motion.kind != "at rest":
-        hint += " " + upper(re.sub(r"(?<!\w)-(?=\d)", "−", motion.verdict))
+        hint += " " + capitalized(re.sub(r"(?<!\w)-(?=\d)", "−", motion.verdict))
     if snapshot.status != "completed":
         hint += f" {snapshot.message}"
     elif motion.kind == "undecided":
@@ -181,12 +181,18 @@ def _motion(state: PageState, snapshot: Snapshot) -> Tile:
 
 
 def _undriven(state: PageState, snapshot: Snapshot) -> tuple[str, str, str, str] | None:
-    """Without a torque: the motion, a detail, a sentence's beginning, a tone; else None."""
-    line = state.system.driveline
+    """A motion without a torque that has no class: its name, a detail, a beginning, a tone.
+
+    None for all others. With smooth friction such motions are classified by the period of the
+    torque, which has no meaning for them.
+    """
+    line, motion, velocity = state.system.driveline, snapshot.motion, snapshot.settled
     if state.system.excitation.amplitude > 0.0 or snapshot.status != "completed":
         return None
-    velocity = snapshot.settled
-    if snapshot.motion.kind == "at rest" or velocity.size < _SEEN or _stuck(state, snapshot.motion):
+    # A vibration that neither grows nor decays repeats too, but attracts no other motion.
+    attracts = motion.kind != "limit cycle" or motion.second_exponent < -_SLOW
+    known = motion.kind == "at rest" or (motion.self_excited and motion.settled and attracts)
+    if known or velocity.size < _SEEN or _stuck(state, motion):
         return None
     early, late = (float(np.ptp(half)) for half in np.array_split(velocity, 2))
     if late <= _STEADY * max(abs(line.drive_speed), float(np.abs(velocity).max())):
@@ -204,7 +210,7 @@ def _undriven(state: PageState, snapshot: Snapshot) -> tuple[str, str, str, str]
         else:
             change = "lasts"
     said = ", ".join(one for one in (hertz.strip(), change) if one)
-    sticks = snapshot.motion.stick_class != NON_STICK_SLIP
+    sticks = motion.stick_class != NON_STICK_SLIP
     fed = line.drive_speed != 0.0 and snapshot.stability.damping < 0.0
     if sticks or fed or change == "growing":
         return "self-excited", said, f"Vibrates by itself{hertz}, without a torque", "warn"
@@ -226,10 +232,12 @@ def _stuck(state: PageState, motion: Motion) -> bool:
 
 def _evidence(snapshot: Snapshot) -> str:
     motion, rate = snapshot.motion, snapshot.motion.largest_exponent
-    if snapshot.status in _LIMITS:
+    if snapshot.status in LIMITS:
         return "the run met a limit of work"
     if detail := MotionClass.named(motion.kind).about.detail:
         return detail
+    if motion.kind == "limit cycle":
+        return _frequency(motion)
     if motion.kind == "chaotic":
         return (
             f"errors double in {duration(math.log(2.0) / rate)}" if rate > 0.0 else "unpredictable"
@@ -241,6 +249,10 @@ def _evidence(snapshot: Snapshot) -> str:
     if rate < -_SLOW:
         return f"recovers in {duration(-1.0 / rate)}" if motion.order else "still settling"
     return "disturbances persist" if motion.order else "too few periods"
+
+
+def _frequency(motion: Motion) -> str:
+    return f"at {1.0 / motion.period:.3g} Hz"
 
 
 def _help(state: PageState, motion: Motion) -> str:
@@ -340,10 +352,12 @@ def _motion_sentence(state: PageState, snapshot: Snapshot) -> str:
         return f"{alone[2]}{_sticks_clause(motion)}."
     sentence = MotionClass.named(motion.kind).about.headline
     over = motion.kind in ("at rest", "diverged", "self-locked")
-    if snapshot.status in _LIMITS and not over:
+    if snapshot.status in LIMITS and not over:
         return "The run met a limit of work and was stopped; run fewer periods of the torque."
     if sentence.endswith("."):
         return sentence
+    if motion.kind == "limit cycle":
+        sentence = sentence.replace(",", f" {_frequency(motion)},", 1)
     return f"{sentence.format(order=counted(motion.order))}{_sticks_clause(motion)}."
 
 

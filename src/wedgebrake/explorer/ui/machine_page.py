@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import panel as pn
-from tornado.ioloop import IOLoop
 
 from wedgebrake.explorer.core.machine_sweep import SweepOrder, SweepPicture, sweep_pictures
 from wedgebrake.explorer.core.machine_view import MachineView, take_machine_view
 from wedgebrake.explorer.core.scheduler import Scheduler, common_scheduler
+from wedgebrake.explorer.ui.event_loop import poster
 from wedgebrake.explorer.ui.widgets.machine_sweep import MachineSweepForm
 from wedgebrake.model.study import Study
 
@@ -49,9 +49,9 @@ class MachinePage(pn.viewable.Viewer):
             self._sweep_picture, sizing_mode="stretch_width", margin=(8, 16),
         )  # fmt: skip
         self._closed = False
-        self._document, self._loop = pn.state.curdoc, IOLoop.current()
+        post = poster(lambda: self._closed)
         scheduler = common_scheduler() if scheduler is None else scheduler
-        self._slot, self._sweep_slot = (scheduler.slot(self._post) for _ in range(2))
+        self._slot, self._sweep_slot = (scheduler.slot(post) for _ in range(2))
         pn.state.onload(lambda: self._slot.start(_views(study), self._show, self._refuse))
 
     def __panel__(self) -> Any:
@@ -62,15 +62,6 @@ class MachinePage(pn.viewable.Viewer):
         self._closed = True
         for slot in (self._slot, self._sweep_slot):
             slot.stop()
-
-    def _post(self, call: Callable[[], None]) -> None:
-        """Call a function on the event loop of the page, from any thread."""
-
-        def add() -> None:
-            if not self._closed:
-                self._document.add_next_tick_callback(call)
-
-        self._loop.add_callback(add)
 
     def _show(self, view: MachineView) -> None:
         with pn.io.hold():

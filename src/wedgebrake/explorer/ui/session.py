@@ -11,7 +11,6 @@ from typing import Any
 
 import panel as pn
 from bokeh.events import Tap
-from tornado.ioloop import IOLoop
 
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.export import File, export
@@ -22,6 +21,7 @@ from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.studies import opened
 from wedgebrake.explorer.core.verdict import verdict
+from wedgebrake.explorer.ui.event_loop import poster
 from wedgebrake.explorer.ui.parameter_plots import DrawnPlot
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.explorer.ui.widgets.controls import FigurePane, style_sheet, widget_styles
@@ -117,7 +117,7 @@ class Explorer(pn.viewable.Viewer):
             self._header.view, self._parameters.view, main, css_classes=["explorer"], **layout
         )
         scheduler = common_scheduler() if scheduler is None else scheduler
-        self._document, self._loop = pn.state.curdoc, IOLoop.current()
+        self._document, self._post = pn.state.curdoc, poster(lambda: self._closed)
         self._motion_slot, self._plot_slot = (scheduler.slot(self._post) for _ in range(2))
         self._files: list[Slot] = []
         self._notices = pn.state.notifications
@@ -147,18 +147,6 @@ class Explorer(pn.viewable.Viewer):
     def _notify(self, words: str, kind: str = "success", duration: int = _BRIEF) -> None:
         if self._notices is not None:
             self._notices.send(html.escape(words), duration=duration, type=kind)
-
-    def _post(self, call: Callable[[], None]) -> None:
-        """Call a function on the event loop of the page, from any thread.
-
-        Bokeh's documents may lose callbacks that other threads add to them.
-        """
-
-        def add() -> None:
-            if not self._closed:
-                self._document.add_next_tick_callback(call)
-
-        self._loop.add_callback(add)
 
     # Actions of the user
 

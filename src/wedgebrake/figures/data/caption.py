@@ -41,7 +41,7 @@ def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
         first = _machine_words(dataset, fixed_parameters(dataset))
     else:
         first = _numbers(dataset, names, fixed_parameters(dataset))
-    return list(filter(None, (first, _sentence(how(dataset, names)))))
+    return list(filter(None, (first, capitalized(how(dataset, names)))))
 
 
 def of_response(dataset: xr.Dataset) -> list[str]:
@@ -49,7 +49,7 @@ def of_response(dataset: xr.Dataset) -> list[str]:
     initial = _stated(dataset, "options").get("initial")
     start = "" if not isinstance(initial, list) else ", from " + _state(initial)
     solved = method_words(str(dataset.attrs.get("method", "")))
-    return list(filter(None, (_numbers(dataset), _sentence(f"{solved}{start}" if solved else ""))))
+    return list(filter(None, (_numbers(dataset), solved and capitalized(solved + start))))
 
 
 def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
@@ -126,7 +126,7 @@ def machine(system: Mapping[str, Any]) -> str:
             # The kind of a custom part is the name of its class: MyBrake, my brake.
             kind = re.sub(r"(?<=.)([A-Z])", r" \1", str(table["kind"])).replace("-", " ").lower()
             words.append(f"{kind.removesuffix(part).strip()} {part}".strip())
-    return _sentence(", ".join(words)).replace("coulomb", "Coulomb")
+    return capitalized(", ".join(words)).replace("coulomb", "Coulomb")
 
 
 def method_words(method: str) -> str:
@@ -208,7 +208,7 @@ def _state(values: Sequence[float]) -> str:
     return "(" + ", ".join(f"{value:g}" for value in values) + ")"
 
 
-def _sentence(words: str) -> str:
+def capitalized(words: str) -> str:
     """Words with a capital letter."""
     return words[:1].upper() + words[1:]
 

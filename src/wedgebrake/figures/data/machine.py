@@ -16,8 +16,6 @@ from wedgebrake.figures import style
 from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
@@ -178,13 +176,8 @@ def describe(response: xr.Dataset) -> str:
         if len(names) > _MOST_NAMES:
             words.append(f"{len(names)} {plural}")
         elif names:
-            words.append(f"{plural if len(names) > 1 else kind} {listed(names)}")
+            words.append(f"{plural if len(names) > 1 else kind} {', '.join(names)}")
     return f"Machine: {'; '.join(words)}"
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names with commas between them."""
-    return ", ".join(names)
 
 
 def ended(response: xr.Dataset) -> str:

@@ -9,7 +9,8 @@ import numpy as np
 
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, runs
-from wedgebrake.figures.data.bifurcation import SweepBranch
+from wedgebrake.figures.data.bifurcation import BifurcationDiagram, SweepBranch
+from wedgebrake.figures.data.response_diagram import ResponseDiagram
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.maps import draw_classes, draw_hatching
 
@@ -20,7 +21,23 @@ if TYPE_CHECKING:
 _CHARACTER = 4.6
 
 
-def draw_bands(
+def draw_classes_below(
+    axes: Sequence[Axes], data: BifurcationDiagram | ResponseDiagram, width: float
+) -> None:
+    """Draw the classes of motion and of stick-slip on the last two axes, of a width [pt]."""
+    motions, sticks = axes[-2:]
+    _draw_bands(motions, data.x, data.branches, data.motions, classes.MOTIONS, "motion")
+    _name_motions(motions, data.x, data.motions, data.orders, width)
+    _draw_bands(sticks, data.x, data.branches, data.sticks, classes.STICK_CLASSES, "sticks")
+    for one in axes[:-1]:
+        one.tick_params(axis="x", labelbottom=False)
+    for one in (motions, sticks):
+        one.tick_params(axis="x", direction="out", top=False)
+    motions.tick_params(axis="x", bottom=False)
+    sticks.set_xlabel(data.x.label)
+
+
+def _draw_bands(
     axes: Axes,
     x: SweptAxis,
     branches: Sequence[SweepBranch],
@@ -41,7 +58,7 @@ def draw_bands(
     axes.tick_params(axis="y", length=0)
 
 
-def name_motions(
+def _name_motions(
     axes: Axes, x: SweptAxis, motions: np.ndarray, orders: np.ndarray, width: float
 ) -> None:
     """Write T, 2T, 3T, ... on runs of one periodic motion, on axes of a width [pt]."""

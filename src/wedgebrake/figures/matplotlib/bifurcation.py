@@ -13,7 +13,7 @@ from wedgebrake.figures.data.axes import SweptAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.parts import of_parts
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.figures.matplotlib.bands import draw_bands, name_motions
+from wedgebrake.figures.matplotlib.bands import draw_classes_below
 from wedgebrake.figures.matplotlib.layout import page
 from wedgebrake.figures.matplotlib.maps import draw_cells, set_axes
 from wedgebrake.figures.matplotlib.response_diagram import response_diagram
@@ -90,15 +90,7 @@ def bifurcation(
             _draw_points(panels[branch], data, branch, (72.0 * inside, 72.0 * height))
         if exponent:
             _draw_exponents(panels[-3], data)
-        draw_bands(panels[-2], data.x, data.branches, data.motions, classes.MOTIONS, "motion")
-        name_motions(panels[-2], data.x, data.motions, data.orders, 72.0 * inside)
-        draw_bands(panels[-1], data.x, data.branches, data.sticks, classes.STICK_CLASSES, "sticks")
-        for axes in panels[:-1]:
-            axes.tick_params(axis="x", labelbottom=False)
-        for axes in panels[-2:]:
-            axes.tick_params(axis="x", direction="out", top=False)
-        panels[-2].tick_params(axis="x", bottom=False)
-        panels[-1].set_xlabel(data.x.label)
+        draw_classes_below(panels, data, 72.0 * inside)
         if len(data.limits) == 1:
             _name_sides(panels[0], *data.limits[0])
     return figure

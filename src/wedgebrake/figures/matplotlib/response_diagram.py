@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.figures.data import caption
-from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.parts import of_parts
 from wedgebrake.figures.data.response_diagram import RESPONSE, ResponseDiagram, ResponsePanel
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.figures.matplotlib.bands import draw_bands, name_motions
+from wedgebrake.figures.matplotlib.bands import draw_classes_below
 from wedgebrake.figures.matplotlib.layout import page
 from wedgebrake.figures.matplotlib.maps import set_axes
 
@@ -72,16 +71,7 @@ def response_diagram(
         axes += [figure.add_subplot(grid[row], sharex=axes[0]) for row in range(1, len(rows))]
         for one, panel in zip(axes, data.panels, strict=False):
             draw_panel(one, data, panel)
-        draw_bands(axes[-2], data.x, data.branches, data.motions, classes.MOTIONS, "motion")
-        inside = 72.0 * (width - _MARGINS)
-        name_motions(axes[-2], data.x, data.motions, data.orders, inside)
-        draw_bands(axes[-1], data.x, data.branches, data.sticks, classes.STICK_CLASSES, "sticks")
-        for one in axes[:-1]:
-            one.tick_params(axis="x", labelbottom=False)
-        for one in axes[-2:]:
-            one.tick_params(axis="x", direction="out", top=False)
-        axes[-2].tick_params(axis="x", bottom=False)
-        axes[-1].set_xlabel(data.x.label)
+        draw_classes_below(axes, data, 72.0 * (width - _MARGINS))
     return figure
 
 

@@ -1,0 +1,86 @@
+"""Multiple shooting: equations of an orbit for its points at successive returns to a section."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, Self
+
+import numpy as np
+
+from wedgebrake.orbits.problem import FloatArray, Records
+from wedgebrake.orbits.segment_orbit import MARGINS
+
+
+class MultipleShooting(ABC):
+    """An orbit as its points on the section; the flow must lead from each point to the next.
+
+    A solution is an orbit, because the equations are the flow itself. Symmetry is not used.
+
+    order     : returns in the orbit
+    dimension : coordinates of a point
+    """
+
+    def __init__(self, order: int, dimension: int) -> None:
+        self.order, self.dimension = order, dimension
+
+    @abstractmethod
+    def _advanced(
+        self, points: FloatArray, problem: Any, *, derivative: bool = True
+    ) -> tuple[FloatArray, list[FloatArray]]:
+        """Next return of each point, (order, dimension), and the derivatives if requested."""
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.order * self.dimension
+
+    def residual(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """F(u)."""
+        points = self._points(unknowns)
+        ends, _ = self._advanced(points, problem, derivative=False)
+        return np.asarray((ends - np.roll(points, -1, axis=0)).ravel())
+
+    def linearize(self, unknowns: FloatArray, problem: Any) -> tuple[FloatArray, FloatArray]:
+        """F(u) and its derivative."""
+        points = self._points(unknowns)
+        ends, derivatives = self._advanced(points, problem)
+        blocks = np.zeros((self.order, self.dimension, self.order, self.dimension))
+        for k, derivative in enumerate(derivatives):
+            blocks[k, :, k] += derivative
+            blocks[k, :, (k + 1) % self.order] -= np.eye(self.dimension)
+        values = (ends - np.roll(points, -1, axis=0)).ravel()
+        return values, blocks.reshape(self.size, self.size)
+
+    def iterated(
+        self, point: FloatArray, problem: Any, returns: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Points of successive returns, (returns + 1, dimension), and the last one's derivative."""
+        points, matrix = [point], np.eye(point.size)
+        for _ in range(returns):
+            ends, (derivative,) = self._advanced(points[-1][None], problem)
+            points.append(ends[0])
+            matrix = derivative @ matrix
+        return np.array(points), matrix
+
+    def margins(self, unknowns: FloatArray, problem: Any) -> Records:  # noqa: ARG002
+        """Return no margins, because the equations do not assume any segments."""
+        return np.empty(0, dtype=MARGINS)
+
+    def follows_flow(self, unknowns: FloatArray, problem: Any, growth: float) -> bool:  # noqa: ARG002
+        """Return True, because the equations are the flow itself."""
+        return True
+
+    def halved(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Return the same equations, because symmetry is not used."""
+        return self, unknowns
+
+    def whole(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Return the same equations, because they do not assume symmetry."""
+        return self, unknowns
+
+    def doubled(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of the same orbit traversed twice."""
+        return type(self)(2 * self.order, self.dimension), np.tile(unknowns, 2)
+
+    def _points(self, unknowns: FloatArray) -> FloatArray:
+        return unknowns.reshape(self.order, self.dimension)
