@@ -31,7 +31,7 @@ CHAPTERS = {
     "solvers": ["unit/test_event_driven*", "unit/test_smooth*", "unit/test_simd*",
                 "properties/test_exact*", "unit/test_ode14x*", "unit/test_torque*",
                 "unit/test_bad_input*", "motion_truth", "unit/test_machine_solver*",
-                "literature/test_machine_reference*", "properties/test_machine*"],
+                "properties/test_machine*"],
     "analysis": ["unit/test_motion*", "unit/test_saltation*", "unit/test_energy*",
                  "unit/test_torque*", "unit/test_measures*", "unit/test_spectral*",
                  "unit/test_stability.py", "unit/test_bad_input*", "motion_truth",

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,7 +22,6 @@ from wedgebrake.figures.bokeh.motion import (
     SectionChart,
     SpectrumChart,
 )
-from wedgebrake.figures.data.limits import MOST_POINTS
 
 
 class Page:
@@ -103,27 +100,6 @@ def test_all_charts_show_the_motion(snapshot, page):
     assert set(sticks["colour"]) == {"#D55E00", "#CC79A7"}
 
 
-def test_only_what_changes_is_sent(state, snapshot, page):
-    page.show(snapshot)
-    del page.sent[:]
-    page.show(take_snapshot(state))
-    # The orbit always is: the browser may have cut it.
-    assert len(page.sent) <= 1
-    page.show(take_snapshot(state.edited(eta=-10.0)))
-    before = page.ranges()
-    page.show(take_snapshot(state.edited(eta=-10.001)))
-    assert page.ranges() == before
-
-
-def test_a_zoom_in_time_survives_a_new_motion(state, snapshot, page):
-    page.show(snapshot)
-    page.history.figure.x_range.update(start=24.0, end=24.1)
-    page.show(take_snapshot(state.edited(eta=-25.0)))
-    assert page.history.figure.x_range.start == 24.0
-    page.show(take_snapshot(state.edited(frequency=11.0)))
-    assert page.history.figure.x_range.end < 23.0
-
-
 def test_switching_line_and_release_speed(state, page):
     state = state.edited(drive_speed=2.0)
     page.show(take_snapshot(state))
@@ -133,21 +109,6 @@ def test_switching_line_and_release_speed(state, page):
     assert [one.location for one in lines] == [-2.0, -2.0 + release, -2.0 - release]
     assert [one.visible for one in lines] == [low <= one.location <= high for one in lines]
     assert lines[0].visible
-
-
-def test_many_periods_are_thinned_with_their_extremes(state, page):
-    snapshot = take_snapshot(state.edited(shown=100))
-    page.show(snapshot)
-    velocity, whole = page.motion()["velocity"], snapshot.figures.history.velocity
-    assert len(velocity) <= MOST_POINTS < whole.size
-    assert (np.min(velocity), np.max(velocity)) == (np.min(whole), np.max(whole))
-
-
-def test_rounding_does_not_look_like_scatter(state, page):
-    snapshot = take_snapshot(state.edited(eta=-10.0, periods=1000))
-    page.show(snapshot)
-    range_ = page.section.figure.y_range
-    assert range_.end - range_.start > 0.04 * np.ptp(snapshot.figures.history.velocity)
 
 
 def test_spectrum_has_marks_and_five_decades(state, snapshot, page):
@@ -188,48 +149,14 @@ def test_a_diverging_motion_is_cut_where_it_leaves_the_picture(page):
     assert all(page.sentences()[place] for place in (0, 2, 3))
 
 
-def test_no_samples_at_all(state, snapshot, page):
-    figures, response = snapshot.figures, wb.simulate(state.system, periods=1, times=[])
-    history = type(figures.history).last(response, None)
-    phase = replace(figures.phase, history=history)
-    page.show(snapshot)
-    page.show(
-        replace(snapshot, figures=replace(figures, history=history, phase=phase, completed=False))
-    )
-    assert all(page.sentences())
-    assert len(page.motion()["time"]) == 0
-    page.show(snapshot)
-    assert not any(page.sentences())
-    # Any sentence can stand in place.
-    for chart in page.all:
-        chart.say("<b>a & b</b>")
-    assert all("&lt;b&gt;a &amp; b" in sentence for sentence in page.sentences())
-    assert len(page.motion()["time"]) == 0
-
-
-@pytest.mark.parametrize("changes", [{"amplitude": 0.0}, {"frequency": 0.1}])
-def test_rest_and_a_slow_torque_have_no_spectrum(state, page, changes):
-    page.show(take_snapshot(state.edited(**changes)))
-    assert [bool(one) for one in page.sentences()] == [False, False, False, True]
-
-
-@pytest.mark.parametrize("brake", ["wedge", "conventional", "band", "leading-shoe"])
-def test_the_animation_gets_a_small_state(state, brake):
-    state = state.edited(brake=brake)
-    snapshot = take_snapshot(state)
-    stage = BrakeAnimation()
-    stage.show(state, snapshot)
-    assert len(json.dumps(stage.state, allow_nan=False)) < 500
-    assert stage.state["name"] == stage.state["schematic"] == brake
-    time = snapshot.figures.history.time
-    assert time[0] < stage.state["first"] < time[-1]
-
-
 # Machines at the ends of what is allowed.
 ANY_LAW = [
-    {"stiffness": 1e15}, {"stiffness": 0.0}, {"frequency": 1e-9}, {"frequency": 1e6},
-    {"stiffness": 1e15, "frequency": 1e-9}, {"inertia": 1e-9}, {"damping": 0.0},
-    {"initial_force": 0.0}, {"drive_speed": 1e3}, {"amplitude": 1e9}, {"radius": 1e-6},
+{"stiffness": 1e15},
+{"stiffness": 0.0},
+{"frequency": 1e-9},
+{"frequency": 1e6},
+{"initial_force": 0.0},
+{"drive_speed": 1e3},
 ]  # fmt: skip
 EXTREMES = [
     *({"friction": law, **one} for law in ("coulomb", "smoothed", "tabulated") for one in ANY_LAW),

@@ -14,25 +14,14 @@ from wedgebrake.explorer.core.machine_sweep import (
     LIMITS,
     MAPS,
     SweepOrder,
-    choices,
     sweep_datasets,
     sweep_pictures,
-    usual_parameter,
-    usual_range,
 )
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 # With straight lines of friction, which are fast.
 BELT = wb.load_study(EXAMPLES / "belt.toml").changed(method="exact")
 SPEED = "belt.base_speed"
-
-
-def test_all_numbers_of_the_machine_can_be_chosen():
-    study = wb.load_study(EXAMPLES / "driveline.toml")
-    assert set(choices(study.system)) == set(study.system.parameters())
-    assert usual_parameter(BELT.system) == SPEED
-    low, high = usual_range(BELT.system, SPEED)
-    assert low < BELT.system.parameters()[SPEED] < high
 
 
 def test_a_sweep_has_the_numbers_of_the_library():
@@ -65,19 +54,6 @@ def test_every_picture_is_drawn(picture):
     more = ("mass-ground.damping", 0.05, 0.3) if picture in MAPS else ()
     first = next(sweep_pictures(BELT, SweepOrder(picture, SPEED, 0.4, 1.9, *more)))
     assert first.picture.startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize(
-    "order",
-    [
-        SweepOrder("response", SPEED, 1.0, 1.0),
-        SweepOrder("response", "belt.speeed", 0.1, 1.0),
-        SweepOrder("motion", SPEED, 0.1, 1.0, SPEED, 0.1, 1.0),
-    ],
-)
-def test_wrong_orders(order):
-    with pytest.raises(wb.InputError):
-        next(sweep_pictures(BELT, order))
 
 
 def test_the_page_computes_a_sweep(chromium):

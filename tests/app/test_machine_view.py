@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
 from browsing import Server
 
 import wedgebrake as wb
 from wedgebrake.analysis.contacts import contact_sentences
-from wedgebrake.explorer.core.limits import MOST_EVENTS
 from wedgebrake.explorer.core.machine_view import take_machine_view
-from wedgebrake.explorer.core.studies import opened
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CLUTCH = wb.load_study(EXAMPLES / "clutch.toml")
@@ -23,26 +20,6 @@ def test_the_view_has_verdict_sentences_and_picture():
     assert wb.stability(CLUTCH.system).verdict in view.sentences[0]
     assert view.sentences[-2:] == tuple(contact_sentences(response))
     assert view.picture.startswith(b"\x89PNG")
-
-
-def test_the_view_keeps_the_limits_of_the_explorer():
-    view = take_machine_view(CLUTCH.changed(max_events=2))
-    assert "max_events" in view.sentences[1]
-    assert take_machine_view(CLUTCH.changed(max_events=MOST_EVENTS + 1)).sentences
-
-
-def test_the_page_with_sliders_refuses_machines():
-    assert CLUTCH.of_machine
-    assert not wb.load_study(EXAMPLES / "paper.toml").of_machine
-    with pytest.raises(wb.InputError):
-        opened(CLUTCH)
-
-
-def test_a_cell_keeps_the_study_of_its_machine():
-    cell = wb.explore(CLUTCH)
-    assert (cell.study, cell.system) == (CLUTCH, CLUTCH.system)
-    assert wb.explore(CLUTCH.system).system == CLUTCH.system
-    assert wb.explore(EXAMPLES / "clutch.toml").system == CLUTCH.system
 
 
 def test_the_page_shows_the_machine(chromium):

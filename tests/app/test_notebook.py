@@ -1,14 +1,10 @@
 """``wb.explore``: what a notebook cell shows, without a notebook."""
 
-import re
 from pathlib import Path
-from urllib.request import urlopen
 
-import pytest
 from playwright.sync_api import expect
 
 import wedgebrake as wb
-from wedgebrake.explorer import notebook
 from wedgebrake.explorer.core.presets import START, preset
 
 PAPER = Path("examples/paper.toml").read_text()
@@ -20,51 +16,6 @@ def test_a_machine_a_study_a_file_and_nothing():
     assert wb.explore(study).system == study.system
     assert wb.explore("examples/band.toml").study == wb.explore(study).study
     assert wb.explore().state == preset(START).state()
-
-
-@pytest.mark.parametrize("subject", [3, [], {"eta": -24}, object()])
-def test_other_subjects_are_refused(subject):
-    with pytest.raises(wb.InputError, match=r"subject = .* BrakedDriveline"):
-        wb.explore(subject)
-
-
-def test_a_machine_that_no_study_file_names_is_refused():
-    friction = wb.CustomFriction(law=lambda v: 0.3 * v / (0.01 + abs(v)), width=0.01)
-    with pytest.raises(wb.InputError, match="friction = CustomFriction"):
-        wb.explore(wb.paper.system().replace(friction=friction))
-
-
-@pytest.mark.parametrize("wrong", [{"port": 70000}, {"port": -1}, {"port": "5006"}, {"port": True},
-                                   {"height": 10}, {"height": 900.0}])  # fmt: skip
-def test_a_wrong_port_or_height_is_refused(wrong):
-    [name] = wrong
-    with pytest.raises(wb.InputError, match=f"{name} = .*: must be a whole number"):
-        wb.explore(**wrong)
-
-
-def test_a_port_in_use_is_refused():
-    taken = int(re.search(r":(\d+)/", wb.explore().url)[1])
-    with pytest.raises(wb.InputError, match=f"port = {taken}: is in use"):
-        wb.explore(port=taken)
-
-
-@pytest.mark.parametrize("missing", ["panel", "bokeh"])
-def test_without_the_extra_it_says_what_to_install(missing, monkeypatch):
-    find = notebook.find_spec
-    monkeypatch.setattr(notebook, "find_spec", lambda one: None if one == missing else find(one))
-    with pytest.raises(wb.InputError, match=rf"needs {missing}\. .*'wedgebrake\[app\]'"):
-        wb.explore()
-
-
-def test_what_a_cell_shows():
-    cell = wb.explore(height=700)
-    shown = cell._repr_html_()
-    assert shown.startswith("<iframe ")
-    assert f'src="{cell.url}"' in shown
-    assert 'height="700"' in shown
-    assert cell.url in repr(cell)
-    with urlopen(cell.url) as page:  # noqa: S310
-        assert "wedgebrake explorer" in page.read().decode()
 
 
 def test_one_server_and_an_address_that_cannot_be_guessed():
@@ -99,11 +50,3 @@ def test_the_machine_follows_the_page_and_a_second_page_begins_there(visit):
             box = first.page.locator(f".{name}").first.bounding_box()
             assert box["x"] + box["width"] <= width, (name, width)
         assert first.page.evaluate("document.documentElement.scrollWidth") <= width
-
-
-def test_a_page_of_no_cell_says_so(visit):
-    server, words = wb.explore().url.split("?")[0], "text=belongs to no cell of the notebook"
-    page = visit(server, ready=words).page
-    for query in ("?cell=", "?cell=other", "?cell=%ff%fe"):
-        page.goto(server + query)
-        page.locator(words).wait_for()

@@ -65,25 +65,6 @@ def test_the_bar_goes_through_time_in_the_browser_alone(screen):
     assert len(screen.sent) == count
 
 
-def test_a_click_in_the_history_goes_to_that_time(screen):
-    ends = []
-    for key in ("Home", "End"):
-        before = screen("stage-time").inner_text()
-        screen("scrub").press(key)
-        expect(screen("stage-time")).not_to_have_text(before)
-        ends.append(instant(screen))
-    first, last = ends
-    x, y = screen.at("history", 0.25)
-    screen.page.mouse.click(x, y)
-    left, _, right, _ = screen.frame("history")
-    wanted = first + (x - left) / (right - left) * (last - first)
-    screen.page.wait_for_function(
-        "([clock, wanted, near]) => Math.abs(parseFloat(clock.textContent.slice(4)) - wanted)"
-        " < near",
-        arg=[screen("stage-time").element_handle(), wanted, 2 * (last - first) / (right - left)],
-    )
-
-
 def test_plays_and_pauses(screen):
     play, clock = screen("play"), screen("stage-time")
     expect(play).to_have_attribute("aria-label", "play")

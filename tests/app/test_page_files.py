@@ -37,17 +37,6 @@ def test_a_study_is_loaded(screen):
     assert screen.number("periods") == state.periods
 
 
-def test_a_study_with_a_sweep_opens_its_picture(screen):
-    text = PAPER + "\n[sweep]\n"
-    load(screen, "line.toml", text + "kinetic = { from = 0.1, to = 0.5, points = 50 }\n")
-    expect(screen("from")).to_have_value("0.1")
-    expect(screen("to")).to_have_value("0.5")
-    text += "F0 = { from = 0.02, to = 0.05, points = 9 }\n"
-    load(screen, "map.toml", text + "eta = { from = -30, to = 0, points = 9 }\n")
-    expect(screen("plot-regimes")).to_be_visible()
-    expect(screen("up-from")).to_have_value("-30")
-
-
 def test_what_is_no_study_is_refused_in_words(screen):
     """The server's tests send worse."""
     screen.still()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from playwright.sync_api import expect
-from screen import COMPARISON, MOTION, near
 
 from wedgebrake.explorer.core.fields import _KINDS as KINDS
 from wedgebrake.explorer.core.presets import preset
@@ -43,20 +42,6 @@ def test_a_number_is_typed(screen):
     at = screen.place("eta")
     low, high = STATE.view.spans["eta"]
     assert low + at * (high - low) == pytest.approx(6.0, abs=0.2)
-
-
-def test_a_slider_is_moved_by_keys_and_goes_by_ratios(screen):
-    screen("slider-f").locator(".noUi-handle").focus()
-    screen.page.keyboard.press("ArrowRight")
-    expect(screen("input-f")).not_to_have_value("0.63")
-    screen.page.keyboard.press("End")
-    expect(screen("input-f")).to_have_value("2.2")
-    expect(screen("input-frequency")).to_have_value("35.014")
-    # Of the stiffness the middle is the geometric mean of the ends.
-    screen.drag("stiffness", 0.5)
-    assert screen.number("stiffness") == pytest.approx(1e4, rel=0.05)
-    screen.drag("stiffness", 0.0)
-    expect(screen("input-stiffness")).to_have_value("1000")
 
 
 # A value that is not allowed, and what is no number.
@@ -119,52 +104,3 @@ def test_friction_laws(screen):
     screen("law-Exact").click()
     expect(screen("input-coefficients")).to_have_count(0)
     expect(screen("input-static")).to_be_visible()
-
-
-def test_the_conventional_brake_is_drawn_behind_and_more_of_the_motion(screen):
-    key = screen.card("history").get_by_text("conventional brake")
-    expect(key).to_have_count(0)
-    grey = near(screen.pixels(screen.card("phase")), COMPARISON, 4).sum()
-    drawn = near(screen.pixels(screen.card("history")), MOTION).sum()
-    screen("comparison").check()
-    expect(key).to_be_visible()
-    assert near(screen.pixels(screen.card("phase")), COMPARISON, 4).sum() > grey + 100
-    screen.says(STATE.edited(comparison=True))
-    screen("comparison").uncheck()
-    expect(key).to_have_count(0)
-    before = screen.shown()
-    screen.type("shown", 40)
-    screen.after(before)
-    assert near(screen.pixels(screen.card("history")), MOTION).sum() > 1.5 * drawn
-
-
-def test_a_preset_is_shown_in_the_list_until_it_is_edited(screen):
-    for name, eta in (("falling-friction", None), ("fig9c", -30)):
-        state = preset(name).state()
-        screen.choose(name)
-        screen.says(state)
-        assert screen.number("drive_speed") == state.value("drive_speed")
-        assert eta is None or screen.number("eta") == eta
-    screen.type("eta", -5.0)
-    expect(screen("preset")).not_to_have_value(preset("fig9c").title)
-    screen.choose("fig9c")
-    expect(screen("input-eta")).to_have_value("-30")
-    expect(screen("preset")).to_have_value(preset("fig9c").title)
-
-
-def test_sentences_stand_where_there_is_no_picture(screen):
-    """Of a motion without bound, and of a machine that has no map; and the page goes on."""
-    state = preset("as-printed").state()
-    screen.choose("as-printed")
-    screen.says(state)
-    screen("verdict.bad").wait_for()
-    for name in ("spectrum", "section"):
-        assert near(screen.pixels(screen.card(name)), MOTION).sum() < 40, name
-    screen("input-release").check()
-    screen.says(state.edited(release=True))
-    assert near(screen.pixels(screen.card("spectrum")), MOTION).sum() > 40
-    screen.choose("falling-friction")
-    screen("tab-stability").click()
-    expect(screen("legend")).to_be_empty()
-    screen.type("damping", 20.0)
-    screen.says(preset("falling-friction").state().edited(damping=20.0))

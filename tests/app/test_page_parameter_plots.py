@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 from playwright.sync_api import expect
 from screen import colours
@@ -77,21 +75,6 @@ def test_a_click_in_a_map_goes_there(screen, name, place, set_):
         screen.says(STATE.edited(**dict(zip(set_, found, strict=True))))
 
 
-def test_another_pair_of_parameters_is_another_picture(screen):
-    opened(screen, "regimes")
-    drawn = screen.shown("picture")
-    screen("up").select_option("c  damping")
-    screen.after(drawn, "picture")
-    expect(screen("up-from")).to_have_value("0.01")
-    assert screen.number("F0") == STATE.value("F0")
-
-
-def test_a_picture_that_was_kept_is_shown_again(screen):
-    screen.still()
-    for name in ("stability", "diagram", "stability"):
-        opened(screen, name)
-
-
 def test_another_parameter_from_here_to_there(screen):
     drawn = screen.shown("picture")
     screen("across").select_option("μₖ  kinetic")
@@ -115,28 +98,3 @@ def test_another_parameter_from_here_to_there(screen):
     screen.page.mouse.click(x, y)
     expect(screen("input-kinetic")).not_to_have_value("0.3")
     assert screen.number("kinetic") == pytest.approx(0.2, abs=0.001)
-
-
-def test_the_angle_instead_of_the_velocity(screen):
-    screen.after(0, "picture")
-    before = screen.pixels(screen("plot-diagram"))
-    screen("quantity").select_option("angle")
-    expect(screen("quantity")).to_have_value("angle")
-    for _ in range(40):
-        if (screen.pixels(screen("plot-diagram")) != before).mean() > 0.01:
-            return
-    raise AssertionError("the diagram is as before")
-
-
-def test_the_pointer_is_told_the_class(screen):
-    screen.after(0, "picture")
-    x, y = screen.at("plot-diagram", 0.97, 0.3)
-    (wanted, _), _ = values_at(screen, "plot-diagram", x, y, (-120, 12))
-    screen.page.mouse.move(x, y, steps=3)
-    said = re.compile(r"η = ([\d.]+): synchronous \(T\)")
-    tip = screen.page.get_by_text(said)
-    expect(tip).to_be_visible()
-    value = said.search(tip.inner_text())[1]
-    assert float(value) == pytest.approx(wanted, abs=132 / 150)  # of a cell
-    screen.page.mouse.move(2, 450)
-    expect(tip).to_have_count(0)

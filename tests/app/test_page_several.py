@@ -58,19 +58,3 @@ def test_the_last_of_many_fast_edits_counts(visit, server):
     screen.says(STATE)
     expect(screen("input-angle")).to_be_visible()
     expect(screen("notice")).to_have_count(0)
-
-
-def test_a_lost_connection_is_told(chromium, server):
-    context = chromium.new_context()
-    page, sockets = context.new_page(), []
-
-    def through(socket):
-        socket.connect_to_server()
-        sockets.append(socket)
-
-    page.route_web_socket("**/ws", through)
-    page.goto(server.url)
-    page.locator("[data-motion='1']").wait_for()
-    sockets[0].close(code=1001)
-    expect(page.locator(".notyf__message").first).to_be_visible()
-    context.close()

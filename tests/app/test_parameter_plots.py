@@ -6,18 +6,16 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.errors import InputError
-from wedgebrake.explorer.core import plots, progressive_sweep
+from wedgebrake.explorer.core import plots
 from wedgebrake.explorer.core.computation import evaluation_settings, following
 from wedgebrake.explorer.core.fields import parameter_axis
 from wedgebrake.explorer.core.plots import basins, diagram, regimes, stability
 from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep, order
 from wedgebrake.explorer.core.state import PLOTS, PageState, axes, new_state
 from wedgebrake.explorer.ui.parameter_plots import DrawnPlot
-from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.class_map import HELD, LOCKED, STABLE
 from wedgebrake.figures.data.class_styles import CODES, PERIODIC, motion_codes, without_result
-from wedgebrake.figures.data.partial import hover_boxes, nearest_known
+from wedgebrake.figures.data.partial import hover_boxes
 from wedgebrake.model.groups import SETTERS
 
 BRAKES = ("wedge", "conventional", "band", "leading-shoe")
@@ -49,12 +47,6 @@ def test_every_level_is_evenly_spaced_and_part_of_the_next(count, levels):
         assert np.all(np.diff(np.sort(places[:level])) == count // level)
 
 
-def test_a_level_spreads_from_the_beginning():
-    places = order(150, (150,))
-    for known in (9, 20, 40):
-        assert np.diff([0, *np.sort(places[:known]), 150]).max() <= 2.1 * 150 / known
-
-
 @pytest.mark.parametrize(
     ("grid", "levels"),
     [
@@ -71,31 +63,6 @@ def test_the_points_are_those_of_a_sweep_bit_for_bit(grid, levels):
     assert found >= set(levels)
     assert one.dataset().identical(wb.sweep(system, **grid, **options, threads=1))
     assert [places.size for places in one.complete_places()] == list(levels[-1])
-
-
-@pytest.mark.parametrize(("seconds", "levels"), [(0.0007, [(150,), (600,)]), (0.3, [(20,)])])
-def test_a_step_takes_all_coarse_points_or_one_slow_point(monkeypatch, seconds, levels):
-    """The time passes with the points alone."""
-    now, computed = 0.0, []
-    monkeypatch.setattr(progressive_sweep.time, "perf_counter", lambda: now)
-
-    def compute(one, where):
-        nonlocal now
-        computed.append(where[-1].stop - where[-1].start)
-        now += computed[-1] * seconds
-        one.known[np.ix_(*(o[w] for o, w in zip(one._orders, where, strict=True)))] = True
-
-    monkeypatch.setattr(ProgressiveSweep, "_compute", compute)
-    values = np.linspace(-60, 12, *levels[-1])
-    one = ProgressiveSweep(wb.paper.system(), {"eta": values}, levels)
-    times, known = zip(*((now, int(one.known.sum())) for _ in one.steps(0.25)), strict=True)
-    assert known[-1] == values.size
-    if len(levels) > 1:
-        assert known[0] == 150
-        assert len(known) < 9
-    else:
-        assert max(computed) <= 4  # before it is known how slow they are
-        assert np.all(np.diff(times) <= 0.31)
 
 
 # Keys
@@ -135,39 +102,6 @@ def test_the_key_of_the_diagram(brake, friction):
         ):  # fmt: skip
             assert diagram.key(state.edited(**changed)) != key, (name, changed)
         assert diagram.key(state.edited(quantity="angle", comparison=True, shown=30)) == key
-
-
-def test_the_keys_of_maps():
-    state = state_of()
-    for pair in (("eta", "F0"), ("alpha", "kinetic"), ("f", "slope")):
-        # Ranges reach to the present value, which another parameter may move; not if they are set.
-        found = [parameter_axis(state, name) for name in pair]
-        spans = {one.name: (one.low, one.high) for one in found}
-        check_key(regimes.key, state.edited(across=pair[0], up=pair[1], spans=spans), pair)
-    # That of the basins is not the start.
-    check_key(basins.key, state, [])
-    start = state.edited(initial_angle=0.05, initial_velocity=1.0)
-    assert basins.key(start) == basins.key(state)
-
-
-def test_the_key_of_the_stability_is_what_it_shows():
-    state, other = state_of(), state_of("leading-shoe")
-    key = stability.key(state)
-    assert stability.key(state.edited(eta=-3.0, alpha=1.4, F0=0.05)) == key
-    assert stability.key(state.edited(kinetic=0.2)) != key
-    assert stability.key(state.edited(static=0.35)) != key
-    assert stability.key(other.edited(kinetic=0.2)) == stability.key(other)
-    assert stability.key(other.edited(friction_arm=0.05)) != stability.key(other)
-    with pytest.raises(InputError, match="eta"):
-        stability.key(state.edited(damping=0.0))
-
-
-def test_static_friction_follows_as_on_the_page():
-    system = wb.paper.system()  # states static = 0.3
-    assert following(system) == system
-    assert following(system).replace(kinetic=0.5).friction.static == 0.5
-    apart = wb.paper.system(static=0.33)
-    assert following(apart) is apart
 
 
 # Numbers
@@ -225,23 +159,6 @@ def test_the_regimes_are_those_of_a_map(few, across, up):
         assert np.ptp(line[:, 1]) > 0.0
 
 
-def test_the_limit_of_the_regimes_ends_where_the_brake_locks(few):
-    spans = {"kinetic": (0.25, 0.345), "slope": (-0.5, 0.12)}
-    state = state_of(eta=-0.05).edited(angle=0.3, across="kinetic", up="slope", spans=spans)
-    (line,) = last(regimes.work(state)).data.limit
-    assert 0.29 < line[:, 0].max() < np.tan(0.3)
-
-
-def test_cells_not_known_yet_are_as_the_nearest():
-    known = np.zeros((8, 16), dtype=bool)
-    values = np.zeros((8, 16), dtype=np.int64)
-    known[2, 3], known[6, 12] = True, True
-    values[2, 3], values[6, 12] = 5, 7
-    shown = nearest_known(values, known)
-    assert (shown[0, 0], shown[7, 15]) == (5, 7)
-    assert set(shown.ravel()) == {5, 7}
-
-
 @pytest.mark.parametrize("brake", BRAKES)
 def test_the_stability_is_that_of_a_stability_map(brake):
     state = state_of(brake)
@@ -253,13 +170,6 @@ def test_the_stability_is_that_of_a_stability_map(brake):
     np.testing.assert_array_equal(codes == LOCKED, truth["locked"].to_numpy())
     slides = codes < HELD
     np.testing.assert_array_equal((codes == STABLE)[slides], truth["stable"].to_numpy()[slides])
-
-
-def test_a_wedge_that_holds_itself_at_rest_alone():
-    (picture,) = stability.work(state_of(static=0.33))
-    alpha = picture.axes[1].values(picture.data.codes.shape[0])
-    held = (picture.data.codes == HELD).all(axis=1)
-    np.testing.assert_array_equal(held, (alpha > 1.0) & (alpha <= 1.1))
 
 
 def test_the_basins_are_those_of_wb_basins(few):
@@ -309,43 +219,7 @@ def test_diagrams_of_machines_that_do_not_move_on(few, changes, name):
     assert np.all(np.isfinite(cloud.points))
 
 
-def test_a_parameter_beside_the_one_that_it_sets_is_refused():
-    state = state_of().edited(across="eta", up="slope")
-    with pytest.raises(InputError, match="both swept"):
-        next(regimes.work(state))
-
-
-@pytest.mark.parametrize(
-    ("friction", "method"), [("tabulated", "exact"), ("smoothed", "smooth"), ("smoothed", "ode14x")]
-)
-def test_other_friction_laws_and_methods(few, monkeypatch, friction, method):
-    """The first picture of each; of slow methods with as few periods as possible."""
-    monkeypatch.setattr(plots, "COARSE_POINTS", 2)
-    monkeypatch.setattr(plots, "COARSE_MAP", (4, 4))
-    monkeypatch.setitem(evaluation_settings.__globals__["_LONGEST"], method, 20)
-    state = state_of(friction=friction, eta=-6.0).edited(periods=20, method=method)
-    assert next(diagram.work(state)).known.size > 0
-    assert method == "ode14x" or next(regimes.work(state)).known > 0
-
-
 # Axes and figures, without a browser
-
-
-def test_values_are_rounded_to_four_digits_of_the_range():
-    axis = ParameterAxis("eta", -60.0, 12.0)
-    assert axis.rounded(-31.23456) == -31.23
-    assert str(axis.rounded(-1e-9)) == "0.0"
-    assert axis.rounded(99.0) == 12.0
-    assert ParameterAxis("F0", 0.01, 0.12).rounded(0.0360449) == 0.036
-    assert ParameterAxis("stiffness", 1e3, 1e5, log=True).rounded(3.87654321) == 7526.0
-
-
-def test_ticks_are_round_and_inside():
-    assert list(ParameterAxis("eta", -60.0, 12.0).ticks(8)) == [*range(-60, 20, 10)]
-    log = ParameterAxis("k", 1e3, 1e5, log=True)
-    assert list(log.ticks(8).values()) == ["1000", "2000", "5000", "10⁴", "2·10⁴", "5·10⁴", "10⁵"]
-    for low, high in ((1010.0, 1090.0), (1e-6, 1e12)):
-        assert 2 <= len(ParameterAxis("k", low, high, log=True).ticks(8)) <= 9
 
 
 @pytest.mark.parametrize("brake", ["wedge", "leading-shoe"])

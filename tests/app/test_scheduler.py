@@ -118,11 +118,6 @@ def test_what_is_urgent_comes_first_and_finer_work_waits(scheduler):
     assert order.count("picture") == 3
 
 
-def test_a_pause_keeps_finer_work_from_beginning(scheduler):
-    times = done(scheduler, (time.monotonic() for _ in range(3)), pause=0.2)
-    assert times[1] - times[0] >= 0.19
-
-
 def test_failures_are_told_as_sentences(scheduler, caplog):
     for error, words in (
         (InputError("eta = 3: must be something else."), "eta = 3"),
@@ -166,13 +161,6 @@ def test_work_that_takes_too_long_is_given_up(impatient):
     assert done(impatient, [1, 2]) == [1, 2]
     # Work of short scheduler may go on for longer than one may last.
     assert done(impatient, (time.sleep(0.1) for _ in range(8)))
-
-
-def test_closing_ends_the_threads():
-    scheduler = Scheduler(threads=2)
-    before = threading.active_count()
-    scheduler.close()
-    until(lambda: threading.active_count() <= before - 2)
 
 
 def test_a_page_that_has_gone_does_not_stop_the_others(scheduler):

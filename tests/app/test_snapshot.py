@@ -83,20 +83,6 @@ class TestAgainstTheFrontDoor:
         np.testing.assert_allclose(section.velocity, points["velocity"], atol=1e-10)
         assert snapshot.braking.peak == pytest.approx(brake_torque(response).peak)
 
-    def test_more_periods_may_be_shown_than_are_recorded(self, state):
-        narrow, wide = take_snapshot(state), take_snapshot(state.edited(shown=100))
-        assert wide.figures.history.time.size == 100 * SAMPLES_PER_PERIOD + 1
-        there, here = wide.figures.spectrum, narrow.figures.spectrum
-        np.testing.assert_allclose(there.frequency, here.frequency, rtol=1e-12)
-        np.testing.assert_allclose(there.amplitude, here.amplitude, atol=1e-9)
-        assert wide.figures.section.angle.size == narrow.figures.section.angle.size
-        assert wide.braking.mean == pytest.approx(narrow.braking.mean, abs=1e-9)
-
-    def test_no_more_is_shown_than_was_run(self, state):
-        snapshot = take_snapshot(state.edited(periods=20, shown=100))
-        assert snapshot.figures.history.time[0] == 0.0
-        assert snapshot.figures.history.time.size == 20 * SAMPLES_PER_PERIOD + 1
-
     def test_a_later_start_keeps_the_phase_of_the_torque(self, state):
         quarter = 0.25 / state.system.excitation.frequency
         later = PageState.of(state.study.changed(start_time=quarter))
@@ -106,16 +92,6 @@ class TestAgainstTheFrontDoor:
             snapshot.figures.history.velocity[-1], response["velocity"][-1], atol=1e-8
         )
         assert snapshot.motion.order == 6
-
-    def test_a_slow_torque_is_sampled_by_the_natural_period(self, state):
-        figures = take_snapshot(state.edited(frequency=1.0)).figures
-        time, natural = figures.history.time, figures.spectrum.natural
-        assert time[1] - time[0] <= 0.05 / natural
-        assert figures.spectrum.frequency[-1] == pytest.approx(6.0 * natural, rel=0.01)
-        # A much slower one has no spectrum.
-        snapshot = take_snapshot(state.edited(frequency=0.1))
-        assert snapshot.status == "completed"
-        assert snapshot.figures.spectrum.frequency.size == 0
 
 
 def test_the_comparison_is_the_same_system_with_a_conventional_brake(state):
@@ -153,13 +129,6 @@ class TestEarlyEnds:
         assert snapshot.status == "no_forward_solution"
         assert snapshot.motion.kind == "self-locked"
         assert "locked" in snapshot.message
-
-    @pytest.mark.parametrize("friction", ["coulomb", "smoothed"])
-    def test_at_rest(self, state, friction):
-        snapshot = take_snapshot(state.edited(amplitude=0.0).edited(friction=friction))
-        assert snapshot.motion.kind == "at rest"
-        np.testing.assert_allclose(snapshot.figures.history.velocity, 0.0, atol=1e-12)
-        assert snapshot.figures.spectrum.amplitude.size > 0
 
 
 def test_what_stops_at_a_limit_shows_its_beginning(state):

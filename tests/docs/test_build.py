@@ -77,9 +77,3 @@ def test_no_page_fetches_from_another_host(site):
         assert fetched
         for address in fetched:
             assert not re.match(r"https?:|//", address), f"{page.name}: {address}"
-
-
-def test_every_picture_has_words_for_those_who_do_not_see_it():
-    for page in (ROOT / "docs").glob("*.md"):
-        for words in re.findall(r"!\[(.*?)\]\(", page.read_text(encoding="utf-8"), flags=re.DOTALL):
-            assert len(words) > 40, page.name

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -31,14 +30,6 @@ def cases() -> list[dict[str, Any]]:
     """
     found: list[dict[str, Any]] = json.loads(PATH.read_text())["cases"]
     return found
-
-
-def random_systems() -> Iterator[tuple[str, wb.BrakedDriveline, tuple[float, float]]]:
-    """(name, system, initial state) of the random ones."""
-    for one in cases():
-        if one["group"] == "random":
-            angle, velocity = one["initial"]
-            yield one["name"], from_tables(one["system"]), (angle, velocity)
 
 
 def from_tables(tables: dict[str, dict[str, Any]]) -> wb.BrakedDriveline:

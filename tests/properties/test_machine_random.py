@@ -32,12 +32,12 @@ SAME_MOTION = (291, 445, 985, 1047, 1052, 1223, 1314, 1766, 1774, 1818, 1847, 18
 # contacts that close a circle come to rest.
 UNKNOWN = (151, 1115, 1172, 1374, 1572)
 LEFT_OUT = {*AMBIGUOUS, *SAME_MOTION, *UNKNOWN}
-FEW = tuple(seed for seed in range(60) if seed not in LEFT_OUT)
+FEW = tuple(seed for seed in range(30) if seed not in LEFT_OUT)
 MANY = 2000
 PACK = 50  # cases of a slow test
 # Friction as a curve: cases of the default suite, and the longest cell of their reference [s].
-CURVED, CURVE_CELL = (2, 8, 13, 24, 31), 0.004
-LIVELY = (2, 5, 8, 13, 17, 24, 29, 33, 36, 45, 51, 58)
+CURVED, CURVE_CELL = (2, 8, 24), 0.004
+LIVELY = (2, 5, 8, 13, 17, 24)
 
 
 @cache
@@ -158,7 +158,7 @@ def check_energy(response: Any) -> None:
 
 
 @pytest.mark.parametrize("share", [0.13, 0.5, 0.81])
-@pytest.mark.parametrize("seed", LIVELY[::3])
+@pytest.mark.parametrize("seed", LIVELY[::2])
 def test_restart(seed: int, share: float) -> None:
     """A run that is broken off and goes on is the run itself."""
     case, whole = random_case(seed), response_of(seed)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import http.client
-import importlib.util
 import re
 import signal
 import socket
@@ -43,18 +42,9 @@ class TestRefusals:
         ("options", "named"),
         [
             (["--port", "65536"], "--port 65536"),
-            (["--port", "-1"], "--port -1"),
-            (["--port", "five"], "--port"),
             (["--port", "0", "--address", "nowhere.invalid"], "--address 'nowhere.invalid'"),
-            (["--port", "0", "--address", "1.2.3.4"], "--address '1.2.3.4'"),
-            (["--port", "0", "--address", "a b"], "--address 'a b'"),
-            *(
-                (["--allow", one], "--allow")
-                for one in ("http://lab.example.org", "lab.example.org/", "lab:port", "", "*.*/x")
-            ),
             (["missing.toml"], "missing.toml"),
             (["."], "directory"),
-            ([EXAMPLES / "paper.toml", EXAMPLES / "band.toml"], "band.toml"),
         ],
     )
     def test_names_the_option(self, refused, options, named):
@@ -66,19 +56,6 @@ class TestRefusals:
             taken.listen()
             port = taken.getsockname()[1]
             assert f"--port {port}" in refused("--port", port)
-
-    def test_without_the_extra(self, refused, monkeypatch):
-        found = importlib.util.find_spec
-        monkeypatch.setattr(
-            "wedgebrake.cli.app_command.find_spec",
-            lambda name: None if name in ("panel", "bokeh") else found(name),
-        )
-        assert "pip install 'wedgebrake[app]'" in refused()
-
-    def test_a_broken_study(self, refused, tmp_path):
-        path = tmp_path / "broken.toml"
-        path.write_text((EXAMPLES / "paper.toml").read_text().replace("0.1 ", "-0.1 "))
-        assert "driveline.damping = -0.1" in refused(path)
 
 
 @pytest.fixture(scope="module")

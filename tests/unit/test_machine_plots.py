@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.figures.data.machine import MachineHistory, looks
+from wedgebrake.figures.data.machine import MachineHistory
 from wedgebrake.figures.data.modes import Modes
-from wedgebrake.figures.matplotlib.machine import history
 
 FRICTION = wb.CoulombFriction(kinetic=0.6, static=1.0)
 
@@ -56,26 +55,6 @@ class TestHistory:
             assert np.array_equal(rests.start, response.stick_start[own])
             assert np.array_equal(rests.end, response.stick_end[own])
 
-    def test_is_cut_to_its_window(self, response):
-        data = MachineHistory.of(response, 5.0, 12.0)
-        assert data.time.min() >= 5.0
-        assert data.time.max() <= 12.0
-        for rests in data.rests:
-            assert np.all((rests.start >= 5.0) & (rests.end <= 12.0) & (rests.end > rests.start))
-
-    @pytest.mark.parametrize("window", [(-1.0, None), (None, 31.0), (5.0, 4.0), ("a", None)])
-    def test_refuses_times_outside(self, response, window):
-        with pytest.raises(wb.InputError):
-            MachineHistory.of(response, *window)
-
-    def test_refuses_other_datasets(self):
-        with pytest.raises(wb.InputError):
-            MachineHistory.of(wb.simulate(wb.paper.system(), periods=2))
-
-    def test_colours_tell_contacts_apart(self):
-        colours, dashes = looks(14, contacts=True)
-        assert len(set(zip(colours, dashes, strict=True))) == 14
-
     def test_external_torques_are_those_that_act(self):
         machine = chain(2, 0).replace(
             torques=[
@@ -98,15 +77,6 @@ def test_machines_of_all_sizes_are_drawn(count, contacts, tmp_path):
     assert len(strips) == contacts
 
 
-def test_narrow_and_cut_pictures(response, tmp_path):
-    history(response, 2.0, 9.0, width=3.5).savefig(tmp_path / "picture.png")
-    wb.plot(response, stop=response.attrs["final_time"]).savefig(tmp_path / "picture.svg")
-    nothing = wb.simulate(chain(1, 1), duration=5.0, times=[])
-    wb.plot(nothing).savefig(tmp_path / "picture.png")
-    with pytest.raises(wb.InputError):
-        wb.plot(response, periods=3)
-
-
 class TestModes:
     def test_hold_the_modes_that_vibrate(self):
         machine = wb.Machine(
@@ -122,23 +92,9 @@ class TestModes:
         assert not shape.grows
         assert data.hidden == len(found.modes) - 1
 
-    def test_of_a_falling_force_grow(self):
-        machine = chain(3, 3).replace({"on-block0.slope": -1.0})
-        assert any(shape.grows for shape in Modes.of(wb.stability(machine)).shapes)
-
     @pytest.mark.parametrize(("count", "contacts"), [(1, 0), (2, 1), (6, 6)])
     def test_are_drawn(self, count, contacts, tmp_path):
         found = wb.stability(chain(count, contacts))
         figure = wb.plot(found)
         figure.savefig(tmp_path / "picture.png")
         assert sum(axes.axison for axes in figure.axes) == len(Modes.of(found).shapes)
-
-    def test_without_any_are_a_sentence(self, tmp_path):
-        free = wb.Machine(inertias=[wb.Inertia("disc", 1.0)])
-        figure = wb.plot(wb.stability(free))
-        figure.savefig(tmp_path / "picture.png")
-        assert not any(axes.axison for axes in figure.axes)
-
-    def test_refuse_drivelines(self):
-        with pytest.raises(wb.InputError):
-            Modes.of(wb.stability(wb.paper.system()))

@@ -9,7 +9,6 @@ import pytest
 from test_machine_motion import belt, pair
 
 import wedgebrake as wb
-from wedgebrake.errors import InputError
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.parts import of_parts
@@ -45,11 +44,6 @@ def test_diagram_shows_the_contact_that_is_named(sweep, contact) -> None:
     np.testing.assert_array_equal(one["largest_exponent"], sweep["exponents"][:, 0])
 
 
-def test_exponents_are_drawn(sweep) -> None:
-    data = BifurcationDiagram.of(sweep, "velocity")
-    np.testing.assert_array_equal(data.exponent[0], sweep["exponents"][:, 0])
-
-
 def test_pictures_are_drawn(sweep, basins) -> None:
     assert wb.plot(sweep).axes
     assert wb.plot(sweep, inertia="b", contact="belt-b", quantity="angle").axes
@@ -59,12 +53,6 @@ def test_pictures_are_drawn(sweep, basins) -> None:
     regimes = wb.regime_map(pair(), axes)
     for quantity in ("motion", "stick_class", "peak_torque", "motion_period"):
         assert wb.plot(regimes, quantity=quantity, contact="belt-b").axes
-
-
-def test_follow_draws_both_branches() -> None:
-    found = wb.bifurcation(belt(0.5), {"belt.base_speed": SPEEDS}, follow=True, crossings=4)
-    assert len(BifurcationDiagram.of(found, "velocity").branches) == 2
-    assert wb.plot(found).axes
 
 
 def test_a_driveline_without_a_torque_has_a_stability_limit() -> None:
@@ -86,18 +74,3 @@ def test_points_of_attractors_are_initial_conditions(basins) -> None:
     shown = data.marks[place].points[:, 0]
     known = expected[np.isfinite(expected)]
     assert set(shown) <= set(known)
-
-
-@pytest.mark.parametrize(("option", "value"), [("inertia", "c"), ("contact", "belt-c")])
-def test_unknown_parts(sweep, option, value) -> None:
-    with pytest.raises(InputError) as caught:
-        wb.plot(sweep, **{option: value})
-    assert (caught.value.name, caught.value.value) == (option, value)
-    assert caught.value.allowed
-
-
-def test_parts_of_a_driveline() -> None:
-    found = wb.bifurcation(wb.paper.system(), eta=[-10.0, 0.0], periods=3, transient=1)
-    with pytest.raises(InputError) as caught:
-        wb.plot(found, inertia="disc")
-    assert caught.value.name == "inertia"

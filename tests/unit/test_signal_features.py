@@ -7,16 +7,14 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from wedgebrake.model.paper_machines import CORRECTED, HERTZ, Assumptions, Case
+from wedgebrake.model.paper_machines import CORRECTED, Case
 from wedgebrake.paper.diagrams import PLANS, diagram, fit
-from wedgebrake.paper.laboratory import Laboratory, Steady, section_times
+from wedgebrake.paper.laboratory import Laboratory, Steady
 from wedgebrake.paper.signal_features import (
     STICK_SPEED,
     asymmetry,
     distortion,
     edges,
-    ellipse_error,
-    side_bands,
     visible_sticks,
 )
 from wedgebrake.paper.visual_criteria import (
@@ -58,12 +56,6 @@ def test_what_a_column_looks_like(velocity, word, groups):
         assert seen.groups == groups
 
 
-def test_a_larger_dot_hides_more():
-    near = np.tile([4.0, 4.15], 26)
-    kinds = [appearance(near, AXIS, dot).kind for dot in (0.01, 0.02)]
-    assert kinds == [DOUBLE, SYNCHRONOUS]
-
-
 class Painted:
     """A laboratory that shows what a rule says, without physics."""
 
@@ -102,14 +94,6 @@ def test_limits_are_found_and_refined(rule):
     np.testing.assert_allclose(found.limits, [-31.4, -17.3], atol=0.01)
     assert np.all(np.diff(found.brackets, axis=1) <= 0.01)
     assert np.array_equal(found.agreement == 1.0, [rule is three] * 2 + [True])
-
-
-def test_times_of_the_paper_s_section():
-    """The frequencies of its diagrams have whole periods in 20 s."""
-    np.testing.assert_allclose(section_times(10.0), np.linspace(20.0, 25.0, 51))
-    periods = 20.0 * PLANS["14a"].values() / HERTZ
-    np.testing.assert_allclose(periods, np.round(periods), atol=1e-9)
-    assert HERTZ == pytest.approx(2.0 * np.pi / 100.0)
 
 
 def response(velocity, frequency=10.0, natural=16.0):
@@ -167,54 +151,6 @@ def test_rests_are_measured_with_the_side_they_follow(forward, backward, word):
     assert found.shares[1] == pytest.approx(backward, abs=slack)
 
 
-def test_a_creep_below_the_threshold_is_rest():
-    found = visible_sticks(response(lambda t: 0.9 * STICK_SPEED * np.sin(20.0 * np.pi * t)))
-    assert found == ("at rest", (0.0, 0.0, 1.0))
-
-
-def test_a_bent_crossing_is_seen():
-    def bent(times):
-        wave = np.sin(20.0 * np.pi * times)
-        return np.where(wave > 0.0, 3.0 * wave, wave)
-
-    assert distortion(response(bent)) > 0.3
-    assert asymmetry(response(bent)) == pytest.approx(2.0 / 3.0, abs=1e-3)
-
-
-def test_lines_of_a_spectrum():
-    def three_lines(times):
-        w = 2.0 * np.pi * times
-        return np.sin(10.0 * w) + 0.5 * np.sin(16.0 * w) + 0.1 * np.sin(30.0 * w)
-
-    data = response(three_lines)
-    beside = side_bands(data)
-    assert beside.beside == pytest.approx(0.5, rel=0.02)
-    assert beside.where == pytest.approx(16.0, abs=0.05)
-    assert beside.share == pytest.approx(0.26 / 1.26, rel=0.02)
-    assert beside.seen == 2
-    natural = side_bands(data, natural=True)
-    assert natural.where == pytest.approx(30.0, abs=0.05)
-    assert natural.seen == 1
-
-
-def test_ripples_of_a_hump_are_one_line():
-    def beating(times):
-        w = 2.0 * np.pi * times
-        return np.sin(10.0 * w) + 0.2 * sum(np.sin((15.0 + 0.2 * k) * w + k * k) for k in range(8))
-
-    assert side_bands(response(beating)).seen == 1
-
-
-def test_the_distance_from_an_ellipse():
-    phase = 2.0 * np.pi * 0.6180339887 * np.arange(51)
-    x, y = 0.3 + 0.1 * np.cos(phase), 5.0 + 4.0 * np.sin(phase + 0.4)
-    assert ellipse_error(x, y) < 1e-10
-    bent = y + 0.8 * np.cos(2.0 * phase)
-    assert 0.02 < ellipse_error(x, bent) < 0.3
-    assert ellipse_error(np.tile(x[:4], 12), np.tile(y[:4], 12)) == np.inf
-    assert ellipse_error(np.full(51, 1.0), np.full(51, 2.0)) == np.inf
-
-
 def test_rest_by_the_picture_is_rest_by_the_exact_solution():
     """(-24, 0.067) sticks on the way up; shares from the events of the exact solver."""
     with Laboratory("exact") as laboratory:
@@ -235,21 +171,3 @@ def test_limits_seen_are_limits_of_the_motion():
     # Dots merge a little before the orbits do.
     assert wb.motion(system.replace(F0=limit - 0.0005)).order == 2
     assert wb.motion(system.replace(F0=limit + 0.001)).order == 1
-
-
-def test_a_laboratory_runs_each_case_once_and_shares_what_it_knows():
-    seen = []
-    with Laboratory("exact", watch=lambda: seen.append(1)) as laboratory:
-        cases = [Case(eta=-6.0), Case(eta=-24.0), Case(eta=-6.0)]
-        first = laboratory.steadies(cases)
-        again = laboratory.like(method="exact").steady(cases[0])
-        assert first[0] is first[2] is again
-        assert len(seen) == 2
-        laboratory.like(assumptions=CORRECTED).steady(cases[1])
-        assert len(seen) == 2
-
-
-def test_slope_on_the_interface_speed_is_a_fifth():
-    shaft = CORRECTED.system(Case(eta=-24.0), "coulomb")
-    interface = Assumptions(slope_on="interface").system(Case(eta=-24.0), "coulomb")
-    assert interface.actuation.slope == pytest.approx(0.2 * shaft.actuation.slope, rel=1e-14)

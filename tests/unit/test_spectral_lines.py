@@ -131,26 +131,6 @@ class TestNames:
         np.testing.assert_allclose(found.offset, [1.23, -1.23, 1.23, 1.23], atol=2e-4)
         assert found.denominator.to_numpy().tolist() == [0, 0, 0, 0]
 
-    def test_tolerance_is_half_the_resolution(self):
-        within, beyond = named(10.02), named(10.04)
-        assert within.attrs["resolution"] == pytest.approx(0.05)
-        assert within.attrs["tolerance"] == pytest.approx(0.025)
-        assert str(within.label[0].to_numpy()) == "f_e"
-        assert str(beyond.label[0].to_numpy()) == "f_e + 0.040 Hz"
-
-    def test_large_denominators_must_agree_more_closely(self):
-        # f_e/(8 144) = 0.0087 Hz, a third of the tolerance.
-        near = named(70 / 12 + 0.007), named(70 / 12 + 0.011)
-        assert [str(one.label[0].to_numpy()) for one in near] == ["7/12 f_e", "f_e - 4.156 Hz"]
-
-    def test_without_a_natural_or_a_known_torque(self):
-        free = named(NATURAL, natural=0.0)
-        assert str(free.label[0].to_numpy()) == "2 f_e - 4.085 Hz"
-        unknown = lines_of((12.5, 1.0, 0.0))
-        assert str(unknown.label[0].to_numpy()) == "12.500 Hz"
-        assert np.isnan(unknown.order[0])
-        assert "forcing_frequency" not in unknown.attrs
-
     def test_free_vibration_without_a_torque_is_named(self):
         system = wb.paper.system(eta=-0.5).replace(amplitude=0.0, stiffness=4e4, drive_speed=2.0)
         lines = spectral_lines(wb.spectrum(wb.simulate(system, periods=400, initial=(0.0, 0.1))))
@@ -180,43 +160,3 @@ class TestMotions:
         np.testing.assert_allclose(
             found.order, found.numerator / found.denominator, rtol=0, atol=1e-7
         )
-
-
-class TestArguments:
-    def test_count_and_floor(self):
-        known = [(5.0 * i, 0.2**i, 0.0) for i in range(6)]
-        known[0] = (2.5, 1.0, 0.0)  # shares 1, 0.2, 0.04, 0.008, 0.0016, 0.00032
-        assert lines_of(*known, count=2).sizes["line"] == 2
-        assert lines_of(*known).sizes["line"] == 5
-        assert lines_of(*known, floor=0.01).sizes["line"] == 3
-        assert lines_of(*known, floor=0.0).sizes["line"] == 6
-
-    @pytest.mark.parametrize(
-        ("name", "value"),
-        [
-            *[("count", value) for value in (0, 2.0, True)],
-            *[("floor", value) for value in (-0.1, 1.0, math.nan, "low")],
-        ],
-    )
-    def test_wrong_arguments(self, name, value):
-        spectrum = wb.spectrum(signal([(10.0, 1.0, 0.0)]))
-        with pytest.raises(wb.InputError, match=f"^{name} = "):
-            spectral_lines(spectrum, **{name: value})
-
-    @pytest.mark.parametrize(
-        "wrong", [None, [1.0], xr.Dataset({"amplitude": ("frequency", [1.0])})]
-    )
-    def test_no_spectrum(self, wrong):
-        with pytest.raises(wb.InputError, match=r"^spectrum = "):
-            spectral_lines(wrong)
-
-    def test_survives_a_netcdf_file(self, tmp_path):
-        pytest.importorskip("h5netcdf")
-        spectrum = wb.spectrum(signal([(10.0, 1.0, 0.0)], n=2001, forcing=10.0, natural=9.0))
-        spectrum.to_netcdf(tmp_path / "spectrum.nc", engine="h5netcdf")
-        with xr.open_dataset(tmp_path / "spectrum.nc", engine="h5netcdf") as read:
-            found = spectral_lines(read)
-        found.to_netcdf(tmp_path / "lines.nc", engine="h5netcdf")
-        with xr.open_dataset(tmp_path / "lines.nc", engine="h5netcdf") as read:
-            assert read.label.to_numpy().tolist() == ["f_e"]
-            xr.testing.assert_allclose(read, spectral_lines(spectrum))

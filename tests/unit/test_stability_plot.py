@@ -61,21 +61,3 @@ def test_axes_follow_the_dataset():
     maps.draw(axes, data)
     assert axes.get_xscale() == "log"
     assert axes.get_legend() is None
-
-
-@pytest.mark.parametrize(
-    ("given", "why"),
-    [
-        ({"eta": ETA}, "61 of eta"),
-        ({"eta": [1.0], "alpha": ALPHA}, "1 of eta, 45 of alpha"),
-        ({"eta": ETA, "alpha": ALPHA, "kinetic": [0.3]}, "1 of kinetic"),
-    ],
-)
-def test_other_maps_are_refused(given, why):
-    with pytest.raises(wb.InputError, match=f"^dataset.*{why}"):
-        wb.plot(wb.stability_map(wb.paper.system(), **given))
-
-
-def test_other_datasets_are_refused(wedge):
-    with pytest.raises(wb.InputError, match=r"wb\.stability_map"):
-        maps.stability_map(wedge.drop_vars("margin"))

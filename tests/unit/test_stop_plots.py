@@ -37,12 +37,6 @@ def test_contents_are_those_of_the_dataset(stop):
     assert np.array_equal(data.jerks[1].peak, stop.peak_jerk[1])
 
 
-def test_without_a_ring_down(stop):
-    short = stop.copy()
-    short["peak_jerk"] = short.peak_jerk.where(short.phase == "braking")
-    assert [bars.phase for bars in Stop.of(short).jerks] == ["braking"]
-
-
 @pytest.mark.parametrize("width", [3.5, 7.2])
 def test_is_drawn(stop, width, tmp_path):
     figure = wb.plot(stop, width=width)
@@ -50,8 +44,3 @@ def test_is_drawn(stop, width, tmp_path):
     path = tmp_path / "stop.png"
     figure.savefig(path)
     assert path.stat().st_size > 0
-
-
-def test_unknown_option(stop):
-    with pytest.raises(wb.InputError):
-        wb.plot(stop, colour="red")
