@@ -16,6 +16,7 @@ from wedgebrake.analysis.stopping import stopping
 from wedgebrake.cli.output import describe, event_counts, events_line, header, with_unit
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals import Signal
 from wedgebrake.solvers.machine.final_state import final_state
 
 if TYPE_CHECKING:
@@ -54,6 +55,16 @@ def machine_stability_text(
     sliding = [f"{name} {speed:.4g} rad/s" for name, speed in case.speeds.items()]
     if sliding:
         lines += ["", f"Sliding speeds: {', '.join(sliding)}"]
+    if case.forces:
+        forces = [f"{name} {force:.4g} N" for name, force in case.forces.items()]
+        lines.append(f"Actuation forces: {', '.join(forces)}")
+    for one in machine.contacts:
+        if isinstance(one.actuation.initial_force, Signal) and case.forces[one.name] == 0.0:
+            lines.append(
+                f"{one.name}: the signal of its force is evaluated at the start, where the brake is"
+                " not pressed and has no effect. For the verdict at another force set"
+                f" {one.name}.initial_force to a number."
+            )
     if case.limited:
         lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
     lines += ["Modes, the one that grows fastest first:"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,7 @@ class SlidingCase(Result):
     locked      : names of the self-locking contacts; if there are any, this sliding does not
                   exist, and the fields below are empty or None
     limited     : names of the contacts whose force is held by a limit or by the release
+    forces      : steady actuation force of each contact, by name [N]
     modes       : one for each real eigenvalue and each pair of complex ones, the fastest-growing
                   first, rigid ones last
     eigenvalues : all of them [1/s], the largest real part first; with controllers the logarithms
@@ -54,6 +55,7 @@ class SlidingCase(Result):
     speeds: dict[str, float]
     locked: tuple[str, ...] = ()
     limited: tuple[str, ...] = ()
+    forces: dict[str, float] = field(default_factory=dict)
     modes: tuple[Mode, ...] = ()
     eigenvalues: tuple[complex, ...] = ()
     multipliers: tuple[complex, ...] | None = None
@@ -81,8 +83,15 @@ class SlidingCase(Result):
         mode = self.modes[0]
         if mode.rigid:
             return f"{where}: nothing vibrates."
-        how = f"{mode.frequency:.6g} Hz" if mode.frequency > 0.0 else "without oscillation"
-        return f"{where}: small vibration {self.state} ({how}, {mode.growth_rate:+.4g} 1/s)."
+        if not mode.drift:
+            return f"{where}: small vibration {self.state} ({_how(mode)})."
+        # The speed is one question, and the vibration another.
+        drift = f"{where}: the speed of a free rotation {self.state} ({mode.growth_rate:+.4g} 1/s)"
+        vibrating = [one for one in self.modes if not (one.rigid or one.drift)]
+        if not vibrating:
+            return f"{drift}; nothing vibrates."
+        state = "decays" if vibrating[0].growth_rate < 0.0 else "grows"
+        return f"{drift}; small vibration {state} ({_how(vibrating[0])})."
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         for name, speed in self.speeds.items():
@@ -91,6 +100,12 @@ class SlidingCase(Result):
             yield "force held by a limit or the release", ", ".join(self.limited), ""
         for number, mode in enumerate(self.modes):
             yield f"mode {number}", mode, ""
+
+
+def _how(mode: Mode) -> str:
+    """Frequency and growth rate of a mode."""
+    how = f"{mode.frequency:.6g} Hz" if mode.frequency > 0.0 else "without oscillation"
+    return f"{how}, {mode.growth_rate:+.4g} 1/s"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -181,15 +196,16 @@ def _case(machine: Machine, speeds: FloatArray, directions: tuple[int, ...]) -> 
     at = dict(zip(names, speeds.tolist(), strict=True))
     locked = tuple(one.name for one in contacts if one.locked)
     limited = tuple(one.name for one in contacts if not one.follows)
+    forces = {one.name: one.force for one in contacts}
     if locked:
-        return SlidingCase(sides, at, locked, limited)
+        return SlidingCase(sides, at, locked, limited, forces)
     found = spectrum_of(linear_system(machine, contacts), names)
     growth = max((one.growth_rate for one in found.modes if not one.rigid), default=-math.inf)
     state = "grows" if growth > found.rounding else "does not decay"
     stable = growth < -found.rounding
     return SlidingCase(
-        sides, at, locked, limited, found.modes, found.eigenvalues, found.multipliers, growth,
-        stable, "decays" if stable else state,
+        sides, at, locked, limited, forces, found.modes, found.eigenvalues, found.multipliers,
+        growth, stable, "decays" if stable else state,
     )  # fmt: skip
 
 

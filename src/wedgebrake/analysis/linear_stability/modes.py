@@ -44,9 +44,10 @@ class Mode(Result):
     shape         : (n,) complex amplitudes of the inertias, in their order; the largest is 1. All
                     are 0 if only actuators move
     fed_by        : name of the contact that feeds the most power into it; None if none does
-    rigid         : a free rotation, which no shaft restrains, at the same speed for all times or,
-                    where a contact or a damper acts on it, at a speed that drifts without
-                    oscillation; it is no vibration and does not count as an instability
+    rigid         : a rotation that nothing holds or restrains; its eigenvalue is 0, and it does not
+                    count as an instability
+    drift         : a free rotation whose speed approaches a constant or departs from it, without
+                    oscillation, since contacts or dampers act on it
     multiplier    : factor of the mode from sample to sample, with controllers; else None
     """
 
@@ -57,6 +58,7 @@ class Mode(Result):
     shape: ComplexArray
     fed_by: str | None = None
     rigid: bool = False
+    drift: bool = False
     multiplier: complex | None = None
 
     def as_dict(self) -> dict[str, Any]:
@@ -69,10 +71,9 @@ class Mode(Result):
 
     def _headline(self) -> str:
         if self.rigid:
-            rate = self.growth_rate
-            drift = f", whose speed drifts at {rate:+.4g} 1/s" if rate != 0.0 else ""
-            return f"Rigid: free rotation{drift}"
+            return "Rigid: free rotation"
         what = f"{self.frequency:.6g} Hz" if self.frequency > 0.0 else "No oscillation"
+        what = "Drift of a free rotation" if self.drift else what
         fed = f", fed by {self.fed_by}" if self.fed_by is not None else ""
         rates = f"growth rate {self.growth_rate:.4g} 1/s"
         if self.frequency > 0.0:
@@ -212,7 +213,7 @@ def _mode(
         damping_ratio=-rate.real / size if size > 0.0 else 0.0,
         shape=shape,
         fed_by=fed_by,
-        rigid=rate.imag == 0.0 and _is_free(shape, system.free),
+        drift=rate.imag == 0.0 and _is_free(shape, system.free),
         multiplier=multiplier,
     )
 

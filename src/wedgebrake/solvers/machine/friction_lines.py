@@ -94,7 +94,13 @@ def lines_of(contact: Sliding, curved: bool) -> Lines:
     rows = np.zeros(len(forward) + len(backward), LINE)
     for place, line in enumerate((*forward, *backward)):
         degree, missing = max(len(line.factors) - 1, 0), MOST_DEGREE + 1 - len(line.factors)
-        rows[place] = (degree, *line[:3], line.bends, line.released, line.factors + (0.0,) * missing)
+        rows[place] = (
+            degree,
+            *line[:3],
+            line.bends,
+            line.released,
+            line.factors + (0.0,) * missing,
+        )
     rows.flags.writeable = False
     return Lines(bends, len(forward), len(backward), rows)
 
@@ -285,9 +291,8 @@ def _is_constant(curve: _Curve, low: float) -> bool:
 def _piece(curve: _Curve, low: float, high: float, factors: FloatArray, bends: bool) -> Line:
     """A piece between two speeds [m/s]; over the sliding speed in rad/s."""
     slope, radius = 2.0 / (high - low), curve.brake.radius
-    return Line(
-        low / radius, -(low + high) / (high - low), slope * radius, bends, tuple(factors.tolist())
-    )
+    offset = -(low + high) / (high - low)
+    return Line(low / radius, offset, slope * radius, bends=bends, factors=tuple(factors.tolist()))
 
 
 def _fit(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, float]:
