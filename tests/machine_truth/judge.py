@@ -114,6 +114,8 @@ def _aperiodic(machine: Machine, block: Block, done: int) -> Verdict:
     sticks = bool(block.sticking.any())
     block = machine.block(block.final, _RECORD)
     done += _RECORD
+    if not len(block.returns.states):
+        return Verdict("unknown", units=done, sticks=sticks)
     points = _points(block.returns.states, block.returns.times)
     rate = parting(machine, block.final, block.returns.scale)
     words = {rate.says}

@@ -13,6 +13,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import wedgebrake as wb
+from wedgebrake.analysis.classify import SETTLED, Window
+from wedgebrake.analysis.machine_motion.classify_machine import Classifier, classify_machine
+from wedgebrake.analysis.machine_motion.windows import returns_to_settle
+from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
 
@@ -450,3 +454,95 @@ def test_without_a_transient_the_record_begins_at_once(machine) -> None:
     returns = {"crossings" if machine.autonomous else "periods": 40}
     found = wb.motion(machine, transient=0, **returns)
     assert (found.transient, found.judged) == (0, 40)
+
+
+# Windows, repeated starts, smooth laws.
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.93, 0.99, -0.97])
+def test_steady_approach_says_when_it_has_settled(ratio) -> None:
+    """Distances of returns that decay like a geometric series."""
+    count = 256
+    points = ratio ** np.arange(count + 1)[:, None] * np.array([1.0, 0.3])
+    none = np.full(count, math.nan)
+    window = Window(points, np.ones(2), 1.0, none, math.nan, False)
+    near = float(np.linalg.norm(points[-1] - points[-3]))
+    waits = returns_to_settle(window, near)
+    # Of the limit, which is zero; an estimate from above, but not from far above.
+    needed = math.log(near / SETTLED) / -math.log(abs(ratio))
+    slack = math.log(4.0 / (1.0 - abs(ratio))) / -math.log(abs(ratio))
+    assert max(needed, 0.0) <= waits <= max(needed, 0.0) + 1.05 * slack
+
+
+def test_no_steady_approach_has_no_end() -> None:
+    angles = 0.61803398875 * np.arange(257)
+    points = np.column_stack([np.cos(angles), np.sin(angles)])
+    window = Window(points, np.ones(2), 1.0, np.zeros(256), -0.1, False)
+    assert math.isinf(returns_to_settle(window, 0.01))
+
+
+@pytest.mark.parametrize("method", ["exact", "smooth"])
+@pytest.mark.parametrize("machine", [belt(1.3), driven(0.21), pair(lag=0.4)])
+def test_starts_of_one_machine_do_not_depend_on_each_other(machine, method) -> None:
+    """The same bits as of a run of its own."""
+    wanted = protocol(None, "auto", 2048)
+    classifier = Classifier(wanted, method)
+    rng = np.random.default_rng(5)
+    name = machine.inertias[0].name
+    for _ in range(4):
+        angle, speed = rng.uniform(-2.0, 2.0, 2)
+        one = machine.replace({f"{name}.angle": angle, f"{name}.speed": speed})
+        found, alone = classifier.result(one), classify_machine(one, wanted, None, method)
+        assert found.motion == alone.motion
+        np.testing.assert_array_equal(found.points, alone.points)
+        np.testing.assert_array_equal(found.exponents, alone.exponents)
+        np.testing.assert_array_equal(found.contacts.sticks, alone.contacts.sticks)
+        assert found.final == alone.final
+    # Another machine in between.
+    other = machine.replace({f"{name}.inertia": 1.5})
+    np.testing.assert_array_equal(
+        classifier.result(other).points, classify_machine(other, wanted, None, method).points
+    )
+
+
+def turning(speed: float) -> wb.BrakedDriveline:
+    """A driveline without a torque, with a smooth law that falls with the sliding speed."""
+    return wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, stiffness=1.0, damping=0.1, drive_speed=speed),
+        brake=wb.ConventionalBrake(radius=1.0),
+        friction=wb.SmoothedFriction(kinetic=0.5, static=1.0, decay=2.0, steepness=20.0),
+        actuation=wb.Actuation(initial_force=1.0, slope=0.0),
+        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=0.3),
+    )
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.7, 1.0])
+def test_cycle_with_a_smooth_law_has_the_period_of_scipy(speed) -> None:
+    def rate(_, y):
+        v = speed + y[1]
+        law = 0.5 * (1.0 + math.exp(-2.0 * abs(v))) * math.tanh(20.0 * v)
+        return y[1], -0.1 * y[1] - y[0] - law
+
+    def up(_, y):
+        return y[1]
+
+    up.direction = 1.0
+    path = solve_ivp(
+        rate, (0.0, 400.0), (0.0, 0.0), method="DOP853", rtol=1e-12, atol=1e-13, events=[up]
+    )
+    expected = np.diff(path.t_events[0])[-1]
+    found = wb.motion(turning(speed))
+    assert (found.kind, found.self_excited) == ("limit cycle", True)
+    assert found.period == pytest.approx(expected, rel=1e-8)
+    assert found.exponents[0] == 0.0
+
+
+def test_sweep_with_a_smooth_law_tells_sliding_from_cycles() -> None:
+    found = wb.sweep(turning(1.0), drive_speed=[0.7, 6.0], crossings=6)
+    kinds = [MotionClass(int(one)) for one in found["motion"].values]
+    assert kinds == [MotionClass.LIMIT_CYCLE, MotionClass.STEADY_SLIDING]
+    assert found.sizes["crossing"] == 7
+    points = wb.poincare(turning(0.7), crossings=40, transient=20)
+    assert np.diff(points["time"].values)[-1] == pytest.approx(
+        found["motion_period"].values[0], rel=1e-6
+    )

@@ -431,3 +431,84 @@ def test_functions_of_multipliers_vanish_where_they_are_on_the_unit_circle() -> 
         assert signs[0] * signs[2] < 0.0
         assert abs(signs[1]) <= 1e-14
     assert Floquet.of_matrices([np.diag([2.0, 0.5, 0.1])]).oscillates is False
+
+
+# Controllers that sample.
+
+
+def controlled(base_speed: float, *, samples: int = 8, **more: Any) -> Any:
+    """Two inertias and a brake whose controller takes some samples in a period of the torque."""
+    period = 4.0
+    return wb.Machine(
+        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 0.5)],
+        shafts=[
+            wb.Shaft("a", "ground", stiffness=4.0, damping=0.3),
+            wb.Shaft("b", "a", stiffness=6.0, damping=0.2),
+        ],
+        contacts=[
+            wb.Contact(
+                "a", name="brake", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.5, static=0.5), base_speed=base_speed,
+                actuation=wb.Actuation(
+                    initial_force=1.5, slope=-0.2, sample_time=period / samples, **more
+                ),
+            )
+        ],
+        torques=[wb.Torque("b", wb.Harmonic(2.0, 1.0 / period), name="engine")],
+    )  # fmt: skip
+
+
+def after_a_period(machine: Any, states: np.ndarray) -> np.ndarray:
+    """Angles and speeds one period of the torque after others at its phase zero."""
+    start = dict(zip(("a.angle", "b.angle", "a.speed", "b.speed"), states, strict=True))
+    end = wb.final_state(wb.simulate(machine.replace(start), 4.0, times=()))
+    return np.array([*end.angles.values(), *end.speeds.values()])
+
+
+@pytest.mark.parametrize(
+    ("base_speed", "more"),
+    [(9.0, {}), (0.7, {}), (9.0, {"lag": 0.4, "samples": 5}), (0.7, {"samples": 1})],
+    ids=["sliding", "stick-slip", "lag", "one sample"],
+)
+def test_multipliers_with_samples_are_those_of_differences(base_speed, more) -> None:
+    machine = controlled(base_speed, **more)
+    found = wb.orbit(machine)
+    assert found.found
+    assert found.order == 1
+    n = 4
+    if "lag" in more:
+        # The state of the lag is no initial condition: its orbit is that of a long run.
+        late = wb.simulate(machine, 4000.0, times=[3996.0, 4000.0])
+        for one, other in zip(late["velocity"].values, late["velocity"].values[::-1], strict=True):
+            assert one == pytest.approx(other, abs=1e-9)
+        np.testing.assert_allclose(late["velocity"].values[-1], found.points[0][n // 2 : n],
+                                   atol=1e-9)  # fmt: skip
+        return
+    states, size = found.points[0], 1e-5
+    np.testing.assert_allclose(after_a_period(machine, states), states, atol=1e-9)
+    columns = [
+        (after_a_period(machine, states + step) - after_a_period(machine, states - step))
+        / (2.0 * size)
+        for step in size * np.eye(n)
+    ]
+    expected = np.linalg.eigvals(np.array(columns).T)
+    expected = expected[np.argsort(-np.abs(expected))]
+    multipliers = np.array(found.multipliers)
+    assert np.abs(multipliers) == pytest.approx(np.abs(expected), rel=1e-6, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"brake.sample_time": 0.3}, "brake.sample_time"),
+        ({"brake.sample_time": 8.0}, "brake.sample_time"),
+        ({"brake.delay": 1}, "brake.delay"),
+        ({"brake.resolution": 0.01}, "brake.resolution"),
+        ({"engine.amplitude": 0.0}, "brake.sample_time"),
+    ],
+)
+def test_samples_without_a_common_period_have_no_orbit(changes, name) -> None:
+    with pytest.raises(InputError) as caught:
+        wb.orbit(controlled(9.0).replace(changes))
+    assert caught.value.name == name
+    assert caught.value.allowed is not None

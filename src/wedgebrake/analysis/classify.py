@@ -229,7 +229,7 @@ def mean_growth(growth):
 
 
 @compiled
-def _trend(points, scale):
+def trend(points, scale):
     """Change of the mean logarithm of the best return's distance, half to half."""
     last = points.shape[0] - 1
     best, order = math.inf, 1
@@ -288,7 +288,7 @@ def _aperiodic_class(window, mean, error):
         apart += (window.scale[k] * (early - late)) ** 2
     apart = math.sqrt(apart) / window.size
     limit = _APART if count < _LATE else _APART_LATE
-    if _trend(points, window.scale) < -_FALLING or apart > limit / count:
+    if trend(points, window.scale) < -_FALLING or apart > limit / count:
         return MotionClass.UNDECIDED
     return MotionClass.QUASI_PERIODIC
 
@@ -307,7 +307,7 @@ def classify(window):
 
 
 @compiled
-def _attracts(first, returned, window):
+def attracts(first, returned, window):
     """Return True if a motion that returns to ``returned`` of its size stays on its orbit.
 
     The remaining drift is a geometric series of the largest multiplier, exp(first), so that a
@@ -327,7 +327,7 @@ def _attracts(first, returned, window):
 def conclude(window, verdict, first, second):
     """``Verdict`` on a motion that repeats, from the logarithms of its orbit's multipliers."""
     order = verdict.order
-    if _attracts(first, verdict.return_distance, window):
+    if attracts(first, verdict.return_distance, window):
         error = math.nan if math.isnan(first) else 0.0
         return Verdict(
             verdict.motion, order, verdict.return_distance, first / order, error, second / order

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.dynamics.jit import compiled, inlined
+
 FloatArray = NDArray[np.float64]
 # What is left of a deviation in a direction that a stick or a section removes.
 _LOST = 1e-12
@@ -21,16 +23,75 @@ def growths(matrices: FloatArray) -> FloatArray:
 
     matrices : (k, p, p) derivatives of the return map, in scaled coordinates
     """
-    count, p = matrices.shape[:2]
-    # Any frame that no direction of the machine is likely to be orthogonal to.
-    frame = np.linalg.qr(np.cos(np.arange(p * p).reshape(p, p)))[0]
-    found = np.empty((count, p))
-    for k, matrix in enumerate(matrices):
-        frame, triangle = np.linalg.qr(matrix @ frame)
-        sizes = np.abs(np.diag(triangle))
-        lost = sizes <= _LOST * max(float(np.linalg.norm(matrix)), 1.0)
-        found[k] = np.where(lost, -np.inf, np.log(np.maximum(sizes, 1e-300)))
+    found = np.empty(matrices.shape[:2])
+    _grow(np.ascontiguousarray(matrices), found)
     return found
+
+
+@compiled
+def _grow(matrices, found):
+    """Set the growths of ``growths``, (k, p), by QR decompositions."""
+    count, p = found.shape
+    frame, moved, factors = np.empty((p, p)), np.empty((p, p)), np.empty(p)
+    # Any frame that no direction of the machine is likely to be orthogonal to.
+    for i in range(p):
+        for j in range(p):
+            moved[i, j] = math.cos((i * p + j) ** 2)
+    for k in range(-1, count):
+        size = 0.0
+        if k >= 0:
+            for i in range(p):
+                for j in range(p):
+                    total = 0.0
+                    for m in range(p):
+                        total += matrices[k, i, m] * frame[m, j]
+                    moved[i, j] = total
+                    size += matrices[k, i, j] ** 2
+        _decompose(moved, factors, frame)
+        if k >= 0:
+            lost = _LOST * max(math.sqrt(size), 1.0)
+            for j in range(p):
+                grown = abs(moved[j, j])
+                found[k, j] = -math.inf if grown <= lost else math.log(max(grown, 1e-300))
+
+
+@inlined
+def _decompose(a, factors, q):
+    """QR decomposition by Householder reflections: ``a`` becomes R, with their vectors below.
+
+    LAPACK takes longer to call than to decompose matrices of this size.
+    """
+    p = factors.size
+    for j in range(p):
+        below = 0.0
+        for i in range(j + 1, p):
+            below += a[i, j] ** 2
+        factors[j] = 0.0
+        if below > 0.0:
+            diagonal = -math.copysign(math.sqrt(a[j, j] ** 2 + below), a[j, j])
+            factors[j] = 1.0 - a[j, j] / diagonal
+            for i in range(j + 1, p):
+                a[i, j] /= a[j, j] - diagonal
+            a[j, j] = diagonal
+            for c in range(j + 1, p):
+                _reflect(a, j, factors[j], a, c)
+    for j in range(p - 1, -1, -1):
+        for i in range(p):
+            q[i, j] = 1.0 if i == j else 0.0
+        for c in range(j, p):
+            _reflect(a, j, factors[j], q, c)
+
+
+@inlined
+def _reflect(a, j, factor, target, c):
+    """Reflect column ``c`` of ``target`` at the vector in column ``j`` of ``a`` below row j."""
+    total = target[j, c]
+    for i in range(j + 1, a.shape[0]):
+        total += a[i, j] * target[i, c]
+    total *= factor
+    target[j, c] -= total
+    for i in range(j + 1, a.shape[0]):
+        target[i, c] -= total * a[i, j]
 
 
 def log_multipliers(matrices: FloatArray) -> FloatArray:

@@ -236,8 +236,10 @@ def is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
     Raises ``InputError`` for anything but a driveline.
     """
     check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
-    if not isinstance(system.friction, SetValuedFriction) or method == "ode14x":
+    if method == "ode14x":
         return False
+    if not isinstance(system.friction, SetValuedFriction):
+        return method != "exact" and system.plain and system.excitation.amplitude == 0.0
     return method == "smooth" or not system.plain or system.excitation.amplitude == 0.0
 
 

@@ -14,7 +14,6 @@ from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.motion import as_machine, returns_of
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
@@ -170,8 +169,7 @@ def _crosses(
     Raises ``InputError`` for periods of a system that has none.
     """
     if isinstance(system, BrakedDriveline):
-        plain = system.plain and crossings is None and section is None
-        if plain or not isinstance(system.friction, SetValuedFriction):
+        if system.plain and crossings is None and section is None:
             return False
         system = system.machine
     if system.autonomous:

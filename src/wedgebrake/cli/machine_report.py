@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
+# Limit of stability that is rounding, where the parameter is 1 or less.
+_NOTHING = 1e-12
 _STOPPING = (
     "stop_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk", "peak_jerk",
 )  # fmt: skip
@@ -90,7 +92,9 @@ def _limits_text(limits: Sequence[ParameterLimit]) -> list[str]:
         if one.limit is None:
             found = f"no limit, sliding is stable {one.stable}"
         else:
-            found = f"limit {one.limit:.6g}{unit}, sliding is stable {one.stable} it"
+            rounding = abs(one.limit) < _NOTHING * max(abs(one.present), 1.0)
+            limit = 0.0 if rounding else one.limit
+            found = f"limit {limit:.6g}{unit}, sliding is stable {one.stable} it"
             found += f" ({one.frequency:.4g} Hz)" if one.frequency else ""
         also = "; static friction in proportion" if one.also_static else ""
         lines.append(f"  {one.parameter:{width}}  {value}: {found}{also}")

@@ -9,8 +9,8 @@ from scipy.linalg import null_space
 
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
@@ -19,6 +19,40 @@ from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
 _STICKS = 1e-11
 # Number of remembered passages.
 _REMEMBERED = 64
+# Share of a sample by which a period may differ from a whole number of samples.
+_WHOLE = 1e-9
+
+
+def check_samples(machine: Machine) -> None:
+    """Raise ``InputError`` if the samples of controllers do not repeat with the period.
+
+    A return to the section is then the instant of a sample, which is applied at once, so that all
+    later forces follow from the states there.
+    """
+    for contact in machine.contacts:
+        given, period = contact.actuation, machine.period
+        step = given.sample_time
+        if step is None:
+            continue
+        for name, empty in (("delay", 0), ("resolution", None)):
+            value = getattr(given, name)
+            if value != empty:
+                raise wrong(
+                    f"{contact.name}.{name}", value, f"{empty} for an orbit",
+                    "The forces in the memory of the controller are no states of an orbit.",
+                )  # fmt: skip
+        if not period:
+            raise wrong(
+                f"{contact.name}.sample_time", step, "None where no signal varies",
+                "An orbit whose period is unknown is sought without controllers that sample.",
+            )  # fmt: skip
+        count = period / step
+        if count < 0.5 or abs(count - round(count)) > _WHOLE:
+            raise wrong(
+                f"{contact.name}.sample_time", step,
+                f"the period of the signals, {period:.17g} s, divided by a whole number",
+                "Only then an orbit closes: the samples repeat with the period.",
+            )  # fmt: skip
 
 
 class MachineFlow:
@@ -27,7 +61,7 @@ class MachineFlow:
     A point of the section has the coordinates u; the scaled coordinates of its state are
     ``origin + basis u``.
 
-    machine : machine without sampled controllers
+    machine : machine whose samples repeat with its signals, see ``check_samples``
     space   : scaled coordinates of the state; they need not be those of this machine
     section : a crossing; None for one return per period of the signals
     longest : longest time until a return [s]
@@ -38,10 +72,7 @@ class MachineFlow:
         self, machine: Machine, space: Coordinates, section: Crossing | None, longest: float,
         method: str,
     ) -> None:  # fmt: skip
-        if any(one.actuation.sample_time is not None for one in machine.contacts):
-            raise InputError(
-                "contacts: orbits of machines with sampled controllers are not sought."
-            )
+        check_samples(machine)
         period = machine.period
         if section is None and not period:
             raise NoOrbitError
@@ -83,8 +114,10 @@ class MachineFlow:
 
     def matrix(self, passage: Passage) -> FloatArray:
         """Derivative of the end of a passage with respect to its beginning."""
-        space = self.space
-        return np.asarray(self.basis.T @ space.to @ passage.matrices[0] @ space.back @ self.basis)
+        space, states = self.space, self.space.to.shape[1]
+        # Of the states: controllers sample anew at the section.
+        matrix = passage.matrices[0][:states, :states]
+        return np.asarray(self.basis.T @ space.to @ matrix @ space.back @ self.basis)
 
     def passage(self, returns: int, *, derivative: bool = False) -> Passage:
         """Continue to a return; raises ``NoOrbitError`` if there is none."""

@@ -14,6 +14,7 @@ from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import wrong
+from wedgebrake.orbits.machine_flow import check_samples
 from wedgebrake.orbits.orbit import OrbitStatus
 from wedgebrake.orbits.problem import FloatArray, OrbitProblem
 from wedgebrake.solvers.machine.final_state import FinalState
@@ -60,6 +61,7 @@ def guesses(
             "machine.period", None, "a common period of all signals",
             "The signals have none, so that no orbit closes. Use wb.motion.",
         )  # fmt: skip
+    check_samples(machine)
     nothing = OrbitProblem(machine, method=method, rtol=rtol)
     if order is not None and initial is not None:
         problem = _problem(nothing, initial, math.nan, section)

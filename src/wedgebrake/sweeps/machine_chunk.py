@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import sliding_damping
-from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
+from wedgebrake.analysis.machine_motion.classify_machine import Classifier
 from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
@@ -51,6 +51,7 @@ class MachineChunk:
     def _run(self, numbers: NDArray[np.int64]) -> None:
         """Compute a batch, point by point; with ``follow`` each from the previous final state."""
         before: FinalState | None = None
+        classifier = Classifier(self._plan.protocol, self._plan.method)
         for number in numbers:
             changed = self._points.system(int(number))
             if changed is None:
@@ -59,7 +60,7 @@ class MachineChunk:
                 continue
             machine = self._machine(int(number), changed)
             start = before if self._plan.grid.follow is not None else None
-            result = classify_machine(machine, self._plan.protocol, start, self._plan.method)
+            result = classifier.result(machine, start)
             before = result.final if result.outcome == Outcome.COMPLETED else None
             self._store(int(number), result)
             if isinstance(changed, BrakedDriveline) and changed.plain:

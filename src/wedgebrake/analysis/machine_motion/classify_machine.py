@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,14 @@ from wedgebrake.analysis.machine_motion.result import (
     vibration_rows,
 )
 from wedgebrake.analysis.machine_motion.section import crossing, sampling
-from wedgebrake.analysis.machine_motion.steady import is_locked, steady_state
+from wedgebrake.analysis.machine_motion.steady import Known, is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
+from wedgebrake.analysis.machine_motion.windows import (
+    FIRST_WINDOW,
+    distance_to_orbit,
+    next_window,
+    returns_to_settle,
+)
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
@@ -30,8 +37,6 @@ FloatArray = NDArray[np.float64]
 # Periods of the lowest natural vibration in which a self-excited motion is first looked at, and in
 # which a return to its section is expected.
 _FIRST_LOOK, _PATIENCE = 8.0, 4.0
-# Returns in the first window.
-_FIRST_WINDOW = 16
 # Fewest returns that can be classified.
 _FEWEST = 4
 # Relative size of a vibration that counts as none.
@@ -58,35 +63,79 @@ def classify_machine(
 
     Raises ``InputError`` if a signal is neither periodic nor constant, and as ``simulate``.
     """
-    return _Run(machine, protocol, initial, method).classified()
+    return _Run(_Prepared(machine, method, initial), protocol).classified()
+
+
+class Classifier:
+    """Classification of machines one after the other.
+
+    What depends on a machine, but not on its initial angles and speeds, is computed once.
+    """
+
+    def __init__(self, protocol: Protocol, method: str) -> None:
+        self._protocol, self._method = protocol, method
+        self._prepared: _Prepared | None = None
+
+    def result(self, machine: Machine, initial: FinalState | None = None) -> MachineResult:
+        """Run a machine and classify its motion, as ``classify_machine``."""
+        prepared = self._prepared
+        if initial is None and prepared is not None and prepared.differs_in_start(machine):
+            prepared.course.repeat(machine)
+        else:
+            prepared = _Prepared(machine, self._method, initial)
+        # The numbers of a run that begins later belong to its initial time.
+        self._prepared = prepared if initial is None else None
+        return _Run(prepared, self._protocol).classified()
+
+
+class _Prepared:
+    """A machine at the beginning of a run."""
+
+    def __init__(self, machine: Machine, method: str, initial: FinalState | None) -> None:
+        self.machine = machine
+        self.space, self.every = coordinates(machine), sampling(machine)
+        self.has_period = machine.period is not None
+        # The proof of a steady state knows no controllers, whose forces are no states of it.
+        self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
+        self.parts = len(machine.inertias), len(machine.contacts)
+        self.known: Known = {}
+        states = self.space.to.shape[1]
+        self.course = Course(
+            machine, initial, method=method, watched=np.vstack([self.space.to, np.eye(states)]),
+            quantities=vibration_rows(*self.parts, states),
+        )  # fmt: skip
+
+    def differs_in_start(self, machine: Machine) -> bool:
+        """Return True if a machine differs in nothing but the initial angles and speeds."""
+        own = self.machine
+        return (
+            own.shafts == machine.shafts
+            and own.contacts == machine.contacts
+            and own.torques == machine.torques
+            and [(one.name, one.inertia) for one in own.inertias]
+            == [(one.name, one.inertia) for one in machine.inertias]
+        )
 
 
 class _Run:
     """A run that is continued window by window."""
 
-    def __init__(
-        self, machine: Machine, protocol: Protocol, initial: FinalState | None, method: str
-    ) -> None:
-        self.space = coordinates(machine)
-        self.protocol, self.every = protocol, sampling(machine)
-        self.has_period = machine.period is not None
-        # The proof of a steady state knows no controllers, whose forces are no states of it.
-        self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
-        self.states = self.space.to.shape[1]
-        watched = np.vstack([self.space.to, np.eye(self.states)])
-        self.parts = len(machine.inertias), len(machine.contacts)
-        self.course = Course(
-            machine, initial, method=method, watched=watched,
-            quantities=vibration_rows(*self.parts, self.states),
-        )  # fmt: skip
+    def __init__(self, prepared: _Prepared, protocol: Protocol) -> None:
+        self.space, self.course = prepared.space, prepared.course
+        self.protocol, self.every = protocol, prepared.every
+        self.has_period, self.linear = prepared.has_period, prepared.linear
+        self.parts, self.known = prepared.parts, prepared.known
         self.section: Every | Crossing | None = self.every
         self.natural = 2.0 * math.pi / self.space.frequency if self.space.frequency else 1.0
         self.done = 0
         # Of a deviation in an orbit (logarithm); 0: not known.
         self.decay = 0.0
+        # Returns until the motion has settled, as estimated from the last window.
+        self.waits = math.inf
+        self.last: Passage | None = None
         self.result = MachineResult(
             np.full(self.space.size, math.nan),
-            ContactSums.none(len(machine.contacts)),
+            ContactSums.none(self.parts[1]),
             Vibration.constant(*self.parts, math.nan),
             self_excited=self.every is None,
         )
@@ -119,10 +168,12 @@ class _Run:
         return True
 
     def _settle(self) -> None:
-        """Run windows until the motion has settled."""
-        result = self.result
-        for begin, target in self.protocol.windows(_FIRST_WINDOW):
-            window = self._advance(target - begin, derivatives=True)
+        """Run windows, each as long as all before it, until the motion has settled."""
+        result, limit = self.result, self.protocol.limit
+        while result.outcome == Outcome.COMPLETED and self.done < limit:
+            begin = self.done
+            target, derivatives = next_window(begin, limit, self.waits)
+            window = self._advance(target - begin, derivatives=derivatives or not self.has_period)
             if result.outcome != Outcome.COMPLETED:
                 return
             if self.every is None and self._ends_steadily(window):
@@ -134,9 +185,10 @@ class _Run:
             result.judged, result.transient = self.done - begin, self.done
             final = self._classify(window)
             result.settling = float(begin)
-            if final:
-                break
-        self._record(None if result.order else self._advance(self.protocol.recorded, measures=True))
+            if final and self._record():
+                return
+        if result.outcome == Outcome.COMPLETED:
+            self._record()
 
     def _advance(
         self, returns: int, *, duration: float = math.inf, derivatives: bool = False,
@@ -144,7 +196,7 @@ class _Run:
     ) -> Passage:  # fmt: skip
         """Continue by a number of returns; a self-excited motion for a limited time."""
         if self.every is None:
-            duration = min(duration, max(returns, _FIRST_WINDOW) * _PATIENCE * self.natural)
+            duration = min(duration, max(returns, FIRST_WINDOW) * _PATIENCE * self.natural)
         most = self.protocol.max_events - self.result.events
         passage = self.course.advance(
             self.section, returns, duration=duration, derivatives=derivatives, measures=measures,
@@ -152,7 +204,7 @@ class _Run:
         )  # fmt: skip
         self.done += len(passage.times)
         self.result.events += passage.events
-        self.result.outcome, self.result.final = passage.outcome, passage.final
+        self.result.outcome, self.last = passage.outcome, passage
         return passage
 
     def _ends_steadily(self, passage: Passage) -> bool:
@@ -163,7 +215,7 @@ class _Run:
             # Only of a small vibration the decay is that of the linear machine.
             return False
         problem, state = self.course.assembled.problem, self.course.state
-        found = steady_state(problem, state, self.space)
+        found = steady_state(problem, state, self.space, self.known)
         if found is None and is_locked(problem, state):
             # Moving bases wind up shafts for ever.
             self.result.motion = MotionClass.SELF_LOCKED
@@ -195,15 +247,27 @@ class _Run:
             return False
         points = np.ascontiguousarray(window.states @ self.space.to.T)
         matrices = self.space.scaled(window.matrices[1:])
-        growth = growths(matrices)
+        growth = np.full(points[1:].shape, math.nan) if not len(matrices) else growths(matrices)
         area = float(growth[:, :2].mean(axis=0).sum()) if growth.shape[1] > 1 else -math.inf
         scale, size = np.ones(self.space.size), max(self._range(window), 1e-300)
         view = Window(points, scale, size, np.ascontiguousarray(growth[:, 0]), area, False)
         verdict: Verdict = classify.classify(view)
+        # Numba takes long to recognise a member of an enumeration.
+        motion: Any = int(verdict.motion)
+        verdict = verdict._replace(motion=motion)
+        self.waits = returns_to_settle(view, verdict.return_distance)
         if verdict.order:
-            first, second = [*log_multipliers(matrices[-verdict.order :]), -math.inf][:2]
-            verdict = classify.conclude(view, verdict, first, second)
+            matrices = matrices[-verdict.order :] if len(matrices) else self._orbit(verdict.order)
+            first = log_multipliers(matrices)[0] if len(matrices) else math.nan
             self.decay = -first
+            change = points[-1] - points[-1 - verdict.order]
+            attracts = len(matrices) and (
+                classify.attracts(first, verdict.return_distance, view)
+                or (first < 0.0 and distance_to_orbit(matrices, change) <= classify.SETTLED * size)
+            )
+            if not attracts:
+                motion = int(MotionClass.UNDECIDED)
+                verdict = verdict._replace(motion=motion, order=0)
         result.motion, result.order = MotionClass(verdict.motion), int(verdict.order)
         result.return_distance, result.size = verdict.return_distance, size
         interval = window.duration / len(window.times)
@@ -220,6 +284,12 @@ class _Run:
         result.motion = MotionClass.QUASI_PERIODIC
         return not classify.is_resonant(view, verdict)
 
+    def _orbit(self, order: int) -> FloatArray:
+        """Derivatives over the next returns; none if the run ends before."""
+        orbit = self._advance(order, derivatives=True)
+        complete = self.result.outcome == Outcome.COMPLETED and len(orbit.times) == order
+        return self.space.scaled(orbit.matrices if complete else orbit.matrices[:0])
+
     def _classify_modulated(self, growth: FloatArray) -> None:
         """Set the class if the signals have no common period, so that no motion repeats."""
         total, error = classify.mean_growth(np.ascontiguousarray(growth[:, 0]))
@@ -229,29 +299,37 @@ class _Run:
                 MotionClass.QUASI_PERIODIC if total < -error else self.result.motion
             )
 
-    def _record(self, window: Passage | None) -> None:
-        """Set the properties of the settled motion, over one orbit or over a window."""
+    def _record(self, window: Passage | None = None) -> bool:
+        """Set the properties of the settled motion, over one orbit or over a window.
+
+        window : record of a fixed protocol
+
+        Returns False if the motion has not settled yet.
+        """
         result = self.result
+        fixed = window is not None
+        if window is None and not result.order:
+            window = self._advance(self.protocol.recorded, measures=True)
         if window is not None:
             self._keep(window.states, window.times)
             if result.order == 0:
                 self._describe(window)
-                return
+                return True
         elif self.every is None:
             self._approach()
         before = self.course.time
         orbit = self._advance(result.order, derivatives=True, measures=True)
         if result.outcome != Outcome.COMPLETED or len(orbit.times) < result.order:
             result.motion, result.order = MotionClass.UNDECIDED, 0
-            return
+            return True
         if self._rests(orbit):
             result.motion, result.order = MotionClass.AT_REST, 0
             self._describe(orbit)
-            return
+            return True
         if result.return_distance * result.size > _DRIFT * self._range(orbit):
             # A vibration that decays: each return is near the last, but not in its own size.
             result.motion, result.order = MotionClass.UNDECIDED, 0
-            return
+            return False
         self._describe(orbit)
         result.period = float(orbit.times[-1]) - before
         matrices = self.space.scaled(orbit.matrices)
@@ -259,12 +337,13 @@ class _Run:
         result.exponent_error = 0.0
         if self.every is None:
             result.motion = MotionClass.LIMIT_CYCLE
-        if window is None:
+        if not fixed:
             # The orbit, again and again.
             number = np.arange(self.protocol.recorded + 1) - 1
             rounds = number // result.order
             times = orbit.times[number % result.order] + rounds * result.period
             self._keep(orbit.states[number % result.order], times)
+        return True
 
     def _approach(self) -> None:
         """Continue until the period of a limit cycle has converged, at most as long as so far.
@@ -323,6 +402,7 @@ class _Run:
     def _finished(self) -> MachineResult:
         """The result at the end of the run."""
         result = self.result
+        result.final = None if self.last is None else self.last.final
         if result.outcome == Outcome.DIVERGED:
             result.motion = MotionClass.DIVERGED
         elif result.outcome == Outcome.NO_FORWARD_SOLUTION:

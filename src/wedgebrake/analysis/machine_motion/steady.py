@@ -18,6 +18,7 @@ from wedgebrake.solvers.machine.modes import select_system
 from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 # Relative size of rounding: of real parts of eigenvalues, and of the drive of a neutral mode.
 _ROUNDING = 1e-9
 # Relative size of a singular value that is rounding.
@@ -65,10 +66,55 @@ def _linearized(problem: MachineProblem, run: Run, slot: int) -> tuple[FloatArra
     return z, slopes
 
 
-def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Steady | None:
+class Vibration(NamedTuple):
+    """Free vibration in a mode of the contacts, in which those at rest do not move.
+
+    moves  : (states, q) deviations of the state that are possible
+    rates  : (q, z) rates of their coordinates
+    values, shapes : (q,), (q, q) eigenvalues [1/s] and eigenvectors
+    still  : (q,) whether an eigenvalue is zero
+    lasting : (q,) whether a vibration does not decay
+    """
+
+    moves: FloatArray
+    rates: FloatArray
+    values: ComplexArray
+    shapes: ComplexArray
+    still: NDArray[np.bool_]
+    lasting: NDArray[np.bool_]
+
+
+def _vibration(
+    rates: FloatArray, slopes: FloatArray, held: FloatArray, space: Coordinates
+) -> Vibration | None:
+    """Free vibration, None if it grows or its eigenvectors nearly coincide.
+
+    rates  : (states, z) of the states; slopes: (states, states) their derivatives
+    held   : (k, p) sliding speeds of the contacts at rest, over the scaled coordinates
+    """
+    basis = null_space(held, rcond=_RANK) if held.size else np.eye(space.size)
+    inwards, moves = basis.T @ space.to, space.back @ basis
+    matrix = inwards @ slopes @ moves
+    values, shapes = np.linalg.eig(matrix)
+    rounding = _ROUNDING * float(np.abs(matrix).max(initial=0.0))
+    if values.size and (np.any(values.real > rounding) or np.linalg.cond(shapes) > _CONDITION):
+        return None
+    still = np.abs(values) <= rounding
+    lasting = ~still & (values.real >= -rounding)
+    return Vibration(moves, inwards @ rates, values, shapes, still, lasting)
+
+
+Known = dict[bytes, Vibration | None]
+"""Free vibrations that are known, by the mode of the contacts."""
+
+
+def steady_state(
+    problem: MachineProblem, run: Run, space: Coordinates, known: Known
+) -> Steady | None:
     """State to which a motion tends without another event; None if this is not proved.
 
     problem : problem of a machine without varying signals and controllers
+    known   : of the same problem
     """
     slot, states = select_system(problem, run), problem.states
     systems = run.systems
@@ -76,34 +122,32 @@ def steady_state(problem: MachineProblem, run: Run, space: Coordinates) -> Stead
     # Deviations in which the contacts at rest do not move.
     resting = problem.sliding[run.modes["side"] == 0]
     held = resting[:, :states] @ space.back
-    # Their sliding speeds are zero, up to rounding.
-    z[:states] -= space.back @ np.linalg.pinv(held) @ (resting @ z)
-    basis = null_space(held, rcond=_RANK) if held.size else np.eye(space.size)
-    rates = basis.T @ space.to @ systems.rates[slot]
-    matrix, drive = basis.T @ space.to @ slopes @ space.back @ basis, rates @ z
-    size = float(np.abs(matrix).max(initial=0.0))
-    values, shapes = np.linalg.eig(matrix)
-    rounding = _ROUNDING * size
-    if values.size and (np.any(values.real > rounding) or np.linalg.cond(shapes) > _CONDITION):
+    key = systems.keys[slot].tobytes()
+    if run.curves.size or key not in known:
+        known[key] = _vibration(systems.rates[slot], slopes, held, space)
+    free = known[key]
+    if free is None:
         return None
+    moves, rates, values, shapes, still, lasting = free
+    # Their sliding speeds are zero, up to rounding.
+    if held.size:
+        z[:states] -= space.back @ np.linalg.pinv(held) @ (resting @ z)
     # The deviation u from now on, u' = matrix u + drive, as a sum of modes.
-    forces = np.linalg.solve(shapes, drive.astype(complex))
-    still = np.abs(values) <= rounding
+    forces = np.linalg.solve(shapes, (rates @ z).astype(complex))
     if np.any(np.abs(forces[still]) > _ROUNDING * (np.abs(rates) @ np.abs(z)).max(initial=0.0)):
         return None
     transient = np.zeros_like(forces)
     transient[~still] = forces[~still] / values[~still]
     guards = systems.guards[slot, : systems.counts[slot]]
-    reaches = guards[:, :states] @ space.back @ basis @ (shapes * transient)
+    reaches = guards[:, :states] @ moves @ (shapes * transient)
     if not np.all(guards @ z - reaches.sum(axis=1).real > np.abs(reaches).sum(axis=1)):
         return None
-    lasting = ~still & (values.real >= -rounding)
     ringing = float(np.linalg.norm(shapes[:, lasting] @ transient[lasting]))
     end = z.copy()
-    end[:states] -= (space.back @ basis @ (shapes @ transient)).real
+    end[:states] -= (moves @ (shapes @ transient)).real
     sliding = np.where(run.modes["side"] == 0, 0.0, problem.sliding @ end)
     exponents = np.sort(np.where(still, 0.0, values.real))[::-1]
-    lost = np.full(space.size - basis.shape[1], -np.inf)
+    lost = np.full(space.size - values.size, -np.inf)
     return Steady(
         sliding, systems.contact[slot] @ end, end[:states], ringing,
         np.concatenate([exponents, lost]),
@@ -115,10 +159,12 @@ def is_locked(problem: MachineProblem, run: Run) -> bool:
 
     All speeds are constant, and no guard approaches zero.
     """
+    if run.modes["side"].any():
+        return False
     slot, states, n = select_system(problem, run), problem.states, problem.inverse.size
     rates, z = run.systems.rates[slot], run.z[:, 0]
     changes = rates @ z
     accelerates = np.abs(changes[n:]) > _ROUNDING * (np.abs(rates[n:]) @ np.abs(z))
     guards = run.systems.guards[slot, : run.systems.counts[slot], :states]
     approach = guards @ changes < -_ROUNDING * (np.abs(guards) @ np.abs(changes))
-    return not (run.modes["side"].any() or accelerates.any() or approach.any())
+    return not (accelerates.any() or approach.any())

@@ -94,13 +94,7 @@ def lines_of(contact: Sliding, curved: bool) -> Lines:
     rows = np.zeros(len(forward) + len(backward), LINE)
     for place, line in enumerate((*forward, *backward)):
         degree, missing = max(len(line.factors) - 1, 0), MOST_DEGREE + 1 - len(line.factors)
-        rows[place] = (
-            degree,
-            *line[:3],
-            line.bends,
-            line.released,
-            line.factors + (0.0,) * missing,
-        )
+        rows[place] = (degree, *line[:-1], line.factors + (0.0,) * missing)
     rows.flags.writeable = False
     return Lines(bends, len(forward), len(backward), rows)
 

@@ -321,7 +321,7 @@ def _longest_cell(rates, states, frequency, matrix):
     """Longest cell, from the growth of Taylor coefficients and the fastest signal.
 
     The coefficients of the states grow at most like the powers of the matrix of sizes, whose growth
-    is its largest eigenvalue. The 64th root of the largest sum of a row of its 64th power bounds it.
+    is its largest eigenvalue. The 64th root of the largest row sum of its 64th power bounds it.
 
     matrix : (2, states, states) workspace
     """

@@ -150,28 +150,50 @@ class Course:
         quantities: QuantityRows | None = None,
     ) -> None:
         start = start if initial is None else initial.time
-        self.machine = machine
         self.assembled: Assembled = assemble(machine, start, curved=method == "smooth")
         problem = self.assembled.problem
-        self._run, self._begins = run_of(problem), True
+        self._run = run_of(problem)
         self._stop = np.zeros(1, np.bool_) if stop is None else stop
+        powers = power_rows(machine, self.assembled) if works else None
+        self._observer = observer_of(problem, np.empty(0), powers)
+        self._log = np.zeros(_ROWS + problem.contacts.size, EVENT)
+        self._watched = np.eye(problem.states) if watched is None else watched
+        self._watch = watch_of(problem, self._watched)
+        self._quantities = quantities
+        self._no_quantities = self._watch.quantities
+        spans = [one.span for one in machine.signals().values()]
+        self._limit = min((last for _, last in spans), default=math.inf)
+        self._logs, self._angles = logs, problem.signals.angles.copy()
+        self._start(machine, initial)
+        machine.check_times(start, start)
+
+    def _start(self, machine: Machine, initial: FinalState | None) -> None:
+        """Set the initial state: that of the machine, or one to continue from."""
+        problem, self.machine = self.assembled.problem, machine
         if initial is None:
             start_state(machine, problem, self._run)
         else:
             restore(initial, machine, problem, self._run)
-        trajectory.start(problem, self._run, initial is not None)
-        self._anew = Anew.AT_START if initial is None else Anew.YES
-        powers = power_rows(machine, self.assembled) if works else None
-        self._observer = observer_of(problem, np.empty(0), powers)
-        self._log = np.zeros(_ROWS + problem.contacts.size, EVENT)
-        self._watch = watch_of(problem, np.eye(problem.states) if watched is None else watched)
-        self._watch.state["last_slip"] = -math.inf
-        self._quantities = quantities
+        self._begin(initial is not None)
+
+    def _begin(self, restarts: bool) -> None:
+        """Set the modes at the initial time, and forget the returns of an earlier run."""
+        trajectory.start(self.assembled.problem, self._run, restarts)
+        self._begins, self._anew = True, Anew.YES if restarts else Anew.AT_START
         self._section: Section | None = None
-        spans = [one.span for one in machine.signals().values()]
-        self._limit = min((last for _, last in spans), default=math.inf)
-        self._logs, self._angles = logs, problem.signals.angles.copy()
-        machine.check_times(start, start)
+        self._watch.state["last_slip"] = -math.inf
+
+    def repeat(self, machine: Machine) -> None:
+        """Return to the initial time, with the initial state of another machine.
+
+        machine : differs in nothing but the initial angles and speeds of its inertias
+        """
+        problem, systems = self.assembled.problem, self._run.systems
+        # The same bits as a run of its own: nothing is kept but the equations of the modes.
+        self._run = run_of(problem)._replace(systems=systems)
+        self._watch = watch_of(problem, self._watched)
+        problem.signals.angles[:] = self._angles
+        self._start(machine, None)
 
     def restart(self, states: FloatArray) -> None:
         """Return to the initial time with other states.
@@ -184,9 +206,7 @@ class Course:
         run.modes[:] = np.zeros(1, run.modes.dtype)
         run.modes["first_sample"] = problem.start_time
         problem.signals.angles[:] = self._angles
-        trajectory.start(problem, run, False)
-        self._begins, self._anew, self._section = True, Anew.AT_START, None
-        self._watch.state["last_slip"] = -math.inf
+        self._begin(restarts=False)
 
     @property
     def time(self) -> float:
@@ -276,9 +296,10 @@ class Course:
     def _begin_quantities(self, measures: bool) -> None:
         """Prepare the record of the quantities."""
         problem = self.assembled.problem
-        width = problem.torque.shape[1]
-        given = self._quantities if measures else None
-        found = quantities_of(given, problem.states, width)
+        if not measures or self._quantities is None:
+            self._watch = self._watch._replace(quantities=self._no_quantities)
+            return
+        found = quantities_of(self._quantities, problem.states, problem.torque.shape[1])
         # A level near the mean: the mean square of a small vibration is then not a difference of
         # large numbers.
         values = found.rows[:, : problem.states] @ self._run.z[: problem.states, 0]

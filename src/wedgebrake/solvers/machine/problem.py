@@ -43,7 +43,9 @@ MOST_DEGREE = 12
 # the start of the line; released: whether the line follows the release of the actuator.
 LINE = record(
     "start offset slope", whole="degree",
-    fields=[("bends", np.bool_), ("released", np.bool_), ("factors", np.float64, (MOST_DEGREE + 1,))],
+    fields=[
+        ("bends", np.bool_), ("released", np.bool_), ("factors", np.float64, (MOST_DEGREE + 1,)),
+    ],
 )  # fmt: skip
 
 # Series of a contact with curved lines that slides, with the torque T = -P(s) F on its first
