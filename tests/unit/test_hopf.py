@@ -1,6 +1,7 @@
 """Stability of machines beyond closed forms: cases, rigid modes, limits of stability, errors."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -116,6 +117,13 @@ class TestModes:
         assert found.modes[0].frequency == 0.0
         assert found.growth_rate == pytest.approx(0.2 * 0.3 / 1.2, rel=1e-3)
         assert [one.rigid for one in found.modes] == [False, False, True]
+        assert [one.drift for one in found.modes] == [True, False, False]
+        # The shaft vibrates on its own, damped: 500 N m/rad between 0.2 and 1 kg m^2.
+        assert found.modes[1].growth_rate < 0.0
+        assert found.modes[1].frequency == pytest.approx(
+            math.sqrt(500 / 0.2 * 1.2) / math.tau, rel=1e-4
+        )
+        assert found.critical.forces == {"brake": pytest.approx(300.0 - 10.0)}
 
     def test_the_contact_that_feeds_a_mode(self):
         drives = contact("drives", slope=-30.0)
