@@ -58,7 +58,10 @@ def announce_compilation() -> Iterator[list[str]]:
     class Listener(event.Listener):
         def on_start(self, _: Any) -> None:
             if not said:
-                said.append("Compiling the kernels: once per installation, about a minute ...")
+                said.append(
+                    "Compiling: the first use of a command compiles its part of the solver, up to"
+                    " about a minute ..."
+                )
                 say(said[0])
 
         def on_end(self, _: Any) -> None:

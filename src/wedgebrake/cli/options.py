@@ -190,8 +190,9 @@ Store = Annotated[
     Path | None,
     _option(
         "RUN.zarr",
-        "Keep the points in this folder (zarr) as they are computed, so that an"
-        " interrupted sweep can be continued.",
+        "Keep the points in this folder (zarr), so that an interrupted sweep can be continued."
+        " Points are written in chunks, and with --follow a chunk consists of whole lines: a"
+        " sweep over one parameter is then a single chunk, kept only at its end.",
     ),
 ]
 Resume = Annotated[

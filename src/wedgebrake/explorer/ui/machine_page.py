@@ -15,7 +15,7 @@ from wedgebrake.explorer.ui.event_loop import poster
 from wedgebrake.explorer.ui.widgets.machine_sweep import MachineSweepForm
 from wedgebrake.model.study import Study
 
-_STARTING = "Simulating. The first run on a computer compiles the solver (about a minute)."
+_STARTING = "Simulating. The first use compiles a part of the solver, up to about a minute."
 _HOW = (
     "A machine with several inertias cannot be edited here. Change the study file and restart the"
     " explorer."

@@ -45,7 +45,7 @@ _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 _STILL = 0.3
 # Least time between two updates of the page; each includes all edits until then [ms].
 _GAP = 40
-_STARTING = "Starting; the first start on a computer compiles the solver, about a minute."
+_STARTING = "Starting; the first use compiles a part of the solver, up to about a minute."
 # Duration of a notice [ms].
 _BRIEF, _LASTING = 6000, 12_000
 
