@@ -28,6 +28,8 @@ _DEPENDS = {
     "drive": {"drive_speed", "stiffness", "inertia", "amplitude"},
 }
 _METHODS = {"exact": "exact solution", "smooth": "adaptive solution", "ode14x": "ODE14x scheme"}
+# The method smooth where it has no tolerance: machines, and the curves of set-valued laws.
+_CURVES = "Taylor series to rounding"
 # Object that was continued over parameters, by the kind of dataset.
 _FOLLOWED = {"orbits": "periodic orbits", "boundary": "a bifurcation"}
 
@@ -48,7 +50,7 @@ def of_response(dataset: xr.Dataset) -> list[str]:
     """Sentences about one response: the system with its groups; method and initial state."""
     initial = _stated(dataset, "options").get("initial")
     start = "" if not isinstance(initial, list) else ", from " + _state(initial)
-    solved = method_words(str(dataset.attrs.get("method", "")))
+    solved = method_words(dataset)
     return list(filter(None, (_numbers(dataset), solved and capitalized(solved + start))))
 
 
@@ -62,7 +64,7 @@ def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
 def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
     """Method and run settings, as a clause."""
     protocol = _stated(dataset, "protocol")
-    parts = [method_words(str(dataset.attrs.get("method", "")))]
+    parts = [method_words(dataset)]
     followed = _FOLLOWED.get(str(dataset.attrs.get("kind")))
     if followed:
         parts.append(f"{followed} followed over {' and '.join(map(style.short, names))}")
@@ -129,9 +131,19 @@ def machine(system: Mapping[str, Any]) -> str:
     return capitalized(", ".join(words)).replace("coulomb", "Coulomb")
 
 
-def method_words(method: str) -> str:
-    """A method in words, or its name."""
+def method_words(dataset: xr.Dataset) -> str:
+    """The method of a result in words, or its name."""
+    method = str(dataset.attrs.get("method", ""))
+    if method == "smooth" and not _has_tolerance(dataset):
+        return _CURVES
     return _METHODS.get(method, method)
+
+
+def _has_tolerance(dataset: xr.Dataset) -> bool:
+    """Return True if the method smooth integrated with a tolerance, not the solver of machines."""
+    if _is_of_machine(dataset) or "returns" in _stated(dataset, "protocol"):
+        return False
+    return "options" not in dataset.attrs or "rtol" in _stated(dataset, "options")
 
 
 def equations(groups: Mapping[str, float | None]) -> str:

@@ -323,7 +323,7 @@ def _title(
     seen, _ = last_periods(response, periods)
     when = [style.moment(time, end - begin) for time in (begin, end, seen, low)]
     options = json.loads(response.attrs.get("options", "{}"))
-    how = caption.method_words(str(response.attrs.get("method", "")))
+    how = caption.method_words(response)
     if "rtol" in options:
         how += f" (rtol {options['rtol']:g})"
     if "step" in options:
