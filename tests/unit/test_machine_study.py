@@ -205,7 +205,7 @@ def test_records(tmp_path: Path, csv: str, more: str, times: Any, values: Any) -
         ("t,M\n0,1\n1,2\n", "columns", 'unit = "s"\ncolumns', "engine.signal.unit", "s"),
         ("t,M\n0,1\n1,2\n", "inertia = 1.0", "inertia = -1.0", "disc.inertia", -1.0),
         ("t,M\n0,1\n1,2\n", 'on = "disc"', 'on = "dics"', "engine.on", "dics"),
-        ("t,M\n0,1\n1,2\n", "kinetic = 0.3", "kinetic = -1.0", "brake.friction.kinetic", -1.0),
+        ("t,M\n0,1\n1,2\n", "kinetic = 0.3", "kinetic = -1.0", "brake.kinetic", -1.0),
         ("t,M\n0,1\n1,2\n", '"wedge"', '"wege"', "brake.brake.kind", "wege"),
         ("t,M\n0,1\n1,2\n", "[contact.friction]", "[contact.frction]", "brake.friction", None),
         ("t,M\n0,1\n1,2\n", "[[torque]]", "[[torques]]", "torques", ...),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -61,6 +62,7 @@ def _part(table: str, entry: Any, place: str) -> Named:
     values = dict(entry)
     own = values.get("name")
     label = own if isinstance(own, str) else place
+    taken = {"kind", *kind.model_fields}
     for inner in _OF_CONTACT:
         one = values.get(inner)
         if one is None:
@@ -73,7 +75,11 @@ def _part(table: str, entry: Any, place: str) -> Named:
         try:
             values[inner] = make_part(inner, one)
         except InputError as error:
-            raise moved(error, f"{label}.{inner}") from None
+            words = set(re.findall(rf"(?m)^{inner}\.(\w+)", str(error)))
+            # As in dotted names: "brake.radius", but "brake.brake.kind", as kinds are several.
+            plain = isinstance(own, str) and not taken & words
+            raise moved(error, label if plain else f"{label}.{inner}") from None
+        taken |= set(type(values[inner]).model_fields)
     return kind(**values)
 
 
