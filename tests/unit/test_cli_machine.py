@@ -115,6 +115,34 @@ def test_a_change_given_twice_is_refused(run):
     assert run("simulate", LINE, "--set", "disc.speed=1", "--set", "disc.speed=2")[0] == 2
 
 
+@pytest.mark.parametrize("setting", ["transient=3", "limit=7", "keep_points=false"])
+def test_settings_of_sweeps_are_refused_where_they_do_nothing(setting, run):
+    """Also in ``continue``."""
+    for order in (["simulate", PAPER], ["simulate", LINE], ["stability", LINE],
+                  ["continue", BELT, "--over", "belt.base_speed=0.5:1"]):  # fmt: skip
+        assert run(*order, "--set", setting)[:2] == (2, "")
+
+
+def test_a_run_until_rest_tells_whether_it_reached_rest(answer):
+    """The clutch machine stops: not within a time before its stop, but later."""
+    end = answer("simulate", CLUTCH)["stopping"]["stop_time"]
+    until = ["simulate", CLUTCH, "--set", "until=rest", "--set"]
+    early, late = (answer(*until, f"duration={factor * end}") for factor in (0.5, 4.0))
+    plain = answer("simulate", CLUTCH, "--set", f"duration={0.5 * end}")
+    assert (early["at_rest"], late["at_rest"]) == (False, True)
+    assert early["final"] == plain["final"]
+    assert early["message"] not in (plain["message"], late["message"])
+
+
+def test_the_way_out_of_a_refused_signal_works(run, answer):
+    """A sweep of signals that do not repeat names the option that makes one constant."""
+    order = ["sweep", LINE, "--over", "vehicle.inertia=39,40", "--set", "disc.speed=0"]
+    status, _, message = run(*order)
+    (option,) = re.findall(r"--set ([\w.]+)=NUMBER", message)
+    assert status == 2
+    assert sum(answer(*order, "--set", f"{option}=1")["motion"].values()) > 0
+
+
 def test_stability_reports_modes(answer, run):
     told = answer("stability", LINE)
     found = wb.stability(wb.load_study(LINE).system)

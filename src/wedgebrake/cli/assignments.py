@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.study_run import MachineRun
+from wedgebrake.model.study_run import MachineRun, Run
 from wedgebrake.model.sweep_settings import (
     SWEEP_SETTINGS,
     expanded,
@@ -39,6 +40,15 @@ _EXAMPLES = {
 }
 # Settings of a sweep that are set by name; the others are options.
 _SET_OF_SWEEPS = set(SWEEP_SETTINGS) - {"periods", "crossings"}
+# Run settings of drivelines that machines do not have.
+_OF_DRIVELINES = {
+    "periods": "a machine may have no period. Give duration, in seconds.",
+    "samples_per_period": "a machine may have no period. Leave it out.",
+    "initial": "belongs to drivelines. Give the angle and speed of an inertia (disc.speed=30).",
+}
+_WITHOUT_TOLERANCE = (
+    "the solver of machines has neither a tolerance nor a fixed step. Leave it out."
+)
 _FORMS = (
     "NAME=FROM:TO:COUNT (equal steps), NAME=FROM:TO:COUNT:log (equal ratios) or"
     " NAME=VALUE,VALUE,... (a list)"
@@ -65,10 +75,13 @@ def _refuse_table(option: str, text: str, name: str, tables: Collection[str]) ->
         )
 
 
-def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> dict[str, Any]:
+def parse_changes(
+    texts: Iterable[str], system: BrakedDriveline | Machine, unused: Collection[str] = ()
+) -> dict[str, Any]:
     """The changes of several ``--set`` options, values written as in a study file.
 
     system : of the study; the parameters of a machine have dotted names: brake.slope=-40
+    unused : settings that the command does not use; they are not suggested
 
     Raises ``InputError`` for a text that is not NAME=VALUE, or a name given twice.
     """
@@ -78,20 +91,27 @@ def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> di
         if isinstance(system, BrakedDriveline):
             _check_changed(text, name)
         else:
-            _check_dotted(text, name, system)
+            _check_dotted(text, name, system, unused)
         if name in changes:
             raise InputError(f"--set {as_typed(name)}: given twice. Give it once.")
         changes[name] = _value(text, value)
     return changes
 
 
-def _check_dotted(text: str, name: str, machine: Machine) -> None:
+def _check_dotted(text: str, name: str, machine: Machine, unused: Collection[str]) -> None:
     """Raise ``InputError`` unless a name is a parameter of a machine or a run setting."""
     parts = name.split(".")
     settings = {*MachineRun.model_fields, *_SET_OF_SWEEPS}
-    if name in settings or (len(parts) > 1 and parts[0] in machine.parts()):
+    if name in settings or name in unused or (len(parts) > 1 and parts[0] in machine.parts()):
         return
-    allowed = [*machine.parameters(), *sorted(settings)]
+    if name in SETTERS:
+        raise InputError(
+            f"--set {as_typed(text)}: groups belong to a brake on a driveline. Set a parameter of"
+            " the machine, for example --set brake.slope=-40."
+        )
+    if name in Run.model_fields:
+        raise InputError(f"--set {as_typed(text)}: {_OF_DRIVELINES.get(name, _WITHOUT_TOLERANCE)}")
+    allowed = [*machine.parameters(), *sorted(settings - set(unused))]
     hint = _hint(name, allowed)
     raise InputError(f"--set {as_typed(text)}: no such parameter or run setting. {hint}")
 

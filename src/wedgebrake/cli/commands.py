@@ -13,9 +13,10 @@ from wedgebrake.cli import options
 
 app = typer.Typer(
     name="wedgebrake",
-    help="Vibration of self-amplified friction brakes: stability of a brake on a driveline,"
-    " and its stick-slip motion.",
-    epilog="A study is a TOML file that describes brake and driveline: `wedgebrake example paper"
+    help="Vibration of self-amplified friction brakes: stability and stick-slip motion of a brake"
+    " on a driveline, or of a machine with several inertias, brakes and clutches.",
+    epilog="A study is a TOML file that describes a brake and its driveline, or a machine, and"
+    " the settings of the run: `wedgebrake example paper"
     " --out paper.toml` writes an example, and `wedgebrake schema` describes its contents. Exit"
     " status: 0 success, 2 invalid input, 1 any other error.",
     no_args_is_help=True,
@@ -47,7 +48,7 @@ def _root(
 
 
 @app.command(
-    short_help="Is steady sliding stable, and from which slope on?",
+    short_help="Evaluate the linear stability of steady sliding.",
     epilog="Example: wedgebrake stability belt.toml --speeds 0.1:2:40 --plot limits.png",
 )
 def stability(
@@ -74,7 +75,7 @@ def stability(
 
 
 @app.command(
-    short_help="Does it stick and slip, and how?",
+    short_help="Simulate the response in time: sticking, slipping, stopping.",
     epilog="Example: wedgebrake simulate paper.toml --set eta=-30 --plot run.png --out run.nc",
 )
 def simulate(
@@ -87,12 +88,14 @@ def simulate(
 ) -> None:
     """The response in time: 250 periods of the torque, unless the study sets another duration.
 
+    Prints how the brake vibrates in the last fifth of the run, the class of stick-slip, the
+    events, and the final state. With --json: parameters, groups, status, sticks, Poincare
+    points, class, stability and versions.
+
     For a machine with several inertias the default is 10 s, and the command prints how each
     contact sticks and slides, how the run ended, and its energy balance.
 
-    Prints how the brake vibrates in the last fifth of the run, the class of stick-slip, the
-    events, and the final state. With --json: parameters, groups, status, sticks, Poincare
-    points, class, stability and versions. A run that diverges or locks counts as a result (exit
+    A run that diverges or locks counts as a result (exit
     status 0); a run stopped by max_events or max_steps is not (1).
     """
     from wedgebrake.cli.report import run
@@ -101,7 +104,7 @@ def simulate(
 
 
 @app.command(
-    short_help="How does it vibrate over a range of parameters?",
+    short_help="Classify the motion over a range of parameters.",
     epilog="Examples: wedgebrake sweep sweep.toml --plot eta.png;"
     " wedgebrake sweep paper.toml --over eta=-60:12:300 --over F0=0.01:0.2:200:log"
     " --store map.zarr --plot map.png;"
@@ -136,10 +139,10 @@ def sweep(
     Poincare points (--set keep_points=true keeps them); more, or two with --follow, give a plain
     sweep.
 
-    Prints the classes of motion and of stick-slip with their shares, the limit of linear
-    stability and, along one parameter, the intervals of each motion; progress goes to standard
-    error. A machine needs signals that are constant or repeat; where none varies in time, the
-    motion is counted in crossings of its section instead of periods.
+    Prints the classes of motion and of stick-slip with their shares and, along one parameter, the
+    intervals of each motion; for a brake on a driveline also the limit of linear stability.
+    Progress goes to standard error. A machine needs signals that are constant or repeat; where
+    none varies in time, returns to a section of the motion are counted instead of periods.
 
     Every point starts at time 0 from initial of [run]; method, rtol, step, max_events and
     max_steps of [run] apply too. Its duration, periods and samples_per_period belong to simulate:
@@ -147,7 +150,7 @@ def sweep(
 
     A point that diverges, locks, or is invalid counts as a result (exit status 0). Ctrl-C ends the
     sweep at once (exit status 1); with --store the finished chunks are kept, and the same command
-    with --resume continues.
+    with --resume continues. With --follow over one parameter there is a single chunk.
     """
     from wedgebrake.cli.output import check_files
     from wedgebrake.cli.overrides import load_for_sweep
@@ -164,7 +167,7 @@ def sweep(
 
 @app.command(
     "continue",
-    short_help="How far does a periodic motion stay stable, and what replaces it?",
+    short_help="Follow periodic motions, stable and unstable, over a parameter.",
     epilog="Examples: wedgebrake continue paper.toml --over eta=12:-60 --plot eta.png;"
     " wedgebrake continue conventional.toml --over slope=0:-160 --out slope.nc;"
     " wedgebrake continue paper.toml --over eta=-10:-22 --and F0=0.02:0.09 --plot"
@@ -217,7 +220,7 @@ def continue_(
 
 
 @app.command(
-    short_help="Which results of Chen and Xi (2014) can be reproduced?",
+    short_help="Reproduce the figures and statements of Chen and Xi (2014).",
     epilog="Examples: wedgebrake paper fig8 fig9 --out figures; wedgebrake paper claims;"
     " wedgebrake paper all --out paper",
 )
@@ -258,7 +261,7 @@ def paper(
 
 @app.command(
     "app",
-    short_help="A page in the browser with sliders: the explorer.",
+    short_help="Open the explorer, a page in the browser with sliders.",
     epilog="Example: wedgebrake app paper.toml --port 8000",
 )
 def explore(
@@ -285,7 +288,7 @@ def explore(
     work(study, port, address, tuple(allow or ()), browser)
 
 
-@app.command(short_help="What may a study file contain?")
+@app.command(short_help="Print the JSON schema of study files.")
 def schema() -> None:
     """The JSON schema of study files: every table and parameter, with unit and range.
 
@@ -297,7 +300,7 @@ def schema() -> None:
 
 
 @app.command(
-    short_help="A study file to begin with.",
+    short_help="Print or write a study file to begin with.",
     epilog="Example: wedgebrake example paper --out paper.toml",
 )
 def example(
@@ -324,7 +327,7 @@ def example(
 
 
 @app.command(
-    short_help="What is installed, what is compiled, and are there problems?",
+    short_help="Check the installation, and report problems.",
     epilog="Example: wedgebrake doctor",
 )
 def doctor(as_json: options.AsJson = False) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from pathlib import Path
@@ -20,14 +21,20 @@ _RECORD = r'(?m)^file = "([^"/]+)"'
 
 
 def listing() -> str:
-    """The names of the examples, with the first clause of the comment that begins each."""
+    """The names of the examples, with the first sentence of the comment that begins each."""
     paths = _paths()
     lines = ["Examples, written by wedgebrake example NAME --out NAME.toml:"]
     for name, path in paths.items():
-        comment = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("#").strip()
-        about = comment.partition(",")[0].partition(":")[0].rstrip(".")
+        about = _first_sentence(path.read_text(encoding="utf-8"))
         lines.append(f"  {name:{max(map(len, paths)) + 2}}{about}")
     return "\n".join(lines)
+
+
+def _first_sentence(text: str) -> str:
+    """The first sentence of the comment that begins a study."""
+    comment = itertools.takewhile(lambda line: line.startswith("#"), text.splitlines())
+    words = " ".join(line.removeprefix("#").strip() for line in comment)
+    return re.split(r"(?<=\.)\s", words)[0].rstrip(".")
 
 
 def example(name: str) -> str:

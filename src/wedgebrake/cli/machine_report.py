@@ -29,6 +29,8 @@ _NOTHING = 1e-12
 _STOPPING = (
     "stop_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk", "peak_jerk",
 )  # fmt: skip
+# A speed below this share of the largest one is rounding, and printed as 0.
+_ROUNDING = 1e-12
 # Largest number of returns after a run in which its motion has to settle, for its class.
 _MOST_RETURNS = 256
 _ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
@@ -125,6 +127,7 @@ def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
         "start_time": attrs["start_time"],
         "at_rest": bool(attrs["at_rest"]),
         "final": {"time": state.time, "angles": state.angles, "speeds": state.speeds},
+        "largest_speed": float(np.max(np.abs(response["velocity"].to_numpy()), initial=0.0)),
         "contacts": {
             str(name): {str(key): contacts[key].to_numpy()[i] for key in contacts.data_vars}
             for i, name in enumerate(names)
@@ -201,9 +204,11 @@ def machine_text(machine: Machine, report: dict[str, Any]) -> str:
         lines += _energy_text(report["energy"])
     if report["stopping"]:
         lines.append(_stopping_text(report["stopping"]))
+    least = _ROUNDING * report["largest_speed"]
+    speeds = {name: 0.0 if abs(one) <= least else one for name, one in final["speeds"].items()}
     states = [
-        f"{name} {final['angles'][name]:.9g} rad, {final['speeds'][name]:.9g} rad/s"
-        for name in final["angles"]
+        f"{name} {angle:.9g} rad, {speeds[name]:.9g} rad/s"
+        for name, angle in final["angles"].items()
     ]
     lines.append(f"  state at t = {final['time']:.6g} s: {'; '.join(states)}")
     if report["motion"]:

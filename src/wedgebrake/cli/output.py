@@ -96,8 +96,13 @@ def event_counts(response: xr.Dataset) -> dict[str, int]:
 
 def events_line(report: dict[str, Any]) -> str:
     """The entry "events" of a report as a line of text."""
-    events = ", ".join(f"{count} {name}" for name, count in report["events"].items())
-    return f"  events: {events or 'none'}"
+    from wedgebrake.analysis.contacts import counted
+
+    words = [
+        counted(count, name) if "_" not in name else f"{name.replace('_', ' ')} {count} times"
+        for name, count in report["events"].items()
+    ]
+    return f"  events: {', '.join(words) or 'none'}"
 
 
 def with_unit(unit: str) -> str:

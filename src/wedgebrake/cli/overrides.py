@@ -20,12 +20,18 @@ NOT_SWEPT = {
     "samples_per_period": "belongs to simulate. A sweep samples once in each period. Leave it out.",
 }
 NOT_SWEPT_OF_MACHINES = {
-    "duration": "belongs to simulate. For a sweep give --periods or --crossings.",
+    **dict.fromkeys(
+        ("duration", "periods"), "belongs to simulate. For a sweep give --periods or --crossings."
+    ),
     "until": "belongs to simulate. Leave it out.",
 }
+_OF_SWEEPS = dict.fromkeys(
+    ("transient", "limit", "follow", "keep_points"), "belongs to sweep. Leave it out."
+)
 NOT_CONTINUED_OF_MACHINES = {
+    **_OF_SWEEPS,
     **dict.fromkeys(
-        ("duration", "until"),
+        ("duration", "periods", "until"),
         "belongs to simulate. An orbit lasts as many returns as --order says. Leave it out.",
     ),
 }
@@ -34,9 +40,7 @@ NOT_CONTINUED = {
         ("periods", "duration", "samples_per_period"),
         "belongs to simulate. An orbit lasts as many periods as --order says. Leave it out.",
     ),
-    **dict.fromkeys(
-        ("transient", "limit", "follow", "keep_points"), "belongs to sweep. Leave it out."
-    ),
+    **_OF_SWEEPS,
     "step": "belongs to the fixed step of simulate. Along a branch it is --step.",
 }
 
@@ -44,16 +48,16 @@ NOT_CONTINUED = {
 def load_any(path: Path, changes: Iterable[str] | None, method: str | None = None) -> Study:
     """Read the study file of a driveline or of a machine, and apply ``--set`` and ``--method``.
 
-    Raises ``InputError``.
+    Raises ``InputError``, also for settings of sweeps.
     """
-    return _changed(load_study(path), changes, method, {}, {})
+    return _changed(load_study(path), changes, method, _OF_SWEEPS, {})
 
 
 def load_for_orbits(path: Path, changes: Iterable[str] | None, method: str | None) -> Study:
     """Like ``load_any``, but refuses settings that do not apply to orbits."""
     study = load_study(path)
     unused = NOT_CONTINUED_OF_MACHINES if study.of_machine else NOT_CONTINUED
-    return _changed(study, changes, method, unused, {})
+    return _from_zero(_changed(study, changes, method, unused, {}))
 
 
 def _changed(
@@ -68,7 +72,7 @@ def _changed(
     unused  : settings that the command does not use, and what to do instead
     options : options of the command, whose names must not be set as well
     """
-    wanted = parse_changes(changes or (), study.system)
+    wanted = parse_changes(changes or (), study.system, unused)
     if method is not None:
         if method not in METHODS:
             raise InputError(f"--method {method}: not known. {nearest(method, METHODS)}")
@@ -83,15 +87,20 @@ def _changed(
         study = study.changed(**wanted)
     except InputError as error:
         raise InputError(f"--set: {error}") from None
-    if unused and study.run.start_time != 0.0:
-        raise InputError(
-            f"run.start_time = {study.run.start_time!r}: must be 0, where sweeps and orbits start."
-            " Set it with --set start_time=0."
-        )
     try:
         return study if method is None else study.changed(method=method)
     except InputError as error:
         raise InputError(f"--method: {error}") from None
+
+
+def _from_zero(study: Study) -> Study:
+    """The study; raises ``InputError`` unless its run starts at time 0."""
+    if study.run.start_time != 0.0:
+        raise InputError(
+            f"run.start_time = {study.run.start_time!r}: must be 0, where sweeps and orbits start."
+            " Set it with --set start_time=0."
+        )
+    return study
 
 
 def load_for_sweep(
@@ -107,7 +116,7 @@ def load_for_sweep(
     """
     study = load_study(path)
     unused = NOT_SWEPT_OF_MACHINES if study.of_machine else NOT_SWEPT
-    study = _changed(study, changes, method, unused, options)
+    study = _from_zero(_changed(study, changes, method, unused, options))
     settings = {name: value for name, value in options.items() if value is not None}
     if settings.get("transient", "auto") != "auto":
         try:

@@ -27,6 +27,7 @@ from wedgebrake.cli.overrides import load_any
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
+from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
@@ -55,13 +56,13 @@ def stability_text(system: BrakedDriveline, verdict: Stability) -> str:
         at_rest = f", at rest up to {resting:.6g} rad" if resting > sliding else ""
         lines += [
             "",
-            f"Wedge angle, here {system.brake.angle:.6g} rad, with all else as it is:",
+            f"Wedge angle, here {system.brake.angle:.6g} rad, all other values unchanged:",
             f"  self-locking up to {sliding:.6g} rad{at_rest}",
         ]
         hopf = {name: one.hopf_angle for name, one in directions.items()}
         angles = [f"{name} {one:.6g} rad" for name, one in hopf.items() if one is not None]
         if angles:
-            lines.append(f"  Hopf: {', '.join(angles)} (sliding decays above)")
+            lines.append(f"  Hopf: {', '.join(angles)} (vibration decays above)")
     return "\n".join(lines)
 
 
@@ -117,7 +118,13 @@ def run(
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
         with announce_compilation():
             response = simulate(system, **loaded.run.arguments())
-            return response, report_of(system, response)
+            report = report_of(system, response)
+            if _misses_rest(loaded, report):
+                report["message"] = (
+                    f"Rest was not reached within the duration of {loaded.run.duration:g} s: a"
+                    " contact still slides, or is not known to hold. Give a longer duration."
+                )
+            return response, report
 
     def picture() -> Figure:
         if loaded.of_machine:
@@ -183,6 +190,12 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
         "repeats_after": repeats and {"periods": repeats[0], "distance": repeats[1]},
     }
     return {**report, "summary": summary(report, response)}
+
+
+def _misses_rest(study: Study, report: dict[str, Any]) -> bool:
+    """Return True if a run that was to end at rest ended at its duration."""
+    wanted = study.of_machine and getattr(study.run, "until", None) == "rest"
+    return wanted and report["status"] == "completed" and not report["at_rest"]
 
 
 def _longest(response: xr.Dataset) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.analysis.motion import returns_name
+from wedgebrake.analysis.motion import check_repeats, returns_name
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.main import say
 from wedgebrake.cli.output import finish, of_option
@@ -97,6 +97,7 @@ def _check(
             "sweep: nothing to sweep. Give --over NAME=FROM:TO:COUNT, for example --over"
             f" {example}, or a [sweep] table in the study file."
         )
+    _check_repeats(study)
     _check_returns(study)
     follow = study.sweep.follow
     if follow not in (None, *names):
@@ -128,6 +129,21 @@ def _check(
         if name in drawn and drawn[name] not in parts:
             hint = nearest(drawn[name], parts) if parts else "Leave it out: the study has only one."
             raise InputError(f"--{name} {drawn[name]}: no such {name}. {hint}")
+
+
+def _check_repeats(study: Study) -> None:
+    """Refuse signals of a machine that do not repeat."""
+    if not study.of_machine:
+        return
+    system: Any = study.system
+    try:
+        check_repeats(system)
+    except InputError as error:
+        raise InputError(
+            f"{error.name} = {type(error.value).__name__}: must be {error.allowed}, as a sweep"
+            f" classifies steady motions. Make it constant with --set {error.name}=NUMBER, or edit"
+            " a copy of the study file; simulate accepts all signals."
+        ) from None
 
 
 def _check_returns(study: Study) -> None:
