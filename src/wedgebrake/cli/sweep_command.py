@@ -139,10 +139,12 @@ def _check_repeats(study: Study) -> None:
     try:
         check_repeats(system)
     except InputError as error:
+        refused = [name for name, one in system.signals().items() if one.frequencies() is None]
+        options = " ".join(f"--set {name}=NUMBER" for name in refused)
         raise InputError(
-            f"{error.name} = {type(error.value).__name__}: must be {error.allowed}, as a sweep"
-            f" classifies steady motions. Make it constant with --set {error.name}=NUMBER, or edit"
-            " a copy of the study file; simulate accepts all signals."
+            f"{', '.join(refused)}: must be {error.allowed}, as a sweep classifies steady motions."
+            f" Make constant with {options}, or edit a copy of the study file; simulate accepts"
+            " all signals."
         ) from None
 
 
