@@ -11,6 +11,7 @@ from test_machine_motion import belt, pair
 import wedgebrake as wb
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
+from wedgebrake.figures.data.caption import method_words
 from wedgebrake.figures.data.parts import of_parts
 
 SPEEDS = np.array([0.5, 0.9, 1.6, 2.5])
@@ -42,6 +43,26 @@ def test_diagram_shows_the_contact_that_is_named(sweep, contact) -> None:
     for name in ("stick_class", "stick_share", "peak_torque"):
         np.testing.assert_array_equal(one[name], sweep[name].sel(contact=contact))
     np.testing.assert_array_equal(one["largest_exponent"], sweep["exponents"][:, 0])
+
+
+def test_the_axis_names_the_part_that_is_swept(sweep) -> None:
+    """Two contacts have a speed of the base."""
+    assert "belt-a" in BifurcationDiagram.of(sweep, "angle").x.label
+
+
+def test_pictures_tell_a_tolerance_only_where_there_is_one() -> None:
+    """The method smooth of a machine and of a set-valued law has none."""
+    adaptive, curve, exact = (
+        method_words(wb.bifurcation(system, eta=[-24.0], method=method, periods=4, transient=2))
+        for system, method in (
+            (wb.paper.system().replace(friction=wb.SmoothedFriction(kinetic=0.3)), "smooth"),
+            (wb.paper.system(), "smooth"),
+            (wb.paper.system(), "exact"),
+        )
+    )
+    machine = wb.bifurcation(belt(1.3), {"belt.base_speed": [1.3]}, crossings=2, method="smooth")
+    assert method_words(machine) == curve
+    assert len({adaptive, curve, exact}) == 3
 
 
 def test_pictures_are_drawn(sweep, basins) -> None:

@@ -160,13 +160,16 @@ def ink(colour: str) -> str:
 def named(name: str, meaning: str, unit: str) -> str:
     """Label of an axis: meaning, symbol if there is a usual one, unit.
 
-    A long meaning is cut before its first comma, semicolon or bracket.
+    A long meaning is cut before its first comma, semicolon or bracket. The part of a dotted name
+    comes first: "belt: speed of the base".
     """
+    part, dot, _ = name.rpartition(".")
     words = re.split(r"[,;]| \(", meaning)[0].strip()
     if not words or re.search(r"[_/=`]", words):
         words = MEANINGS.get(name, words or name.replace("_", " "))
     symbol = SYMBOLS.get(name)
     unit = unit.replace("^2", "²").replace("^3", "³")
+    words = f"{part}: {words}" if dot else words
     return words + (f" ${symbol}$" if symbol else "") + f"  [{unit or '1'}]"
 
 

@@ -31,7 +31,7 @@ _AMPLITUDE = "amplitude"
 _PEAK, _RMS = (), (3.0, 1.5)
 _WORDS = {"peak": "peak (speed: half the range)", "rms": "root mean square"}
 _PANELS: tuple[tuple[str, tuple[tuple[str, str, tuple[float, ...]], ...]], ...] = (
-    ("speed\n[rad/s]", ((_AMPLITUDE, "peak", _PEAK), ("rms_velocity", "rms", _RMS))),
+    ("speed amplitude\n[rad/s]", ((_AMPLITUDE, "peak", _PEAK), ("rms_velocity", "rms", _RMS))),
     ("torque\n[N m]", (("peak_torque", "peak", _PEAK), ("rms_torque", "rms", _RMS))),
     ("jerk\n[rad/s³]", (("peak_jerk", "peak", _PEAK), ("rms_jerk", "rms", _RMS))),
     ("share of time\nstuck  [1]", (("stick_share", "", _PEAK),)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -339,5 +340,6 @@ def _title(
     if response.attrs.get("status", "completed") != "completed":
         lines.append(str(response.attrs.get("message", response.attrs["status"])))
     # The groups are not wrapped: formulas are shorter than their source.
-    wrapped = [row for line in (*lines, verdict) for row in textwrap.wrap(line, _COLUMNS)]
+    signed = (re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", line) for line in (*lines, verdict))
+    wrapped = [row for line in signed for row in textwrap.wrap(line, _COLUMNS)]
     return [f"{caption.machine(system.as_dict())}:  {groups}", *wrapped]
