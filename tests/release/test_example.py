@@ -31,7 +31,8 @@ def test_lists_all_with_a_word_on_each(run):
     rows = [line.split(maxsplit=1) for line in output.splitlines()[1:]]
     assert [name for name, _ in rows] == NAMES
     for name, about in rows:
-        assert (FOLDER / f"{name}.toml").read_text().startswith(f"# {about}")
+        comment = (FOLDER / f"{name}.toml").read_text().replace("\n# ", " ")
+        assert comment.startswith(f"# {about}.")
 
 
 @pytest.mark.parametrize(
@@ -62,4 +63,4 @@ def test_an_installed_package_has_them_inside(monkeypatch, tmp_path):
     """There is no clone around it; the wheel's own test says that they are in it."""
     (tmp_path / "paper.toml").write_text("# Inside: of the package.\n")
     monkeypatch.setattr(examples, "_FOLDERS", (tmp_path, FOLDER))
-    assert examples.listing().splitlines()[1:] == ["  paper  Inside"]
+    assert examples.listing().splitlines()[1:] == ["  paper  Inside: of the package"]

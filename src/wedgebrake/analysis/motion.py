@@ -6,10 +6,13 @@ import math
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.dynamics.enums import MotionClass
+from wedgebrake.model.brakes import Brake
 from wedgebrake.model.display import Result
-from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
@@ -238,9 +241,20 @@ def is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
     check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
     if method == "ode14x":
         return False
-    if not isinstance(system.friction, SetValuedFriction):
-        return method != "exact" and system.plain and system.excitation.amplitude == 0.0
+    if isinstance(system.friction, SmoothFriction):
+        undriven = method != "exact" and system.plain and system.excitation.amplitude == 0.0
+        return undriven and not _may_lock(system.brake, system.friction)
     return method == "smooth" or not system.plain or system.excitation.amplitude == 0.0
+
+
+def _may_lock(brake: Brake, friction: SmoothFriction) -> bool:
+    """Return True if a brake with a smooth law locks itself at some sliding speed.
+
+    Its torque grows without bound there, and only the driveline's own solver ends such a run.
+    """
+    speeds = np.geomspace(1e-8, 1e2, 201).tolist()
+    laws = (friction.coefficient(side * v) for v in speeds for side in (1.0, -1.0))
+    return any(brake.locks(m) for m in laws)
 
 
 def returns_name(system: BrakedDriveline | Machine, method: str | None = None) -> str:
