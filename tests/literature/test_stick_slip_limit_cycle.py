@@ -87,7 +87,7 @@ def reached(brake: str, drive_speed: float, start: str) -> tuple[Cycle, xr.Datas
     return cycle, wb.simulate(system, duration, initial=initial)
 
 
-@pytest.mark.parametrize("drive_speed", [0.02, -0.5])
+@pytest.mark.parametrize("drive_speed", [0.02, 0.5, -0.02, -0.5])
 @pytest.mark.parametrize("brake", BRAKES)
 @pytest.mark.parametrize("start", ["from rest", "from outside"])
 class TestLimitCycle:
